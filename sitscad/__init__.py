@@ -1,0 +1,78 @@
+"""Sensors of soft inductive coils, from one YAML spec to files that can be ordered.
+
+The public names below are loaded on first use, so that ``import sitscad`` costs nothing and ``check`` never pulls in a
+CAD kernel. The flow is ``load`` -> ``lay_out`` -> ``estimate`` -> ``check`` -> ``build``; ``verify`` reads a package back.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "load": "sitscad.spec.load",
+    "load_text": "sitscad.spec.load",
+    "SpecError": "sitscad.spec.load",
+    "json_schema": "sitscad.spec.schema",
+    "SensorSpec": "sitscad.spec.sensor",
+    "lay_out": "sitscad.layout",
+    "Layout": "sitscad.layout.board",
+    "estimate": "sitscad.estimates",
+    "Estimates": "sitscad.estimates",
+    "METHODS": "sitscad.estimates",
+    "check": "sitscad.checks",
+    "CheckResult": "sitscad.checks",
+    "RULES": "sitscad.checks",
+    "Finding": "sitscad.finding",
+    "NotChecked": "sitscad.finding",
+    "Severity": "sitscad.finding",
+    "MissingExtra": "sitscad.parts",
+    "build": "sitscad.package",
+    "verify": "sitscad.package",
+    "BuildResult": "sitscad.package",
+    "PackageError": "sitscad.package",
+    "STAGES": "sitscad.package",
+    "templates": "sitscad.package",
+    "write_template": "sitscad.package",
+    "CheckedSpec": "sitscad.report.findings",
+    "FINDING_FORMATS": "sitscad.report.findings",
+    "ESTIMATE_FORMATS": "sitscad.report.numbers",
+}
+
+__all__ = ["__version__", *sorted(_HOMES)]  # noqa: PLE0604 - the names are literals, kept with their homes above
+
+if TYPE_CHECKING:
+    from sitscad.checks import RULES, CheckResult, check
+    from sitscad.estimates import METHODS, Estimates, estimate
+    from sitscad.finding import Finding, NotChecked, Severity
+    from sitscad.layout import lay_out
+    from sitscad.layout.board import Layout
+    from sitscad.package import (
+        STAGES,
+        BuildResult,
+        PackageError,
+        build,
+        templates,
+        verify,
+        write_template,
+    )
+    from sitscad.parts import MissingExtra
+    from sitscad.report.findings import FINDING_FORMATS, CheckedSpec
+    from sitscad.report.numbers import ESTIMATE_FORMATS
+    from sitscad.spec.load import SpecError, load, load_text
+    from sitscad.spec.schema import json_schema
+    from sitscad.spec.sensor import SensorSpec
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'sitscad' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

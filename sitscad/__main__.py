@@ -1,0 +1,5 @@
+"""``python -m sitscad`` works like ``sitscad``."""
+
+from sitscad.cli import main
+
+main()

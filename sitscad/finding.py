@@ -1,0 +1,54 @@
+"""What a check has to say: one `Finding` a complaint, and one `NotChecked` a silence explained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Severity(StrEnum):
+    """How much a finding weighs; only an error stops a build."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point on the board in metres, with the copper layer (1 is the top one) where that matters."""
+
+    x: float
+    y: float
+    layer: int | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One complaint about a design.
+
+    ``key`` is the dotted path of the spec's entry (``coil.turns``); ``line`` and ``column`` count from 1 and are filled
+    in where the spec's text is known. ``measured`` and ``limit`` are SI values in ``unit``.
+    """
+
+    rule: str
+    name: str
+    severity: Severity
+    message: str
+    hint: str = ""
+    key: str | None = None
+    line: int | None = None
+    column: int | None = None
+    measured: float | None = None
+    limit: float | None = None
+    unit: str | None = None
+    source: str | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True)
+class NotChecked:
+    """A rule that could not be applied, and why: silence never means that a rule passed."""
+
+    rule: str
+    reason: str

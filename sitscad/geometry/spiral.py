@@ -1,0 +1,156 @@
+"""The centre line of one inward layer of a planar spiral, for every outline, exactly as the spec defines it.
+
+Every function winds counter-clockwise about the origin from the outside in; `wind` turns and mirrors the result. A new
+outline is one function here and one row of `SPIRALS`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, polar
+
+CHORD_TOLERANCE = 0.05e-6
+"""What is drawn follows the ideal curve within this distance, in metres (the contract allows 0.1 um)."""
+
+
+@dataclass(frozen=True)
+class SpiralDimensions:
+    """Outer size [x, y] across the copper edges, trace width and turn-to-turn pitch, all in metres; turns of this layer."""
+
+    size: tuple[float, float]
+    trace_width: float
+    pitch: float
+    turns: float
+
+    @property
+    def outer_radius(self) -> float:
+        """Distance of the outermost centre line from the coil's centre across y (m)."""
+        return (self.size[1] - self.trace_width) / 2
+
+
+def circle(dimensions: SpiralDimensions, outer_angle: float) -> Path:
+    """Archimedean spiral r = (D - w)/2 - p theta / (2 pi), drawn as arcs through three of its points each."""
+    slope = dimensions.pitch / TWO_PI
+    total = TWO_PI * dimensions.turns
+    step = _arc_step(slope)
+    count = max(1, math.ceil(total / step))
+
+    def on_spiral(theta: float) -> Point:
+        return polar(dimensions.outer_radius - slope * theta, outer_angle + theta)
+
+    points = [on_spiral(total * i / (2 * count)) for i in range(2 * count + 1)]
+    return Path(tuple(_arc_through(points[2 * i], points[2 * i + 1], points[2 * i + 2]) for i in range(count)))
+
+
+def _arc_step(slope: float) -> float:
+    """Angle of one arc: an arc through both ends and the middle of a spiral piece departs by less than slope step^3 / 60."""
+    return min(math.pi / 4, (60.0 * CHORD_TOLERANCE / slope) ** (1 / 3))
+
+
+def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
+    ax, ay = middle.x - start.x, middle.y - start.y
+    bx, by = end.x - start.x, end.y - start.y
+    cross = 2.0 * (ax * by - ay * bx)
+    if abs(cross) < 1e-24:
+        return Line(start, end)
+    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
+    centre = Point(start.x + (by * a2 - ay * b2) / cross, start.y + (ax * b2 - bx * a2) / cross)
+    return Arc(start, end, centre, ccw=cross > 0)
+
+
+def polygon(corners: int) -> Callable[[SpiralDimensions, float], Path]:
+    """The spiral on a polygon of that many sides, one flat facing +x: side m lies floor(m / corners) pitches further in."""
+
+    def wind_polygon(dimensions: SpiralDimensions, outer_angle: float) -> Path:
+        step = TWO_PI / corners
+        first = math.floor((outer_angle - step / 2) / step + 1e-9)
+        count = round(dimensions.turns * corners)
+
+        def side(m: int) -> tuple[float, float]:
+            return first + 1 + m, (_flat(dimensions, first + 1 + m, corners) - dimensions.pitch * max(0, m // corners))
+
+        start = _crossing((first, _flat(dimensions, first, corners)), side(0), step)
+        points = [start, *(_crossing(side(m), side(m + 1), step) for m in range(count))]
+        return Path(tuple(Line(a, b) for a, b in zip(points, points[1:], strict=False)))
+
+    return wind_polygon
+
+
+def _flat(dimensions: SpiralDimensions, index: int, corners: int) -> float:
+    """Distance of a flat's centre line: only a four-sided spiral may be longer one way than the other."""
+    axis = index % 2 if corners == 4 else 1
+    return (dimensions.size[axis] - dimensions.trace_width) / 2
+
+
+def _crossing(one: tuple[float, float], other: tuple[float, float], step: float) -> Point:
+    """Where two lines cross, each given by the number of its normal's direction and its distance from the origin."""
+    a, b = one[0] * step, other[0] * step
+    determinant = math.sin(b - a)
+    return Point(
+        (one[1] * math.sin(b) - other[1] * math.sin(a)) / determinant,
+        (other[1] * math.cos(a) - one[1] * math.cos(b)) / determinant,
+    )
+
+
+SPIRALS: dict[str, Callable[[SpiralDimensions, float], Path]] = {
+    "circle": circle,
+    "square": polygon(4),
+    "rectangle": polygon(4),
+    "hexagon": polygon(6),
+    "octagon": polygon(8),
+}
+
+
+def wind(shape: str, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1) -> Path:
+    """One layer from its outer end inwards, about the origin.
+
+    ``outer_angle`` (rad) is where the outer end stands (polygons: the last corner at or before it, in the direction of
+    winding); ``sense`` is +1 for counter-clockwise, -1 for clockwise. Raises KeyError for an unknown shape.
+    """
+    if sense > 0:
+        return SPIRALS[shape](dimensions, outer_angle)
+    return SPIRALS[shape](dimensions, -outer_angle).mapped(lambda p: Point(p.x, -p.y), flips=True)
+
+
+def corner_angle(shape: str, angle: float, sense: int) -> float:
+    """The angle at which a layer really begins: the angle itself for a circle, else the last corner at or before it."""
+    corners = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}.get(shape)
+    if corners is None:
+        return angle
+    step = TWO_PI / corners
+    return sense * ((math.floor((sense * angle - step / 2) / step + 1e-9)) * step + step / 2)
+
+
+def rounded_corners(path: Path, radius: float) -> Path:
+    """A polygon spiral with its inner corners rounded by `radius` (m), less where the sides are too short for it."""
+    from sitscad.geometry.path import rounded_polyline
+
+    if radius <= 0.0 or len(path.segments) < 2:
+        return path
+    corners = [path.start, *(segment.end for segment in path)]
+    return rounded_polyline(corners, radius)
+
+
+def outer_boundary(shape: str, size: tuple[float, float], offset: float) -> Path:
+    """The closed counter-clockwise curve at `offset` (m) outside a coil's outer copper edge, beginning at +x, y = 0."""
+    if shape == "circle":
+        radius = size[0] / 2 + offset
+        east, north = Point(radius, 0.0), Point(0.0, radius)
+        west, south = Point(-radius, 0.0), Point(0.0, -radius)
+        origin = Point(0.0, 0.0)
+        return Path(tuple(Arc(a, b, origin) for a, b in ((east, north), (north, west), (west, south), (south, east))))
+    corners = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}[shape]
+    step = TWO_PI / corners
+
+    def flat(index: int) -> tuple[float, float]:
+        axis = index % 2 if corners == 4 else 1
+        return index, size[axis] / 2 + offset
+
+    points = [_crossing(flat(i), flat(i + 1), step) for i in range(corners)]
+    east = Point(size[0] / 2 + offset, 0.0)
+    ring = [east, *points, east]
+    segments: list[Segment] = [Line(a, b) for a, b in zip(ring, ring[1:], strict=False)]
+    return Path(tuple(segments))

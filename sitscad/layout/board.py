@@ -1,0 +1,139 @@
+"""The layout as drawn: copper, vias, pads, openings and outline, every piece with its net. Frozen values, metres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from sitscad.finding import Finding
+from sitscad.geometry.path import Path, Point
+from sitscad.geometry.region import Region
+from sitscad.spec.sensor import CoilPlacement, SensorSpec
+
+
+class Role(StrEnum):
+    """What a piece of copper is for."""
+
+    WINDING = "winding"
+    STUB = "stub"
+    LEAD = "lead"
+    TAIL = "tail"
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A track of constant width along a path, on copper layer `layer` (from 1 at the top)."""
+
+    path: Path
+    width: float
+    layer: int
+    net: str
+    role: Role
+
+
+@dataclass(frozen=True)
+class Via:
+    """A plated through hole with the same round pad on every copper layer."""
+
+    centre: Point
+    drill: float
+    pad: float
+    net: str
+
+
+@dataclass(frozen=True)
+class Pad:
+    """A rectangular contact: centre and size [x, y] in metres, the net and the pin it belongs to (``C1.A``, ``C1.B``)."""
+
+    centre: Point
+    size: tuple[float, float]
+    layer: int
+    net: str
+    pin: str
+    number: int
+
+
+@dataclass(frozen=True)
+class Winding:
+    """One layer of a coil, walked in the coil's direction.
+
+    ``outer_angle`` (rad) is where this layer's outer end stands; ``sense`` is +1 when the layer, walked from the outside
+    in, runs counter-clockwise, -1 otherwise; ``inward`` says which way the coil's current walks it; ``z`` is the copper's
+    mid-plane below the board's top face (m, negative).
+    """
+
+    layer: int
+    z: float
+    thickness: float
+    outer_angle: float
+    sense: int
+    inward: bool
+    path: Path
+
+
+@dataclass(frozen=True)
+class Coil:
+    """One coil as drawn. ``series`` lists every conductor from contact A to contact B in the order of the current."""
+
+    placement: CoilPlacement
+    net: str
+    windings: tuple[Winding, ...]
+    series: tuple[Trace | Via, ...]
+    is_closed_circuit: bool
+
+    @property
+    def name(self) -> str:
+        """The coil's name (C1, C2, ...)."""
+        return self.placement.name
+
+    @property
+    def centre(self) -> Point:
+        """The coil's centre on the board."""
+        return Point(*self.placement.centre)
+
+
+@dataclass(frozen=True)
+class Stiffener:
+    """A plate bonded to the bottom face: its outline and thickness (m)."""
+
+    outline: Region
+    thickness: float
+    material: str
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Everything that is drawn. ``findings`` holds what found no room: the pieces in question are then missing."""
+
+    spec: SensorSpec
+    coils: tuple[Coil, ...]
+    traces: tuple[Trace, ...]
+    vias: tuple[Via, ...]
+    pads: tuple[Pad, ...]
+    outline: Path
+    body: tuple[float, float, float, float]
+    top_openings: tuple[Region, ...]
+    bottom_openings: tuple[Region, ...]
+    stiffener: Stiffener | None
+    bend_zone: tuple[float, float] | None
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def copper_layers(self) -> int:
+        """Number of copper layers of the stack-up."""
+        return len(self.spec.fpc.stackup.copper)
+
+    @property
+    def body_size(self) -> tuple[float, float]:
+        """Length along the jaw and width across it (m) of the part that lies on the jaw, without the tail."""
+        x0, y0, x1, y1 = self.body
+        return x1 - x0, y1 - y0
+
+    @property
+    def nets(self) -> tuple[str, ...]:
+        """The nets, one a coil."""
+        return tuple(coil.net for coil in self.coils)
+
+    def on_layer(self, number: int) -> tuple[Trace, ...]:
+        """The traces on one copper layer."""
+        return tuple(trace for trace in self.traces if trace.layer == number)

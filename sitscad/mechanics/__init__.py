@@ -1,0 +1,1 @@
+"""Mechanics of the soft parts."""

@@ -1,0 +1,1 @@
+"""Converters: what each chip can drive and how it is set up."""

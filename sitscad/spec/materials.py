@@ -1,0 +1,29 @@
+"""Materials as values: conductors, dielectrics and elastomers, each row of the data with its source."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Conductor:
+    """A metal, or a magnetic sheet: conductivity in S/m, relative permeability, temperature coefficient in 1/K at 20 C."""
+
+    name: str
+    conductivity: float
+    relative_permeability: float = 1.0
+    temperature_coefficient: float = 0.0
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class ElastomerMaterial:
+    """A silicone: small-strain shear modulus (Pa) with its relative uncertainty (one sigma), bulk modulus (Pa)."""
+
+    name: str
+    shear_modulus: float
+    shear_modulus_sigma: float
+    bulk_modulus: float
+    hardness: str = ""
+    density: float | None = None
+    source: str = ""

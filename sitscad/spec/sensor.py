@@ -1,0 +1,218 @@
+"""What is asked for: the sensor as frozen values in SI units, presets resolved, defaults filled in.
+
+Lengths are metres, angles radians, x runs along the jaw towards the handle, y across it, z up from the board's top face.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.source import SpecSource
+from sitscad.spec.stackup import CopperLayer, Stackup
+
+
+@dataclass(frozen=True)
+class CoilSpec:
+    """One coil: all its copper layers in series, one conductor and one net.
+
+    ``size`` is measured across the outer copper edges (polygons: across flats), equal in x and y except for rectangle
+    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order.
+    """
+
+    shape: str
+    size: tuple[float, float]
+    turns: float
+    layers: tuple[int, ...]
+    trace_width: float
+    trace_spacing: float
+    start_angle: float = 0.0
+    clockwise: bool = False
+    corner_radius: float = 0.0
+
+    @property
+    def pitch(self) -> float:
+        """Trace width plus spacing, in metres."""
+        return self.trace_width + self.trace_spacing
+
+    @property
+    def outer_diameter(self) -> float:
+        """The smaller outer size in metres (the diameter, for round and regular shapes)."""
+        return min(self.size)
+
+
+@dataclass(frozen=True)
+class CoilPlacement:
+    """Where one coil of the array stands: name, centre (m), rotation (rad, counter-clockwise)."""
+
+    name: str
+    centre: tuple[float, float]
+    rotation: float = 0.0
+
+
+@dataclass(frozen=True)
+class ArraySpec:
+    """The coils of the sensor, in the order of the converter's channels, from the far end of the jaw to the tail."""
+
+    pattern: str
+    placements: tuple[CoilPlacement, ...]
+    pitch: float | None = None
+
+
+@dataclass(frozen=True)
+class Connector:
+    """How the tail ends: contacts at a pitch, their length and width, the insertion thickness (0: solder pads)."""
+
+    name: str
+    kind: str
+    pitch: float
+    contact_width: float
+    contact_length: float
+    edge_margin: float
+    insertion_thickness: float
+    insertion_thickness_tolerance: float
+    stiffener_length: float
+    source: str = ""
+
+    def width(self, contacts: int) -> float:
+        """Width (m) of the tail's end for a number of contacts: outer contact centres plus a margin on each side."""
+        return self.pitch * (contacts - 1) + 2.0 * self.edge_margin
+
+
+@dataclass(frozen=True)
+class Tail:
+    """The strip that leads to the converter: length in metres, its connector, its copper layers and how it bends."""
+
+    length: float
+    connector: Connector
+    layers: int
+    bend: str
+
+
+@dataclass(frozen=True)
+class FpcSpec:
+    """The flexible printed circuit: stack-up, the fabricator's rules, and the tail (none: solder pads at the outline)."""
+
+    stackup: Stackup
+    rules: DesignRules
+    tail: Tail | None
+
+
+@dataclass(frozen=True)
+class Target:
+    """The conducting plate over the coils: size [x, y] and thickness in metres."""
+
+    shape: str
+    size: tuple[float, float]
+    thickness: float
+    material: Conductor
+
+
+@dataclass(frozen=True)
+class ElastomerPad:
+    """The soft pad between board and target: size [x, y], thickness and laser kerf in metres."""
+
+    material: ElastomerMaterial
+    shape: str
+    size: tuple[float, float]
+    thickness: float
+    kerf: float
+
+
+@dataclass(frozen=True)
+class Encapsulation:
+    """The film that seals the sensor against tissue: thickness in metres."""
+
+    material: ElastomerMaterial
+    thickness: float
+
+
+@dataclass(frozen=True)
+class Jaw:
+    """One jaw of a grasper: the face that carries the sensor and the metal behind it.
+
+    ``height`` is that of one jaw, face to back; ``port_diameter`` is the circle that the closed pair must pass.
+    """
+
+    name: str
+    width: float
+    length: float
+    height: float
+    port_diameter: float
+    material: Conductor
+    opposing_pad_thickness: float = 0.0
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Mount:
+    """What carries the sensor: ``standoff`` is from the metal's face to the board's bottom face (m)."""
+
+    kind: str
+    jaw: Jaw | None
+    standoff: float
+
+
+@dataclass(frozen=True)
+class Shield:
+    """A sheet between coil and jaw: ``gap`` is from the board's bottom face to the sheet (m)."""
+
+    material: Conductor
+    thickness: float
+    gap: float
+
+
+@dataclass(frozen=True)
+class Cable:
+    """The wires between tail and converter, per conductor pair and for the whole length."""
+
+    length: float
+    inductance: float
+    capacitance: float
+    resistance: float
+
+
+@dataclass(frozen=True)
+class ReadoutSpec:
+    """The converter: ``capacitance`` in farads (None: chosen), ``scan_rate`` is complete scans of all coils a second."""
+
+    device: str
+    capacitance: float | None
+    capacitor_at: str
+    cable: Cable | None
+    clock: float
+    scan_rate: float
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """What the sensor must bear and follow: forces in newtons, bandwidth in hertz."""
+
+    normal_force: float | None = None
+    shear_force: float | None = None
+    bandwidth: float | None = None
+
+
+@dataclass(frozen=True)
+class SensorSpec:
+    """The whole design; parts that are None are not in the sensor, are not made and not checked."""
+
+    name: str
+    coil: CoilSpec
+    array: ArraySpec
+    fpc: FpcSpec
+    target: Target | None
+    elastomer: ElastomerPad | None
+    encapsulation: Encapsulation | None
+    mount: Mount | None
+    shield: Shield | None
+    readout: ReadoutSpec
+    requirements: Requirements
+    source: SpecSource
+
+    @property
+    def coil_copper(self) -> tuple[CopperLayer, ...]:
+        """The copper layers that the coil is wound on, in winding order, with their heights."""
+        copper = self.fpc.stackup.copper
+        return tuple(copper[number - 1] for number in self.coil.layers)

@@ -1,0 +1,64 @@
+"""The stack-up: the layers of the flexible circuit from top to bottom, and where each copper layer lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class LayerKind(StrEnum):
+    """What a layer of the stack-up is made for."""
+
+    COVERLAY = "coverlay"
+    COPPER = "copper"
+    DIELECTRIC = "dielectric"
+
+
+@dataclass(frozen=True)
+class StackLayer:
+    """One layer: its thickness in metres and its material (a row of the materials data)."""
+
+    kind: LayerKind
+    thickness: float
+    material: str
+    relative_permittivity: float | None = None
+
+
+@dataclass(frozen=True)
+class CopperLayer:
+    """A copper layer: `number` counts from 1 at the top, `z` is its mid-plane (m), 0 at the board's top face, down negative."""
+
+    number: int
+    z: float
+    thickness: float
+
+
+@dataclass(frozen=True)
+class Stackup:
+    """The flexible circuit's layers from top to bottom."""
+
+    name: str
+    layers: tuple[StackLayer, ...]
+    source: str = ""
+    plating_thickness: float = 0.0
+    copper_thickness_sigma: float | None = None
+
+    @property
+    def thickness(self) -> float:
+        """Finished thickness in metres, without stiffener."""
+        return sum(layer.thickness for layer in self.layers)
+
+    @property
+    def copper(self) -> tuple[CopperLayer, ...]:
+        """The copper layers from the top, each with its height."""
+        found, depth = [], 0.0
+        for layer in self.layers:
+            if layer.kind is LayerKind.COPPER:
+                found.append(CopperLayer(len(found) + 1, -(depth + layer.thickness / 2), layer.thickness))
+            depth += layer.thickness
+        return tuple(found)
+
+    def between(self, upper: int, lower: int) -> tuple[StackLayer, ...]:
+        """The layers strictly between two copper layers (numbers from 1)."""
+        indices = [i for i, layer in enumerate(self.layers) if layer.kind is LayerKind.COPPER]
+        return self.layers[indices[upper - 1] + 1 : indices[lower - 1]]
