@@ -101,12 +101,13 @@ class FpcSpec:
 
 @dataclass(frozen=True)
 class Target:
-    """The conducting plate over the coils: size [x, y] and thickness in metres."""
+    """The conducting plate over the coils: size [x, y], thickness and the kerf of its cutting (0: drawn as it is) in metres."""
 
     shape: str
     size: tuple[float, float]
     thickness: float
     material: Conductor
+    kerf: float = 0.0
 
 
 @dataclass(frozen=True)

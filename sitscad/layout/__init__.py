@@ -1,0 +1,8 @@
+"""From the spec to everything that is drawn: coils, vias, leads, tail, contacts and outline."""
+
+from __future__ import annotations
+
+from sitscad.layout.arrangement import lay_out
+from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
+
+__all__ = ["Coil", "Layout", "Pad", "Role", "Stiffener", "Trace", "Via", "Winding", "lay_out"]

@@ -1,0 +1,142 @@
+"""The lanes along the jaw: which way each coil's pair of conductors runs past the other coils and into the tail.
+
+The coil next to the tail leaves forwards; the others pass it above and below in turn, the nearest on the inner lanes, so no
+pair ever crosses another. A pair runs stacked on two copper layers, or side by side where the tail has only one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sitscad.geometry.path import Point
+from sitscad.layout.ring import Ring
+from sitscad.spec.sensor import CoilPlacement, SensorSpec
+
+STAGGER = math.sqrt(2.0) - 1.0
+"""Parallel tracks bend by 45 degrees this many spacings apart, so that they stay equally far from each other."""
+
+
+@dataclass(frozen=True)
+class Exit:
+    """Where one end of a coil leaves its ring (angle, rad) and the corners that it then passes up to the tail's lane."""
+
+    angle: float
+    way: tuple[Point, ...]
+    layer: int
+
+
+@dataclass(frozen=True)
+class Bus:
+    """Sizes shared by all lanes (m): trace width and spacing, offset of the ring road, layers of the two conductors."""
+
+    width: float
+    spacing: float
+    layers: tuple[int, int]
+
+    @property
+    def ring_offset(self) -> float:
+        """From a coil's copper edge to the centre line of the ring road."""
+        return self.spacing + self.width / 2
+
+    @property
+    def pitch(self) -> float:
+        """Distance of neighbouring tracks."""
+        return self.width + self.spacing
+
+    @property
+    def is_stacked(self) -> bool:
+        """Whether the two conductors of a pair lie above each other."""
+        return self.layers[0] != self.layers[1]
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One coil's lane: ``side`` is +1 above, -1 below, 0 forwards; ``index`` counts outwards; ``rank`` from the top in the tail."""
+
+    placement: CoilPlacement
+    side: int
+    index: int
+    rank: int
+
+
+def bus_for(spec: SensorSpec) -> Bus:
+    """The bus of a spec: the coil's own trace width, the fabricator's spacing, the two top layers if the tail has two."""
+    tail_layers = spec.fpc.tail.layers if spec.fpc.tail else 2
+    second = 2 if min(tail_layers, len(spec.fpc.stackup.copper)) >= 2 else 1
+    return Bus(spec.coil.trace_width, spec.fpc.rules.trace_spacing, (1, second))
+
+
+def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:
+    """A lane for every coil, in the order of the placements (far end first); `first_side` is the side used first."""
+    count = len(placements)
+    sides: list[tuple[int, int]] = []
+    for distance in range(count):
+        if distance == 0:
+            sides.append((0, 0))
+        else:
+            sides.append((first_side if distance % 2 else -first_side, (distance - 1) // 2))
+    by_coil = list(reversed(sides))
+    height = [side * (1 + index) for side, index in by_coil]
+    order = sorted(range(count), key=lambda i: -height[i])
+    return tuple(Lane(placements[i], *by_coil[i], rank=order.index(i)) for i in range(count))
+
+
+def lane_height(spec: SensorSpec, bus: Bus, index: int, track: int = 0) -> float:
+    """Distance (m) from the axis to a lane's track: lane `index` outwards, `track` 1 for the outer one of a flat pair."""
+    tracks = index if bus.is_stacked else 2 * index + track
+    reach = max(abs(p.centre[1]) for p in spec.array.placements) + spec.coil.size[1] / 2
+    return reach + bus.ring_offset + tracks * bus.pitch
+
+
+def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[Exit, Exit]]:
+    """The ways in which a coil's two ends (A, B) may leave: pairs of exits, to be tried in this order."""
+    if bus.is_stacked:
+        return [
+            (Exit(angle, way, bus.layers[0]), Exit(angle, way, bus.layers[1]))
+            for angle, way in _single_exits(spec, bus, lane, funnel_x)
+        ]
+    return _flat_exits(spec, bus, lane, funnel_x)
+
+
+def _single_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
+    ring = Ring(spec.coil, lane.placement, bus.ring_offset)
+    if lane.side:
+        height = lane.side * lane_height(spec, bus, lane.index)
+        corner = lane.side * math.atan2(ring.half_size[1], ring.half_size[0])
+        return [(corner, (_diagonal(ring.at(corner), height), Point(funnel_x, height)))]
+    found = []
+    for degrees in (0, 20, -20, 40, -40):
+        angle = math.radians(degrees)
+        place = ring.at(angle)
+        edge = Point(ring.centre.x + ring.half_size[0], ring.centre.y + ring.half_size[0] * math.tan(angle))
+        way = (edge, Point(funnel_x, edge.y)) if edge.distance(place) > 1e-9 else (Point(funnel_x, edge.y),)
+        found.append((angle, way))
+    return found
+
+
+def _flat_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[Exit, Exit]]:
+    """Side by side: the upper track leaves the ring before the lower one; either end of the coil may be the upper."""
+    ring = Ring(spec.coil, lane.placement, bus.ring_offset)
+    turn = 1.6 * bus.pitch / min(ring.half_size)
+    layer = bus.layers[0]
+    if lane.side:
+        corner = lane.side * math.atan2(ring.half_size[1], ring.half_size[0])
+        ways = []
+        for track, angle in ((1, corner - lane.side * turn), (0, corner)):
+            height = lane.side * lane_height(spec, bus, lane.index, track)
+            ways.append(Exit(angle, (_diagonal(ring.at(angle), height), Point(funnel_x, height)), layer))
+        return [(ways[0], ways[1]), (ways[1], ways[0])]
+    pairs = []
+    for degrees in (0, 25, -25):
+        upper, lower = (
+            Exit(angle, (Point(funnel_x, ring.at(angle).y),), layer)
+            for angle in (math.radians(degrees) + turn / 2, math.radians(degrees) - turn / 2)
+        )
+        pairs += [(upper, lower), (lower, upper)]
+    return pairs
+
+
+def _diagonal(start: Point, height: float) -> Point:
+    """Where a 45 degree line towards the tail from `start` reaches a height."""
+    return Point(start.x + abs(height - start.y), height)

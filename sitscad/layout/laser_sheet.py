@@ -1,0 +1,186 @@
+"""What a laser cuts: the sheet with one part and its kerf coupon, as contours on named layers. No file format here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, rectangle
+from sitscad.layout.board import Layout
+
+MARGIN = 5e-3
+COUPON_SIZE = 10e-3
+COUPON_HOLE = 5e-3
+MARK_ARM = 1e-3
+TEXT_HEIGHT = 1.5e-3
+_LINE_STEP = 2.5e-3
+
+
+class CutLayer(StrEnum):
+    """What the laser does with a contour, in the order in which it has to be done.
+
+    Engraving comes before any cut, and inside contours before outside ones: a piece that is cut loose may move.
+    """
+
+    ENGRAVE = "ENGRAVE"
+    CUT_INNER = "CUT_INNER"
+    CUT_OUTER = "CUT_OUTER"
+    REF = "REF"
+
+
+@dataclass(frozen=True)
+class Contour:
+    """A path on a layer; `diameter` (m) where it is a full circle, which formats may have a word for."""
+
+    layer: CutLayer
+    path: Path
+    diameter: float | None = None
+
+    @property
+    def centre(self) -> Point:
+        """The centre of a circle; meaningless for other contours."""
+        return Point((self.path.start.x + self.path.segments[0].end.x) / 2, self.path.start.y)
+
+    @property
+    def area(self) -> float:
+        """Enclosed area in square metres."""
+        return abs(enclosed_area(self.path))
+
+
+@dataclass(frozen=True)
+class LaserSheet:
+    """One part to be cut: contours with the lower left corner of the sheet at the origin, and notes on layer REF.
+
+    ``size`` is the nominal size [x, y] of the finished part, ``kerf`` the width of material that the beam removes,
+    ``width`` and ``height`` those of the drawing; all in metres.
+    """
+
+    part: str
+    material: str
+    shape: str
+    size: tuple[float, float]
+    thickness: float
+    kerf: float
+    width: float
+    height: float
+    contours: tuple[Contour, ...]
+    notes: tuple[tuple[Point, str], ...]
+
+    def on(self, layer: CutLayer) -> tuple[Contour, ...]:
+        """The contours of one layer."""
+        return tuple(contour for contour in self.contours if contour.layer is layer)
+
+    @property
+    def cut(self) -> Contour:
+        """The outside contour of the part itself, as the beam's centre runs: the nominal outline grown by half a kerf."""
+        return self.on(CutLayer.CUT_OUTER)[0]
+
+
+def laser_sheets(layout: Layout) -> tuple[LaserSheet, ...]:
+    """The sheets of the elastomer and of the target, of those that the spec has.
+
+    Raises ValueError for a kerf that is negative or as wide as the coupon's hole.
+    """
+    spec = layout.spec
+    plates = (("elastomer", spec.elastomer), ("target", spec.target))
+    return tuple(
+        _sheet(layout, part, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf)
+        for part, plate in plates
+        if plate is not None
+    )
+
+
+def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point) -> Contour:
+    """The outline of a circle, square or rectangle of a size [x, y] (m) about a centre."""
+    if shape == "circle":
+        return Contour(layer, circle(centre, size[0] / 2), size[0])
+    x, y = size[0] / 2, size[1] / 2
+    return Contour(layer, rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y))
+
+
+def _sheet(
+    layout: Layout, part: str, material: str, shape: str, size: tuple[float, float], thickness: float, kerf: float
+) -> LaserSheet:
+    if not 0.0 <= kerf < COUPON_HOLE:
+        raise ValueError(f"a kerf of {kerf * 1e3:g} mm cannot be compensated: it must be from 0 to {COUPON_HOLE * 1e3:g} mm")
+    floor = MARGIN + kerf / 2
+    centre = Point(floor + size[0] / 2, floor + size[1] / 2)
+    coupon = Point(centre.x + size[0] / 2 + kerf + MARGIN + COUPON_SIZE / 2, floor + COUPON_SIZE / 2)
+    texts = _texts(layout, part, material, shape, size, thickness, kerf)
+    top = floor + max(size[1], COUPON_SIZE) + kerf / 2
+    notes = tuple(
+        (Point(MARGIN, top + _LINE_STEP * (len(texts) - i)), text) for i, text in enumerate(texts)
+    )
+    height = top + _LINE_STEP * (len(texts) + 1) + MARGIN
+    width = max(coupon.x + COUPON_SIZE / 2 + kerf / 2, MARGIN + max(map(len, texts)) * TEXT_HEIGHT) + MARGIN
+    contours = (
+        *_label(coupon, kerf),
+        plate(CutLayer.CUT_INNER, "square", (COUPON_HOLE - kerf,) * 2, coupon),
+        plate(CutLayer.CUT_OUTER, shape, (size[0] + kerf, size[1] + kerf), centre),
+        plate(CutLayer.CUT_OUTER, "square", (COUPON_SIZE + kerf,) * 2, coupon),
+        plate(CutLayer.REF, shape, size, centre),
+        *_marks(layout, centre, width, height),
+    )
+    return LaserSheet(part, material, shape, size, thickness, kerf, width, height, contours, notes)
+
+
+def _texts(
+    layout: Layout, part: str, material: str, shape: str, size: tuple[float, float], thickness: float, kerf: float
+) -> tuple[str, ...]:
+    sizes = f"diameter {_mm(size[0])}" if shape == "circle" else f"{_mm(size[0])} x {_mm(size[1])}"
+    if kerf:
+        how = f"kerf {_mm(kerf)} mm: outside contours are {_mm(kerf / 2)} mm outside, holes {_mm(kerf / 2)} mm inside"
+    else:
+        how = "no kerf given: contours are drawn at nominal size"
+    return (
+        f"{layout.spec.name} {part}: {shape} {sizes} mm, {material}, {_mm(thickness)} mm thick; layer REF is not cut",
+        how,
+        f"coupon: {_mm(COUPON_SIZE)} mm outside and {_mm(COUPON_HOLE)} mm inside when the kerf is right",
+        f"if not: kerf = {_mm(kerf)} + {_mm(COUPON_SIZE)} - measured outside (mm)",
+    )
+
+
+def _marks(layout: Layout, centre: Point, width: float, height: float) -> Iterator[Contour]:
+    """Crosses on REF: the part's centre, the coils under it, and two corners of the sheet to register it by."""
+    placements = layout.spec.array.placements
+    middle = [math.fsum(p.centre[axis] for p in placements) / len(placements) for axis in (0, 1)]
+    under = [centre.shifted(p.centre[0] - middle[0], p.centre[1] - middle[1]) for p in placements]
+    inset = MARGIN / 2
+    for place in dict.fromkeys((centre, *under, Point(inset, inset), Point(width - inset, height - inset))):
+        for dx, dy in ((MARK_ARM, 0.0), (0.0, MARK_ARM)):
+            yield Contour(CutLayer.REF, polyline([place.shifted(-dx, -dy), place.shifted(dx, dy)]))
+
+
+# Strokes of the digits on a grid 1 wide and 2 high, as polylines; drivers of lasers seldom know fonts.
+_DIGITS: dict[str, tuple[tuple[tuple[float, float], ...], ...]] = {
+    "0": (((0, 0), (1, 0), (1, 2), (0, 2), (0, 0)),),
+    "1": (((1, 0), (1, 2)),),
+    "2": (((0, 2), (1, 2), (1, 1), (0, 1), (0, 0), (1, 0)),),
+    "3": (((0, 2), (1, 2), (1, 0), (0, 0)), ((0, 1), (1, 1))),
+    "4": (((0, 2), (0, 1), (1, 1)), ((1, 2), (1, 0))),
+    "5": (((1, 2), (0, 2), (0, 1), (1, 1), (1, 0), (0, 0)),),
+    "6": (((1, 2), (0, 2), (0, 0), (1, 0), (1, 1), (0, 1)),),
+    "7": (((0, 2), (1, 2), (1, 0)),),
+    "8": (((0, 1), (0, 0), (1, 0), (1, 2), (0, 2), (0, 1), (1, 1)),),
+    "9": (((1, 1), (0, 1), (0, 2), (1, 2), (1, 0), (0, 0)),),
+    ".": (((0.4, 0), (0.6, 0)),),
+}
+_DIGIT_WIDTH, _DIGIT_STEP = 0.6e-3, 1.0e-3
+
+
+def _label(coupon: Point, kerf: float) -> Iterator[Contour]:
+    """The kerf in millimetres, engraved between the coupon's hole and its lower edge."""
+    text = _mm(kerf)
+    band = (COUPON_SIZE - COUPON_HOLE) / 2
+    left = coupon.x - (_DIGIT_STEP * (len(text) - 1) + _DIGIT_WIDTH) / 2
+    lower = coupon.y - COUPON_SIZE / 2 + (band - 2 * _DIGIT_WIDTH) / 2
+    for i, letter in enumerate(text):
+        for stroke in _DIGITS[letter]:
+            at = [Point(left + i * _DIGIT_STEP + x * _DIGIT_WIDTH, lower + y * _DIGIT_WIDTH) for x, y in stroke]
+            yield Contour(CutLayer.ENGRAVE, polyline(at))
+
+
+def _mm(metres: float) -> str:
+    return f"{metres * 1e3:.4f}".rstrip("0").rstrip(".")

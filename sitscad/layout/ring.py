@@ -1,0 +1,71 @@
+"""The ring road: the track next outside a coil, on which its leads and the stubs of its outer vias run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, polar
+from sitscad.geometry.spiral import outer_boundary
+from sitscad.spec.sensor import CoilPlacement, CoilSpec
+
+
+@dataclass(frozen=True)
+class Ring:
+    """The closed curve at `offset` (m) outside a coil's copper, walked by angle (rad) about the coil's centre."""
+
+    coil: CoilSpec
+    placement: CoilPlacement
+    offset: float
+
+    @property
+    def centre(self) -> Point:
+        """The coil's centre."""
+        return Point(*self.placement.centre)
+
+    @property
+    def half_size(self) -> tuple[float, float]:
+        """Half the ring's extent in x and y (m)."""
+        return self.coil.size[0] / 2 + self.offset, self.coil.size[1] / 2 + self.offset
+
+    def at(self, angle: float) -> Point:
+        """The ring's point in a direction from the centre."""
+        if self.coil.shape == "circle":
+            return polar(self.coil.size[0] / 2 + self.offset, angle, self.centre)
+        local = angle - self.placement.rotation
+        boundary = outer_boundary(self.coil.shape, self.coil.size, self.offset)
+        ux, uy = math.cos(local), math.sin(local)
+        distance = max(_ray_length(segment, ux, uy) for segment in boundary)
+        return polar(distance, angle, self.centre)
+
+    def along(self, start: float, end: float, ccw: bool) -> Path:
+        """The way along the ring from one angle to another, counter-clockwise or clockwise; empty where they are equal."""
+        sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
+        if abs(sweep) < 1e-9 or TWO_PI - abs(sweep) < 1e-9:
+            return Path(())
+        if self.coil.shape == "circle":
+            return Path((Arc(self.at(start), self.at(end), self.centre, ccw),))
+        points = [self.at(start), *self._corners(start, sweep), self.at(end)]
+        return Path(tuple(Line(a, b) for a, b in zip(points, points[1:], strict=False) if a.distance(b) > 1e-9))
+
+    def _corners(self, start: float, sweep: float) -> list[Point]:
+        boundary = outer_boundary(self.coil.shape, self.coil.size, self.offset)
+        turned = [segment.end for segment in boundary.segments[:-1]]
+        passed = []
+        for corner in turned:
+            angle = math.atan2(corner.y, corner.x) + self.placement.rotation
+            along = (angle - start) % TWO_PI if sweep > 0 else (start - angle) % TWO_PI
+            if 1e-9 < along < abs(sweep) - 1e-9:
+                passed.append((along, polar(math.hypot(corner.x, corner.y), angle, self.centre)))
+        return [point for _, point in sorted(passed)]
+
+
+def _ray_length(segment: Segment, ux: float, uy: float) -> float:
+    """Distance from the origin at which a ray in direction (ux, uy) meets a straight side; 0 where it misses."""
+    dx, dy = segment.end.x - segment.start.x, segment.end.y - segment.start.y
+    determinant = ux * dy - uy * dx
+    if abs(determinant) < 1e-18:
+        return 0.0
+    reach = (segment.start.x * dy - segment.start.y * dx) / determinant
+    t = (segment.start.x * uy - segment.start.y * ux) / determinant
+    return reach if reach > 0 and -1e-9 <= t <= 1 + 1e-9 else 0.0

@@ -1,0 +1,82 @@
+"""What to say when something found no room on the board: the finding, with the missing length."""
+
+from __future__ import annotations
+
+from sitscad.finding import Finding, Severity
+from sitscad.geometry.path import Point
+from sitscad.layout.clearance import Hole, hole_keep_out
+from sitscad.layout.inner_vias import room_needed
+from sitscad.layout.lanes import Bus
+from sitscad.spec.sensor import SensorSpec
+
+
+def no_way_out(spec: SensorSpec) -> Finding:
+    """An odd number of layers ends inside, and no copper layer is left to come out on."""
+    layers = len(spec.coil.layers)
+    return Finding(
+        rule="SIT111",
+        name="no-way-out",
+        severity=Severity.ERROR,
+        message=f"a coil of {layers} layer{'s' if layers > 1 else ''} ends inside its turns, and the stack-up "
+        f"{spec.fpc.stackup.name} has no copper layer left on which it could come out",
+        hint=f"take {layers + 1} layers, or a stack-up with one more copper layer",
+        key="coil.layers",
+        measured=float(len(spec.fpc.stackup.copper)),
+        limit=float(layers + 1),
+        unit="copper layers",
+    )
+
+
+def no_inner_room(spec: SensorSpec, bus: Bus, clear_radius: float, joins: int) -> Finding:
+    """The centre is too small for the vias that join the layers there."""
+    needed, have = room_needed(joins, spec.fpc.rules, bus.spacing), 2.0 * clear_radius
+    missing = max(needed - have, 1e-6)
+    fewer = missing / (2.0 * spec.coil.pitch)
+    vias = "via" if joins == 1 else f"{joins} vias"
+    return Finding(
+        rule="SIT112",
+        name="inner-via-room",
+        severity=Severity.ERROR,
+        message=f"no room for {vias} inside the innermost turn: {have * 1e3:.3f} mm are clear, "
+        f"{needed * 1e3:.3f} mm are needed, {missing * 1e6:.0f} um are missing",
+        hint=f"take {fewer:.2f} turns less on every layer, or an outer diameter larger by {missing * 1e6:.0f} um, or finer rules",
+        key="coil.turns",
+        measured=have,
+        limit=needed,
+        unit="m",
+        source=f"via pad and spacing of the rules {spec.fpc.rules.name}",
+    )
+
+
+def no_way_for_leads(spec: SensorSpec, bus: Bus) -> Finding:
+    """The leads or the outer vias do not fit beside or between the coils."""
+    rules = spec.fpc.rules
+    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    needed = 2.0 * hole_keep_out(hole, rules, bus.spacing) + bus.pitch
+    centres = sorted(p.centre[0] for p in spec.array.placements)
+    pitch = min((b - a for a, b in zip(centres, centres[1:], strict=False)), default=None)
+    if pitch is None:
+        return Finding(
+            rule="SIT113",
+            name="lead-room",
+            severity=Severity.ERROR,
+            message="the coil's leads find no way out of the winding",
+            hint="change coil.start_angle or the number of turns, so that the layers end at other angles",
+            key="coil.start_angle",
+        )
+    have = pitch - spec.coil.size[0]
+    missing = max(needed - have, bus.pitch)
+    return Finding(
+        rule="SIT113",
+        name="lead-room",
+        severity=Severity.ERROR,
+        message=f"leads and outer vias find no room between the coils: the gap is {have * 1e3:.3f} mm, "
+        f"{needed * 1e3:.3f} mm let a via and a lead pass, {missing * 1e6:.0f} um are missing",
+        hint=f"a pitch larger by {missing * 1e6:.0f} um, or another coil.start_angle so that layers end in the corners "
+        "between the coils",
+        key="array.pitch",
+        measured=have,
+        limit=needed,
+        unit="m",
+        source=f"via pad and spacing of the rules {rules.name}",
+    )

@@ -1,0 +1,197 @@
+"""The tail: from the end of the body to the contacts, with the pairs' tracks, their vias, the openings and the stiffener."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sitscad.geometry.path import Path, Point, polyline, rectangle
+from sitscad.geometry.region import Region
+from sitscad.layout.board import Pad, Stiffener
+from sitscad.layout.clearance import Hole, Track, hole_keep_out
+from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
+from sitscad.spec.sensor import Connector, SensorSpec
+
+TAIL_TRACE_WIDTH = 0.2e-3
+"""Tracks widen to this outside the jaw, for their resistance (m)."""
+
+BARE_LENGTH = 2.0e-3
+"""Length of the strip with solder pads where the spec asks for no tail: pads, vias and a little to hold (m)."""
+
+CAP = 0.25e-3
+"""Straight copper left between the bends and the vias at the contacts (m)."""
+
+
+@dataclass(frozen=True)
+class TailFrame:
+    """Where the tail lies (m): its start and end along x, its half width, and the connector it ends in."""
+
+    connector: Connector
+    body_end: float
+    funnel: float
+    start: float
+    end: float
+    half_width: float
+    trace_width: float
+
+    @property
+    def pad_start(self) -> float:
+        """Where the contacts begin."""
+        return self.end - self.edge - self.connector.contact_length
+
+    @property
+    def edge(self) -> float:
+        """Gap between the contacts and the end of the board: none is left where the contact would get too short."""
+        return 0.2e-3
+
+
+@dataclass(frozen=True)
+class Run:
+    """One conductor from the funnel to its contact, in that direction: tracks and holes, and the contact."""
+
+    pieces: tuple[Track | Hole, ...]
+    pad: Pad
+
+
+def connector_of(spec: SensorSpec, solder_pads: Connector) -> Connector:
+    """The tail's connector, or plain solder pads at the outline where there is no tail."""
+    return spec.fpc.tail.connector if spec.fpc.tail else solder_pads
+
+
+def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:
+    """Lay the tail's outline: `front` is where the coils' leads have come together, from there on lanes run along x."""
+    edge = spec.fpc.rules.copper_to_edge
+    contacts = 2 * len(spec.array.placements)
+    half_width = connector.width(contacts) / 2
+    slack = STAGGER * (edge + bus.width / 2)
+    body_end = front + slack if half_width < body_half_width else front
+    funnel = front if half_width < body_half_width else front + slack
+    start = body_end + abs(body_half_width - half_width)
+    needed = _fan_length(spec, bus, connector) + connector.contact_length + 0.2e-3
+    length = max(spec.fpc.tail.length, start - body_end + needed) if spec.fpc.tail else start - body_end + needed + BARE_LENGTH
+    return TailFrame(
+        connector, body_end, funnel, start, body_end + length, half_width, _tail_trace_width(spec, bus, connector)
+    )
+
+
+def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
+    """As wide as a via beside it allows at the connector's pitch, at most `TAIL_TRACE_WIDTH`, at least the coil's own."""
+    keep = hole_keep_out(Hole(Point(0, 0), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill), spec.fpc.rules, bus.spacing)
+    return max(bus.width, min(TAIL_TRACE_WIDTH, 2.0 * (connector.pitch - keep), connector.contact_width))
+
+
+def _fan_length(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
+    """Length (m) in which a stacked pair parts, changes layer and reaches the contacts; a flat pair needs only a bit."""
+    pad = spec.fpc.rules.via_pad
+    return connector.pitch / 2 + 2.0 * CAP + pad if bus.is_stacked else CAP
+
+
+def contact_height(connector: Connector, contacts: int, number: int) -> float:
+    """y (m) of a contact, number 1 at the top."""
+    return connector.pitch * ((contacts - 1) / 2 - (number - 1))
+
+
+def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entries: tuple[Point, Point]) -> tuple[Run, Run]:
+    """Both conductors (A, B) of one coil from where they enter the funnel to their contacts."""
+    contacts = 2 * len(spec.array.placements)
+    first = 2 * lane.rank + 1
+    heights = (contact_height(tail.connector, contacts, first), contact_height(tail.connector, contacts, first + 1))
+    if bus.is_stacked:
+        middle = (heights[0] + heights[1]) / 2
+        return (
+            _stacked_run(spec, bus, tail, lane, entries[0], middle, heights[0], first, "A"),
+            _stacked_run(spec, bus, tail, lane, entries[1], middle, heights[1], first + 1, "B"),
+        )
+    upper_is_a = entries[0].y >= entries[1].y
+    numbers = (first, first + 1) if upper_is_a else (first + 1, first)
+    return (
+        _flat_run(spec, bus, tail, lane, entries[0], numbers[0], "A"),
+        _flat_run(spec, bus, tail, lane, entries[1], numbers[1], "B"),
+    )
+
+
+def _descent(spec: SensorSpec, bus: Bus, tail: TailFrame, entry: Point, height: float) -> tuple[Path, Point]:
+    """The neck from the funnel's beginning to the tail lane: bends staggered so that neighbours keep their distance."""
+    outermost = lane_height(spec, bus, 0)
+    inwards = abs(height) < abs(entry.y)
+    lag = STAGGER * (abs(entry.y) - outermost) * (1 if inwards else -1)
+    bend = Point(tail.funnel + max(0.0, lag if abs(entry.y) >= outermost - 1e-9 else 0.0), entry.y)
+    foot = Point(bend.x + abs(height - entry.y), height)
+    return polyline([entry, bend, foot]), foot
+
+
+def _stacked_run(
+    spec: SensorSpec,
+    bus: Bus,
+    tail: TailFrame,
+    lane: Lane,
+    entry: Point,
+    middle: float,
+    height: float,
+    number: int,
+    end: str,
+) -> Run:
+    neck, foot = _descent(spec, bus, tail, entry, middle)
+    pad = _contact(spec, tail, lane, height, number, end)
+    via_x = tail.pad_start - spec.fpc.rules.via_pad / 2 - CAP
+    part = Point(via_x - spec.fpc.rules.via_pad / 2 - CAP - abs(height - middle), middle)
+    joint = Point(part.x + abs(height - middle), height)
+    layer = bus.layers[0] if end == "A" else bus.layers[1]
+    pieces: list[Track | Hole] = [Track(neck, bus.width, layer)]
+    if end == "A":
+        pieces.append(Track(polyline([foot, part, joint, pad.centre]), tail.trace_width, layer))
+        return Run(tuple(pieces), pad)
+    hole = Hole(Point(via_x, height), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill)
+    pieces += [
+        Track(polyline([foot, part, joint, hole.centre]), tail.trace_width, layer),
+        hole,
+        Track(polyline([hole.centre, pad.centre]), tail.trace_width, pad.layer),
+    ]
+    return Run(tuple(pieces), pad)
+
+
+def _flat_run(
+    spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entry: Point, number: int, end: str
+) -> Run:
+    contacts = 2 * len(spec.array.placements)
+    height = contact_height(tail.connector, contacts, number)
+    neck, foot = _descent(spec, bus, tail, entry, height)
+    pad = _contact(spec, tail, lane, height, number, end)
+    wide = Track(polyline([foot, pad.centre]), tail.trace_width, bus.layers[0])
+    return Run((Track(neck, bus.width, bus.layers[0]), wide), pad)
+
+
+def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, number: int, end: str) -> Pad:
+    size = (tail.connector.contact_length, tail.connector.contact_width)
+    centre = Point(tail.pad_start + size[0] / 2, height)
+    name = lane.placement.name
+    return Pad(centre, size, 1, name, f"{name}.{end}", number)
+
+
+def opening(spec: SensorSpec, tail: TailFrame) -> Region:
+    """The coverlay's opening over all contacts, out to the end of the board."""
+    inset = min(spec.fpc.rules.coverlay_web, tail.half_width / 4)
+    return Region(rectangle(tail.pad_start, -tail.half_width + inset, tail.end, tail.half_width - inset))
+
+
+def tail_thickness(spec: SensorSpec) -> float:
+    """Thickness (m) of the tail: the stack-up down to its last copper layer, and the bottom coverlay."""
+    stack = spec.fpc.stackup
+    layers = min(spec.fpc.tail.layers, len(stack.copper)) if spec.fpc.tail else len(stack.copper)
+    last = stack.copper[layers - 1]
+    return -(last.z - last.thickness / 2) + stack.layers[-1].thickness
+
+
+def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
+    """The plate under the contacts that brings them to the connector's insertion thickness; none for solder pads."""
+    connector = tail.connector
+    bare = tail_thickness(spec) - spec.fpc.stackup.layers[0].thickness
+    thickness = connector.insertion_thickness - bare
+    if spec.fpc.tail is None or connector.insertion_thickness <= 0.0 or thickness <= 0.0:
+        return None
+    start = max(tail.start, min(tail.end - connector.stiffener_length, _first_via(spec, tail)))
+    outline = rectangle(start, -tail.half_width, tail.end, tail.half_width)
+    return Stiffener(Region(outline), thickness, "polyimide")
+
+
+def _first_via(spec: SensorSpec, tail: TailFrame) -> float:
+    return tail.pad_start - spec.fpc.rules.via_pad - 2.0 * CAP

@@ -1,0 +1,36 @@
+"""The windings of one coil: every layer's spiral, so joined that the current circulates one way through all of them."""
+
+from __future__ import annotations
+
+import math
+
+from sitscad.geometry.path import Point
+from sitscad.geometry.spiral import SpiralDimensions, corner_angle, rounded_corners, wind
+from sitscad.layout.board import Winding
+from sitscad.spec.sensor import CoilPlacement, CoilSpec, SensorSpec
+
+
+def wind_coil(spec: SensorSpec, placement: CoilPlacement) -> tuple[Winding, ...]:
+    """The coil's layers in winding order: odd ones walked inwards, even ones mirrored and walked outwards."""
+    coil, rotation = spec.coil, placement.rotation
+    sense = -1 if coil.clockwise else 1
+    dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.turns)
+    sweep = sense * 2.0 * math.pi * coil.turns
+    angle = corner_angle(coil.shape, coil.start_angle, sense)
+    windings = []
+    for index, copper in enumerate(spec.coil_copper):
+        inward = index % 2 == 0
+        if not inward:
+            angle += 2.0 * sweep
+        layer_sense = sense if inward else -sense
+        path = rounded_corners(wind(coil.shape, dimensions, angle, layer_sense), coil.corner_radius)
+        path = path if inward else path.reversed()
+        path = path.rotated(rotation) if rotation else path
+        path = path.shifted(*placement.centre)
+        windings.append(Winding(copper.number, copper.z, copper.thickness, angle + rotation, layer_sense, inward, path))
+    return tuple(windings)
+
+
+def inner_clear_radius(coil: CoilSpec, windings: tuple[Winding, ...], centre: Point) -> float:
+    """Radius (m) of the largest circle about the centre that no turn's copper enters."""
+    return min(winding.path.distance(centre) for winding in windings) - coil.trace_width / 2

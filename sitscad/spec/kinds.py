@@ -1,0 +1,289 @@
+"""The kinds of value that a spec holds (a length, a choice, a preset's name), as pydantic understands them.
+
+Each kind reads a plain YAML value, or refuses it with the id of the rule that it breaks, what was read and what is allowed;
+and each describes itself for the JSON Schema.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+from pydantic_core import PydanticCustomError, core_schema
+
+from sitscad.spec import presets
+from sitscad.units import EXAMPLES, UNITS, UnitError, parse_quantity, show
+
+_UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": "SIT004"}
+_SI = {
+    "length": "m",
+    "inductance": "H",
+    "capacitance": "F",
+    "resistance": "ohm",
+    "frequency": "Hz",
+    "force": "N",
+    "pressure": "Pa",
+    "conductivity": "S/m",
+    "angle": "rad",
+    "temperature coefficient": "1/K",
+}
+
+
+def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
+    """Refuse a value under a rule; `facts` are the finding's measured, limit and unit."""
+    raise PydanticCustomError(rule, "{message}", {"message": message, "hint": hint, **facts})
+
+
+def described(value: Any) -> str:
+    """What was read, short enough for a message."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a section"
+    if isinstance(value, (list, tuple)):
+        return f"a list of {len(value)}"
+    if isinstance(value, int) and abs(value) >= 10**30:
+        return "a number of more than thirty digits"
+    text = repr(value)
+    return text if len(text) <= 44 else text[:41] + "..."
+
+
+def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
+    """The hint for a word that is not allowed: the nearest one that is, and the list."""
+    close = difflib.get_close_matches(str(word)[:64].lower(), allowed, 1, 0.5)
+    meant = f"did you mean {close[0]}? " if close else ""
+    return f"{meant}allowed: {', '.join(allowed)}"
+
+
+class Kind:
+    """A kind of value: `read` turns the YAML value into the spec's, `schema` describes what may be written."""
+
+    def read(self, value: Any) -> Any:
+        """The value for the spec; refuses by raising."""
+        raise NotImplementedError
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of what may be written."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Tell pydantic to read the value with `read` alone."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        """Tell pydantic what may be written."""
+        return self.schema()
+
+
+@dataclass(frozen=True)
+class Quantity(Kind):
+    """A dimensional value within a range that is itself written with units; the result is SI."""
+
+    dimension: str
+    low: str
+    high: str
+
+    def read(self, value: Any) -> float:
+        """The value in SI units."""
+        try:
+            found = parse_quantity(value, self.dimension)
+        except UnitError as error:
+            refuse(_UNIT_RULES[error.reason], str(error), error.hint)
+        self._check_range(found, value)
+        return found
+
+    def _check_range(self, found: float, value: Any) -> None:
+        low, high = parse_quantity(self.low, self.dimension), parse_quantity(self.high, self.dimension)
+        if low <= found <= high:
+            return
+        limit, word = (low, "at least") if found < low else (high, "at most")
+        bound = self.low if found < low else self.high
+        unit = _SI[self.dimension]
+        written = f"{described(value)} ({show(found, unit)})" if self.dimension == "length" else described(value)
+        message = f"{written} is out of range: {word} {bound}"
+        refuse("SIT006", message, "check the unit and the sign", measured=found, limit=limit, unit=unit)
+
+    def schema(self) -> dict[str, Any]:
+        """A number of millimetres (lengths only) or a text with a unit."""
+        units = "|".join(re.escape(unit) for unit in UNITS[self.dimension])
+        pattern = rf"^\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*({units})\s*$"
+        text = {"type": "string", "pattern": pattern, "examples": [EXAMPLES[self.dimension]]}
+        if self.dimension != "length":
+            return text if self.dimension != "angle" else {"anyOf": [{"const": 0}, text]}
+        low, high = (float(show(parse_quantity(b, "length") * 1e3, "")) for b in (self.low, self.high))
+        return {"anyOf": [{"type": "number", "minimum": low, "maximum": high, "description": "millimetres"}, text]}
+
+
+@dataclass(frozen=True)
+class Pair(Kind):
+    """Two lengths [x, y]; with `single`, one length stands for both."""
+
+    length: Quantity
+    single: bool = False
+
+    def read(self, value: Any) -> tuple[float, float]:
+        """The two lengths in metres."""
+        if isinstance(value, list):
+            if len(value) != 2:
+                refuse("SIT004", f"{described(value)}, where [x, y] is wanted", "write two lengths, like [4, 8]")
+            return self.length.read(value[0]), self.length.read(value[1])
+        if not self.single:
+            refuse("SIT004", f"{described(value)}, where [x, y] is wanted", "write two lengths, like [-2, 0]")
+        side = self.length.read(value)
+        return side, side
+
+    def schema(self) -> dict[str, Any]:
+        """A list of two lengths, or one length."""
+        one = self.length.schema()
+        two = {"type": "array", "items": one, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [*one["anyOf"], two]} if self.single else two
+
+
+@dataclass(frozen=True)
+class Number(Kind):
+    """A plain number without a unit, within a range."""
+
+    low: float
+    high: float
+    whole: bool = False
+
+    def read(self, value: Any) -> float:
+        """The number."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            quoted = "take the quotes off" if isinstance(value, str) and re.fullmatch(r"[-+.\deE]+", value) else ""
+            refuse("SIT004", f"{described(value)} is no number", quoted or f"write a number, like {self.low:g}")
+        if not math.isfinite(value) or not self.low <= value <= self.high:
+            limit = self.low if value < self.low else self.high
+            message = f"{described(value)} is out of range: {self.low:g} to {self.high:g}"
+            facts = {"measured": float(value)} if abs(value) < 1e30 else {}
+            refuse("SIT006", message, "", limit=float(limit), **facts)
+        if self.whole and value != int(value):
+            refuse("SIT004", f"{described(value)} is no whole number", "")
+        return int(value) if self.whole else float(value)
+
+    def schema(self) -> dict[str, Any]:
+        """A number or an integer with its bounds."""
+        return {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
+
+
+@dataclass(frozen=True)
+class Text(Kind):
+    """A text of limited length that may have to match a pattern."""
+
+    longest: int = 200
+    pattern: str = ""
+    like: str = ""
+
+    def read(self, value: Any) -> str:
+        """The text."""
+        if not isinstance(value, str):
+            refuse("SIT004", f"{described(value)} is no text", "put quotes around it" if self._fits(str(value)) else "")
+        if len(value) > self.longest:
+            message = f"{len(value)} characters are too many: at most {self.longest}"
+            refuse("SIT006", message, "", measured=float(len(value)), limit=float(self.longest))
+        if not self._fits(value):
+            refuse("SIT006", f"{described(value)} does not have the form wanted", self.like)
+        return value
+
+    def _fits(self, text: str) -> bool:
+        return re.fullmatch(self.pattern, text) is not None if self.pattern else text.isprintable()
+
+    def schema(self) -> dict[str, Any]:
+        """A string with its bounds."""
+        pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
+        return {"type": "string", "maxLength": self.longest, **pattern}
+
+
+@dataclass(frozen=True)
+class Choice(Kind):
+    """One of a few words."""
+
+    allowed: tuple[str, ...]
+
+    def read(self, value: Any) -> str:
+        """The word."""
+        if not isinstance(value, str):
+            refuse("SIT004", f"{described(value)} is no name", f"allowed: {', '.join(self.allowed)}")
+        if value not in self.allowed:
+            refuse("SIT007", f"{described(value)} is not known here", did_you_mean(value, self.allowed))
+        return value
+
+    def schema(self) -> dict[str, Any]:
+        """An enumeration."""
+        return {"type": "string", "enum": list(self.allowed)}
+
+
+@dataclass(frozen=True)
+class Preset(Kind):
+    """The name of a preset of one kind (see `presets.names`)."""
+
+    kind: str
+
+    def read(self, value: Any) -> str:
+        """The name."""
+        return Choice(presets.names(self.kind)).read(value)
+
+    def schema(self) -> dict[str, Any]:
+        """An enumeration of the presets that are installed."""
+        return Choice(presets.names(self.kind)).schema()
+
+
+@dataclass(frozen=True)
+class Either(Kind):
+    """A word with a meaning of its own, or any value of another kind."""
+
+    word: str
+    other: Kind
+
+    def read(self, value: Any) -> Any:
+        """None for the word, else what the other kind reads."""
+        return None if value == self.word else self.other.read(value)
+
+    def schema(self) -> dict[str, Any]:
+        """The word or the other kind."""
+        return {"anyOf": [{"const": self.word}, self.other.schema()]}
+
+
+@dataclass(frozen=True)
+class Layers(Kind):
+    """Copper layers: a count from the top, or a list of layer numbers from the top down."""
+
+    most: int = 8
+
+    def read(self, value: Any) -> tuple[int, ...]:
+        """The layer numbers from 1."""
+        number = Number(1, self.most, whole=True)
+        if not isinstance(value, list):
+            return tuple(range(1, int(number.read(value)) + 1))
+        if not 1 <= len(value) <= self.most:
+            refuse("SIT006", f"{len(value)} layers are out of range: 1 to {self.most}", "write a count or a list like [1, 2]")
+        layers = tuple(int(number.read(entry)) for entry in value)
+        if any(lower <= upper for upper, lower in zip(layers, layers[1:], strict=False)):
+            refuse("SIT009", f"{list(layers)} does not run from the top down", "name each layer once, the top one first")
+        return layers
+
+    def schema(self) -> dict[str, Any]:
+        """An integer or a list of distinct integers."""
+        one = Number(1, self.most, whole=True).schema()
+        many = {"type": "array", "items": one, "minItems": 1, "maxItems": self.most, "uniqueItems": True}
+        return {"anyOf": [one, many]}
+
+
+@dataclass(frozen=True, eq=False)
+class Special(Kind):
+    """A value read by a function, with its JSON Schema given."""
+
+    reader: Callable[[Any], Any]
+    described_as: Mapping[str, Any]
+
+    def read(self, value: Any) -> Any:
+        """What the function makes of the value."""
+        return self.reader(value)
+
+    def schema(self) -> dict[str, Any]:
+        """The schema given."""
+        return dict(self.described_as)

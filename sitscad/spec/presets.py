@@ -1,0 +1,186 @@
+"""The presets: stack-ups, fabricators' rules, connectors, jaws and materials, read from `sitscad/data` by name.
+
+A new preset is a file (or, for materials, a row) in that directory and no code. Every figure there names its source, and
+says whether that source was seen (`verified`) or not (`unverified`); unverified ones are marked in the values' sources.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.sensor import Connector, Jaw
+from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+from sitscad.units import parse_quantity
+
+DATA = Path(__file__).parent.parent / "data"
+
+Row = Mapping[str, str]
+
+_FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws"}
+_TABLES = {"conductor": "conductors", "dielectric": "dielectrics", "elastomer": "elastomers"}
+
+
+@cache
+def names(kind: str) -> tuple[str, ...]:
+    """The presets of one kind, sorted: stackup, rules, connector, jaw, conductor, dielectric or elastomer."""
+    if kind in _FOLDERS:
+        return tuple(sorted(path.stem for path in (DATA / _FOLDERS[kind]).glob("*.csv")))
+    return tuple(sorted(_table(_TABLES[kind])))
+
+
+@cache
+def stackup(name: str) -> Stackup:
+    """A stack-up preset; raises KeyError where there is none of that name."""
+    rows = _rows("stackup", name)
+    extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "copper-sigma", "note")}
+    layers = tuple(
+        StackLayer(
+            LayerKind(row["kind"]),
+            parse_quantity(row["thickness"], "length"),
+            row["material"],
+            None if row["kind"] == "copper" else permittivity(row["material"]),
+        )
+        for row in rows
+        if row["kind"] not in extra
+    )
+    sources = "; ".join(dict.fromkeys(_source(row) for row in rows))
+    return Stackup(name, layers, sources, _thickness(extra, "plating") or 0.0, _thickness(extra, "copper-sigma"))
+
+
+def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
+    return parse_quantity(rows[kind]["thickness"], "length") if kind in rows else None
+
+
+@cache
+def design_rules(name: str) -> DesignRules:
+    """A fabricator's design rules; raises KeyError where there is no such preset."""
+    rows = _fields("rules", name)
+    lengths = {
+        field: parse_quantity(rows[field]["value"], "length")
+        for field in (
+            "trace_width",
+            "trace_spacing",
+            "via_drill",
+            "annular_ring",
+            "hole_to_hole",
+            "drill_to_copper",
+            "copper_to_edge",
+            "coverlay_web",
+            "coverlay_opening_to_trace",
+        )
+    }
+    coil = {
+        field: parse_quantity(rows[field]["value"], "length") if field in rows else None
+        for field in ("coil_trace_width", "coil_trace_spacing")
+    }
+    width, _, length = rows["part_size"]["value"].partition(" x ")
+    return DesignRules(
+        name=name,
+        **lengths,
+        **coil,
+        coil_rule_binding=rows["coil_rule_binding"]["value"] == "yes",
+        part_size=(parse_quantity(width, "length"), parse_quantity(length, "length")),
+        static_bend_ratio=_bend_ratios(rows, "static_bend_"),
+        dynamic_bend_ratio=_bend_ratios(rows, "dynamic_bend_"),
+        source=f"design rules {name}, each figure with its own source",
+        checked_on=rows["checked_on"]["value"],
+        sources={field: _source(row) for field, row in rows.items()},
+    )
+
+
+def _bend_ratios(rows: Mapping[str, Row], prefix: str) -> dict[int, float]:
+    return {int(field[len(prefix) :]): float(row["value"]) for field, row in rows.items() if field.startswith(prefix)}
+
+
+@cache
+def connector(name: str) -> Connector:
+    """A tail's connector; raises KeyError where there is no such preset."""
+    rows = _fields("connector", name)
+    lengths = {field: parse_quantity(row["value"], "length") for field, row in rows.items() if field != "kind"}
+    return Connector(name=name, kind=rows["kind"]["value"], **lengths, source=_sources(rows))
+
+
+@cache
+def jaw(name: str) -> Jaw:
+    """A grasper's jaw; raises KeyError where there is no such preset."""
+    rows = _fields("jaw", name)
+    lengths = {field: parse_quantity(row["value"], "length") for field, row in rows.items() if field != "material"}
+    return Jaw(name=name, material=conductor(rows["material"]["value"]), **lengths, source=_sources(rows))
+
+
+@cache
+def conductor(name: str) -> Conductor:
+    """A metal or magnetic sheet; raises KeyError where there is no such material."""
+    row = _table("conductors")[name]
+    return Conductor(
+        name,
+        parse_quantity(row["conductivity"], "conductivity"),
+        float(row["relative_permeability"]),
+        parse_quantity(row["temperature_coefficient"], "temperature coefficient"),
+        _source(row),
+    )
+
+
+@cache
+def elastomer(name: str) -> ElastomerMaterial:
+    """A silicone; raises KeyError where there is no such material.
+
+    Where the maker's data sheet and a measurement both give a modulus, the value is their geometric mean and one sigma is
+    half the logarithm of their ratio, so that mean * exp(+-sigma) are the two.
+    """
+    row = _table("elastomers")[name]
+    found = [
+        parse_quantity(row[field], "pressure")
+        for field in ("datasheet_shear_modulus", "measured_shear_modulus")
+        if row[field]
+    ]
+    sigma = float(row["relative_sigma"]) if row["relative_sigma"] else abs(math.log(found[0] / found[-1])) / 2
+    return ElastomerMaterial(
+        name,
+        math.sqrt(found[0] * found[-1]),
+        sigma,
+        parse_quantity(row["bulk_modulus"], "pressure"),
+        row["hardness"],
+        float(row["density"]) if row["density"] else None,
+        _source(row),
+    )
+
+
+def permittivity(material: str) -> float:
+    """Relative permittivity of a dielectric; raises KeyError where there is no such material."""
+    return float(_table("dielectrics")[material]["relative_permittivity"])
+
+
+@cache
+def _rows(kind: str, name: str) -> tuple[Row, ...]:
+    if name not in names(kind):
+        raise KeyError(name)
+    return _read(DATA / _FOLDERS[kind] / f"{name}.csv")
+
+
+def _fields(kind: str, name: str) -> dict[str, Row]:
+    return {row["field"]: row for row in _rows(kind, name)}
+
+
+@cache
+def _table(stem: str) -> dict[str, Row]:
+    return {row["name"]: row for row in _read(DATA / f"{stem}.csv")}
+
+
+def _read(path: Path) -> tuple[Row, ...]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return tuple(csv.DictReader(stream))
+
+
+def _source(row: Row) -> str:
+    return row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"
+
+
+def _sources(rows: Mapping[str, Row]) -> str:
+    return "; ".join(f"{field}: {_source(row)}" for field, row in rows.items())
