@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -60,6 +61,12 @@ class Line:
         """Start and end: a line needs no chords."""
         return [self.start, self.end]
 
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) in metres."""
+        (ax, ay), (bx, by) = self.start, self.end
+        return min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)
+
     def distance(self, point: Point) -> float:
         """Shortest distance (m) from a point to the segment."""
         dx, dy = self.end.x - self.start.x, self.end.y - self.start.y
@@ -79,17 +86,17 @@ class Arc:
     centre: Point
     ccw: bool = True
 
-    @property
+    @cached_property
     def radius(self) -> float:
         """Radius in metres."""
         return self.centre.distance(self.start)
 
-    @property
+    @cached_property
     def start_angle(self) -> float:
         """Direction from the centre to the start, in radians."""
         return math.atan2(self.start.y - self.centre.y, self.start.x - self.centre.x)
 
-    @property
+    @cached_property
     def sweep(self) -> float:
         """Signed angle in radians, positive counter-clockwise, of magnitude below 2 pi."""
         end = math.atan2(self.end.y - self.centre.y, self.end.x - self.centre.x)
@@ -120,14 +127,30 @@ class Arc:
             return [self.start, self.end]
         step = 2.0 * math.acos(max(-1.0, 1.0 - tolerance / radius))
         count = max(1, math.ceil(abs(sweep) / step))
-        return [self.start, *(self.at(i / count) for i in range(1, count)), self.end]
+        start = self.start_angle
+        return [self.start, *(polar(radius, start + sweep * i / count, self.centre) for i in range(1, count)), self.end]
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) in metres: the ends', and the compass points that the arc passes."""
+        xs, ys = [self.start.x, self.end.x], [self.start.y, self.end.y]
+        start, sweep, radius = self.start_angle, self.sweep, self.radius
+        for quarter in range(4):
+            angle = quarter * math.pi / 2
+            along = (angle - start) % TWO_PI if sweep >= 0 else (start - angle) % TWO_PI
+            if along <= abs(sweep):
+                xs.append(self.centre.x + radius * (1, 0, -1, 0)[quarter])
+                ys.append(self.centre.y + radius * (0, 1, 0, -1)[quarter])
+        return min(xs), min(ys), max(xs), max(ys)
 
     def distance(self, point: Point) -> float:
         """Shortest distance (m) from a point to the arc."""
         angle = math.atan2(point.y - self.centre.y, point.x - self.centre.x)
-        sweep = self.sweep
-        along = (angle - self.start_angle) % TWO_PI if sweep >= 0 else (self.start_angle - angle) % TWO_PI
-        if along <= abs(sweep):
+        if self.ccw:
+            sweep, along = self.sweep, (angle - self.start_angle) % TWO_PI
+        else:
+            sweep, along = -self.sweep, (self.start_angle - angle) % TWO_PI
+        if along <= sweep:
             return abs(point.distance(self.centre) - self.radius)
         return min(point.distance(self.start), point.distance(self.end))
 
@@ -298,11 +321,10 @@ def enclosed_area(path: Path) -> float:
     return total
 
 
-def bounding_box(paths: Iterable[Path], tolerance: float = 1e-7) -> tuple[float, float, float, float]:
-    """(x_min, y_min, x_max, y_max) in metres of some paths, arcs flattened within `tolerance`."""
-    points = [point for path in paths for point in path.flattened(tolerance)]
-    xs, ys = [p.x for p in points], [p.y for p in points]
-    return min(xs), min(ys), max(xs), max(ys)
+def bounding_box(paths: Iterable[Path]) -> tuple[float, float, float, float]:
+    """(x_min, y_min, x_max, y_max) in metres of the centre lines of some paths, arcs exact."""
+    boxes = [segment.box for path in paths for segment in path.segments]
+    return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
 
 
 def _unit(a: Point, b: Point) -> tuple[float, float]:

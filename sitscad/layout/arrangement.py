@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point, bounding_box
@@ -14,6 +14,7 @@ from sitscad.layout.escape import Escape, OuterEnd, Surroundings, escape, outer_
 from sitscad.layout.inner_vias import InnerJoin, place_inner_vias
 from sitscad.layout.lanes import Bus, Lane, assign_lanes, bus_for, exits, lane_height
 from sitscad.layout.outline import Body, outline
+from sitscad.layout.ring import Ring
 from sitscad.layout.tail import Run, TailFrame, connector_of, frame, opening, runs, stiffener
 from sitscad.layout.windings import inner_clear_radius, wind_coil
 from sitscad.spec.presets import connector
@@ -34,13 +35,10 @@ class _WoundCoil:
 class _Routing:
     """One complete answer of the search: an escape for every coil, on a board of some half width."""
 
+    bus: Bus
     lanes: tuple[Lane, ...]
     escapes: tuple[Escape, ...]
     half_width: float
-
-    @property
-    def length(self) -> float:
-        return sum(one.length for one in self.escapes)
 
 
 def lay_out(spec: SensorSpec) -> Layout:
@@ -56,7 +54,8 @@ def lay_out(spec: SensorSpec) -> Layout:
     routing = None if findings else _route(spec, bus, wound, front)
     if not findings and routing is None:
         findings.append(room.no_way_for_leads(spec, bus))
-    half_width = routing.half_width if routing else _half_widths(spec, bus)[0]
+    bus = routing.bus if routing else bus
+    half_width = routing.half_width if routing else _boards(spec, bus)[0][1]
     tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
     return _assemble(spec, bus, wound, routing, tail, half_width, tuple(findings))
 
@@ -72,8 +71,9 @@ def _wind(spec: SensorSpec, bus: Bus) -> tuple[_WoundCoil, ...]:
     if len(windings) % 2 and spare is None:
         findings.append(room.no_way_out(spec))
     if len(windings) > 1 or spare is not None:
-        clear = inner_clear_radius(spec.coil, windings, centre)
-        found = place_inner_vias(windings, centre, spec.coil.trace_width, clear, spec.fpc.rules, bus.spacing)
+        coil = spec.coil
+        clear = inner_clear_radius(coil, windings, centre)
+        found = place_inner_vias(windings, coil.turns, centre, coil.trace_width, clear, spec.fpc.rules, bus.spacing)
         joins = found or ()
         if found is None:
             findings.append(room.no_inner_room(spec, bus, clear, (len(windings) + 1) // 2))
@@ -115,27 +115,35 @@ def _front(spec: SensorSpec, bus: Bus) -> float:
     return max(p.centre[0] for p in spec.array.placements) + reach + lanes * bus.pitch
 
 
-def _half_widths(spec: SensorSpec, bus: Bus) -> list[float]:
-    """Half widths of the body to try, narrow first: coils and lanes; a track on both sides; vias beside the coils."""
+def _boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
+    """Boards to try, narrow first: the lanes' base and the body's half width.
+
+    Lanes close to the coils; with a track's room between; with a via's room between; and in each case no more room beside
+    the coils than the lanes take, room for a track, or room for a via.
+    """
     rules = spec.fpc.rules
-    half = max(abs(p.centre[1]) for p in spec.array.placements) + spec.coil.size[1] / 2
-    passing = len(spec.array.placements) // 2
-    lanes = lane_height(spec, bus, passing - 1, 1) + bus.width / 2 if passing else half
     hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
-    beside = half + hole_keep_out(hole, rules, bus.spacing) + rules.via_pad / 2
-    widths = [lanes, max(lanes, lane_height(spec, bus, 0) + bus.width / 2), max(lanes, beside)]
-    return sorted({round(width + rules.copper_to_edge, 9) for width in widths})
+    via_room = hole_keep_out(hole, rules, bus.spacing) + rules.via_pad / 2
+    passing = len(spec.array.placements) // 2
+    boards = []
+    for base in (0.0, bus.pitch, via_room) if passing else (0.0,):
+        raised = replace(bus, base=base)
+        lanes = lane_height(raised, passing - 1, 1) + bus.width / 2 if passing else bus.reach
+        for beside in (0.0, bus.spacing + bus.width, via_room):
+            boards.append((raised, round(max(lanes, bus.reach + beside) + rules.copper_to_edge, 9)))
+    return sorted(set(boards), key=lambda board: (board[1], board[0].base))
 
 
 def _route(spec: SensorSpec, bus: Bus, wound: tuple[_WoundCoil, ...], front: float) -> _Routing | None:
-    """The narrowest board, and on it the shortest routing over both choices of the side that is used first."""
-    for half_width in _half_widths(spec, bus):
-        tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
-        sides = (1, -1) if len(wound) > 1 else (1,)
-        found = [_route_by(spec, bus, wound, tail.funnel, half_width, side) for side in sides]
-        possible = [routing for routing in found if routing is not None]
-        if possible:
-            return min(possible, key=lambda routing: round(routing.length, 7))
+    """The narrowest board that has room, with the first lane on the side where the far coil begins, else on the other."""
+    begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
+    sides = (1, -1) if begins >= -1e-9 else (-1, 1)
+    for raised, half_width in _boards(spec, bus):
+        tail = frame(spec, raised, connector_of(spec, connector("solder-pads")), front, half_width)
+        for side in sides[: len(wound)]:
+            routing = _route_by(spec, raised, wound, tail.funnel, half_width, side)
+            if routing is not None:
+                return routing
     return None
 
 
@@ -161,14 +169,14 @@ def _route_by(
         for branch in found.branches:
             board.add(branch.tracks, branch.holes)
         escapes.append(found)
-    return _Routing(lanes, tuple(escapes), half_width)
+    return _Routing(bus, lanes, tuple(escapes), half_width)
 
 
 def _other_coils(spec: SensorSpec, index: int) -> list[Track]:
     """The outermost copper of all coils but one, on every layer that they are wound on."""
     boundary = outer_boundary(spec.coil.shape, spec.coil.size, -spec.coil.trace_width / 2)
     return [
-        Track(boundary.shifted(*placement.centre), spec.coil.trace_width, layer)
+        Track(boundary.rotated(placement.rotation).shifted(*placement.centre), spec.coil.trace_width, layer)
         for i, placement in enumerate(spec.array.placements)
         for layer in spec.coil.layers
         if i != index
@@ -232,7 +240,7 @@ def _body(
     edge = spec.fpc.rules.copper_to_edge
     left = [bounding_box([trace.path])[0] - trace.width / 2 for trace in traces]
     left += [via.centre.x - via.pad / 2 for via in vias]
-    left += [p.centre[0] - spec.coil.size[0] / 2 for p in spec.array.placements]
+    left += [p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements]
     return Body(min(left) - edge, tail.body_end, half_width)
 
 

@@ -1,23 +1,27 @@
 """How one coil's outer ends get out: stubs to the vias outside the winding, and the leads round the ring to their exits.
 
-A small search: every end may go either way round, every outer via may stand at several places; the shortest combination
-that keeps the rules' distances from everything on the board is taken.
+A small search: every end may go either way round the ring, every outer via may stand at several places; the shortest
+combination that keeps the rules' distances is taken. Branches of one coil are compared by the angles that they claim on
+the ring, which is cheap; with everything else on the board they are compared by their true geometry.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 from sitscad.geometry.path import TWO_PI, Line, Path, Point, polyline
 from sitscad.layout.board import Winding
-from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
+from sitscad.layout.clearance import Hole, Obstacles, Track, hole_distance, hole_keep_out
 from sitscad.layout.lanes import Bus, Exit
 from sitscad.layout.ring import Ring
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 VIA_PLACES = 32
+COMPARISONS, ADMISSION = 40_000, 20
+"""The search of one coil gives up after this many comparisons of branches; asking the board counts as some."""
 
 
 @dataclass(frozen=True)
@@ -30,25 +34,123 @@ class OuterEnd:
 
 
 @dataclass(frozen=True)
-class Branch:
-    """One connection outside the winding: tracks in the order of the current, with holes between them."""
+class Surroundings:
+    """What the search of one coil needs to know: the spec, the bus, the half width (m) of the ground for vias."""
 
-    pieces: tuple[Track | Hole, ...]
+    spec: SensorSpec
+    bus: Bus
+    placement: CoilPlacement
+    half_width: float
+
+    @cached_property
+    def hole(self) -> Hole:
+        """A via of the fabricator's smallest size, not yet placed."""
+        return Hole(Point(0.0, 0.0), self.spec.fpc.rules.via_pad, self.spec.fpc.rules.via_drill)
+
+    @cached_property
+    def keep_out(self) -> float:
+        """From a via's centre to the edge of copper that is not joined to it (m)."""
+        return hole_keep_out(self.hole, self.spec.fpc.rules, self.bus.spacing)
+
+    @cached_property
+    def ring(self) -> Ring:
+        """The ring road of the coil."""
+        return Ring(self.spec.coil, self.placement, self.bus.ring_offset)
+
+    @cached_property
+    def radius(self) -> float:
+        """The ring's smallest radius (m): angles are turned into distances with it, on the safe side."""
+        return min(self.spec.coil.size) / 2 + self.bus.ring_offset
+
+    def via_places(self) -> Iterator[Hole]:
+        """Holes where the outline has room: next outside the coil's copper, and beyond the ring road so that it stays free."""
+        limit = self.half_width - self.hole.pad / 2 - self.spec.fpc.rules.copper_to_edge + 1e-9
+        beyond = self.bus.ring_offset + self.bus.width / 2 + self.keep_out
+        for offset in (self.keep_out, beyond):
+            ring = Ring(self.spec.coil, self.placement, offset)
+            for i in range(VIA_PLACES):
+                place = ring.at(TWO_PI * i / VIA_PLACES)
+                if abs(place.y) <= limit:
+                    yield Hole(place, self.hole.pad, self.hole.drill)
+
+    def angle(self, point: Point) -> float:
+        """Direction of a point from the coil's centre (rad)."""
+        centre = self.ring.centre
+        return math.atan2(point.y - centre.y, point.x - centre.x)
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One track: from `begin` out to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
+
+    around: Surroundings
+    layer: int
+    begin: Point
+    angle: float
+    sweep: float
+    finish: tuple[Point, ...]
+
+    @property
+    def end_angle(self) -> float:
+        """Where the leg leaves the ring."""
+        return self.angle + self.sweep
+
+    @cached_property
+    def way(self) -> Path:
+        """The part beyond the ring."""
+        return polyline([self.around.ring.at(self.end_angle), *self.finish])
+
+    @cached_property
+    def track(self) -> Track:
+        """The leg as a track."""
+        ring = self.around.ring
+        first = ring.at(self.angle)
+        path = Path((Line(self.begin, first),)) if self.begin.distance(first) > 1e-9 else Path(())
+        if self.sweep:
+            path = path + ring.along(self.angle, self.end_angle, self.sweep > 0)
+        return Track(path + self.way, self.around.bus.width, self.layer)
+
+    @property
+    def cost(self) -> float:
+        """Its length on the ring and before it (m), near enough for sorting."""
+        return abs(self.sweep) * self.around.radius + self.begin.distance(self.around.ring.at(self.angle))
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One connection outside the winding: one or two legs with a via between them.
+
+    ``returns`` is set when the second leg was drawn from its own end towards the via and is walked backwards.
+    """
+
+    legs: tuple[Leg, ...]
+    hole: Hole | None = None
+    returns: bool = False
+
+    @cached_property
+    def pieces(self) -> tuple[Track | Hole, ...]:
+        """Tracks and hole in the order of the current."""
+        if self.hole is None:
+            return (self.legs[0].track,)
+        second = self.legs[1].track
+        if self.returns:
+            second = Track(second.path.reversed(), second.width, second.layer)
+        return (self.legs[0].track, self.hole, second)
 
     @property
     def tracks(self) -> tuple[Track, ...]:
         """The tracks alone."""
-        return tuple(piece for piece in self.pieces if isinstance(piece, Track))
+        return tuple(leg.track for leg in self.legs)
 
     @property
     def holes(self) -> tuple[Hole, ...]:
-        """The holes alone."""
-        return tuple(piece for piece in self.pieces if isinstance(piece, Hole))
+        """The hole, if there is one."""
+        return (self.hole,) if self.hole else ()
 
-    @property
-    def length(self) -> float:
-        """Length of all tracks (m), a hole counting as a millimetre so that vias are avoided."""
-        return sum(track.path.length for track in self.tracks) + 1e-3 * len(self.holes)
+    @cached_property
+    def cost(self) -> float:
+        """Length (m), a via counting as a millimetre."""
+        return sum(leg.cost for leg in self.legs) + (1e-3 if self.hole else 0.0)
 
 
 @dataclass(frozen=True)
@@ -65,35 +167,9 @@ class Escape:
         return (*self.joins, self.lead_a) + ((self.lead_b,) if self.lead_b else ())
 
     @property
-    def length(self) -> float:
-        """Length of all tracks (m), holes counted as in `Branch.length`."""
-        return sum(branch.length for branch in self.branches)
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """What the search of one coil needs to know: the spec, the bus, the ground that vias may stand on."""
-
-    spec: SensorSpec
-    bus: Bus
-    placement: CoilPlacement
-    half_width: float
-
-    @property
-    def hole(self) -> Hole:
-        """A via of the fabricator's smallest size, not yet placed."""
-        return Hole(Point(0.0, 0.0), self.spec.fpc.rules.via_pad, self.spec.fpc.rules.via_drill)
-
-    @property
-    def ring(self) -> Ring:
-        """The ring road of the coil."""
-        return Ring(self.spec.coil, self.placement, self.bus.ring_offset)
-
-    @property
-    def via_ring(self) -> Ring:
-        """Where outer vias stand: next outside the coil's copper."""
-        keep = hole_keep_out(self.hole, self.spec.fpc.rules, self.bus.spacing)
-        return Ring(self.spec.coil, self.placement, keep)
+    def cost(self) -> float:
+        """Length of everything (m), vias counted as in `Branch.cost`."""
+        return sum(branch.cost for branch in self.branches)
 
 
 def escape(
@@ -103,130 +179,138 @@ def escape(
     choices: list[tuple[Exit, Exit]],
     obstacles: Obstacles,
 ) -> Escape | None:
-    """The shortest way out that keeps every distance, or None where there is none."""
-    places = [place for place in _via_places(around) if obstacles.admits((), (place,))]
+    """The cheapest way out that keeps every distance, or None where the search finds none."""
+    places = [place for place in around.via_places() if obstacles.admits((), (place,))]
+    join_options = [_sorted(_join_options(around, pair, places)) for pair in joins]
+    search = _Search(around, obstacles)
     best: Escape | None = None
     for exit_a, exit_b in choices:
-        found = _escape_by(around, joins, ends, (exit_a, exit_b), obstacles, places)
-        if found is not None and (best is None or found.length < best.length - 1e-9):
-            best = found
+        leads = [_sorted(_lead_options(around, ends[0], exit_a, places))]
+        if ends[1] is not None:
+            leads.append(_sorted(_lead_options(around, ends[1], exit_b, places)))
+        chosen = search.combine(leads + join_options, ())
+        if chosen is not None:
+            found = Escape(chosen[len(leads) :], chosen[0], chosen[1] if ends[1] is not None else None)
+            best = found if best is None or found.cost < best.cost - 1e-6 else best
     return best
 
 
-def _escape_by(
-    around: Surroundings,
-    joins: list[tuple[OuterEnd, OuterEnd]],
-    ends: tuple[OuterEnd, OuterEnd | None],
-    exits: tuple[Exit, Exit],
-    obstacles: Obstacles,
-    places: list[Hole],
-) -> Escape | None:
-    options = [_lead_options(around, ends[0], exits[0], places)]
-    if ends[1] is not None:
-        options.append(_lead_options(around, ends[1], exits[1], places))
-    options += [_join_options(around, pair, places) for pair in joins]
-    clear = [[b for b in branches if obstacles.admits(b.tracks, b.holes)] for branches in options]
-    chosen = _combine(around, clear)
-    if chosen is None:
-        return None
-    lead_b = chosen[1] if ends[1] is not None else None
-    return Escape(chosen[2:] if lead_b else chosen[1:], chosen[0], lead_b)
+class _Search:
+    """Depth-first over the branches' options, cheapest first; remembers what the board admits."""
 
+    def __init__(self, around: Surroundings, obstacles: Obstacles) -> None:
+        self._around = around
+        self._obstacles = obstacles
+        self._admitted: dict[int, tuple[Branch, bool]] = {}
+        self._left = COMPARISONS
 
-def _combine(around: Surroundings, options: list[list[Branch]]) -> tuple[Branch, ...] | None:
-    """Depth-first over the options, shortest first, each branch clear of the ones already chosen."""
-
-    def extend(chosen: tuple[Branch, ...], placed: Obstacles) -> tuple[Branch, ...] | None:
+    def combine(self, options: list[list[Branch]], chosen: tuple[Branch, ...]) -> tuple[Branch, ...] | None:
+        """One branch of every list, none too near another or anything on the board."""
         if len(chosen) == len(options):
             return chosen
         for branch in options[len(chosen)]:
-            if placed.admits(branch.tracks, branch.holes):
-                further = placed.copy()
-                further.add(branch.tracks, branch.holes)
-                found = extend((*chosen, branch), further)
-                if found is not None:
-                    return found
+            self._left -= 1
+            if self._left < 0:
+                return None
+            if any(_conflict(self._around, branch, other) for other in chosen) or not self._admits(branch):
+                continue
+            found = self.combine(options, (*chosen, branch))
+            if found is not None:
+                return found
         return None
 
-    return extend((), Obstacles(around.spec.fpc.rules, around.bus.spacing))
+    def _admits(self, branch: Branch) -> bool:
+        known = self._admitted.get(id(branch))
+        if known is None:
+            self._left -= ADMISSION
+            known = (branch, self._obstacles.admits(branch.tracks, branch.holes))
+            self._admitted[id(branch)] = known
+        return known[1]
 
 
-def _via_places(around: Surroundings) -> Iterator[Hole]:
-    """Holes about the coil where the outline has room for the pad and its distance to the edge."""
-    ring, hole, rules = around.via_ring, around.hole, around.spec.fpc.rules
-    limit = around.half_width - hole.pad / 2 - rules.copper_to_edge + 1e-9
-    for i in range(VIA_PLACES):
-        place = ring.at(TWO_PI * (i + 0.5) / VIA_PLACES if VIA_PLACES % 2 else TWO_PI * i / VIA_PLACES)
-        if abs(place.y) <= limit:
-            yield Hole(place, hole.pad, hole.drill)
+def _conflict(around: Surroundings, one: Branch, other: Branch) -> bool:
+    """Whether two branches of a coil come too near each other, by the angles that they claim on the ring."""
+    radius, bus = around.radius, around.bus
+    for leg in one.legs:
+        for rival in other.legs:
+            if leg.layer == rival.layer and _gap(leg, rival) < (bus.pitch - 1e-9) / radius:
+                return True
+    if any(_meets(around, leg, hole) for leg in one.legs for hole in other.holes):
+        return True
+    if any(_meets(around, leg, hole) for leg in other.legs for hole in one.holes):
+        return True
+    if one.hole is None or other.hole is None:
+        return False
+    apart = hole_distance(one.hole, other.hole, around.spec.fpc.rules, bus.spacing)
+    return one.hole.centre.distance(other.hole.centre) < apart - 1e-9
 
 
-def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole]) -> list[Branch]:
-    """The ways from a coil's end to its exit, shortest first: directly, or by a via where the layers differ."""
-    width = around.bus.width
+def _meets(around: Surroundings, leg: Leg, hole: Hole) -> bool:
+    """Whether a leg comes too near a via that it does not join."""
+    need = around.keep_out + around.bus.width / 2 - 1e-9
+    angle = around.angle(hole.centre)
+    beside = hole.centre.distance(around.ring.at(angle))
+    if beside < need and _interval_gap(leg.angle, leg.sweep, angle, 0.0) * around.radius < need:
+        return True
+    return leg.way.distance(hole.centre) < need
+
+
+def _gap(one: Leg, other: Leg) -> float:
+    return _interval_gap(one.angle, one.sweep, other.angle, other.sweep)
+
+
+def _interval_gap(start: float, sweep: float, other_start: float, other_sweep: float) -> float:
+    """Angle (rad) between two intervals on a circle; 0 where they overlap."""
+    low, length = (start, sweep) if sweep >= 0 else (start + sweep, -sweep)
+    other_low, other_length = (other_start, other_sweep) if other_sweep >= 0 else (other_start + other_sweep, -other_sweep)
+    ahead = (other_low - low) % TWO_PI
+    behind = (low - other_low) % TWO_PI
+    if ahead <= length or behind <= other_length:
+        return 0.0
+    return min(ahead - length, behind - other_length)
+
+
+def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole]) -> Iterator[Branch]:
+    """The ways from a coil's end to its exit: directly, or by a via where the layers differ."""
     if end.layer == out.layer:
-        return _sorted(
-            Branch((Track(path + _way_out(around, out), width, end.layer),)) for path in _to_ring(around, end, out.angle)
-        )
-    found = []
+        for sweep in _sweeps(around, end, out.angle):
+            yield Branch((Leg(around, end.layer, end.point, out.angle - sweep, sweep, out.way),))
+        return
     for hole in places:
-        angle = _angle(around, hole.centre)
-        for first in _to_via(around, end, hole):
-            for second in (True, False):
-                ring = around.ring
-                back = _lines(hole.centre, ring.at(angle)) + ring.along(angle, out.angle, second)
-                beyond = Track(back + _way_out(around, out), width, out.layer)
-                found.append(Branch((Track(first, width, end.layer), hole, beyond)))
-    return _sorted(found)
+        angle = around.angle(hole.centre)
+        for first in _sweeps(around, end, angle):
+            to_via = Leg(around, end.layer, end.point, angle - first, first, (hole.centre,))
+            for second in _both_ways(out.angle - angle):
+                yield Branch((to_via, Leg(around, out.layer, hole.centre, angle, second, out.way)), hole)
 
 
-def _join_options(around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places: list[Hole]) -> list[Branch]:
-    """The ways to join two layers' outer ends by a via outside the winding, shortest first."""
-    width = around.bus.width
-    found = []
+def _join_options(around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places: list[Hole]) -> Iterator[Branch]:
+    """The ways to join two layers' outer ends by a via outside the winding."""
     for hole in places:
-        for first in _to_via(around, pair[0], hole):
-            for second in _to_via(around, pair[1], hole):
-                found.append(
-                    Branch((Track(first, width, pair[0].layer), hole, Track(second.reversed(), width, pair[1].layer)))
+        angle = around.angle(hole.centre)
+        for first in _sweeps(around, pair[0], angle):
+            for second in _sweeps(around, pair[1], angle):
+                legs = (
+                    Leg(around, pair[0].layer, pair[0].point, angle - first, first, (hole.centre,)),
+                    Leg(around, pair[1].layer, pair[1].point, angle - second, second, (hole.centre,)),
                 )
-    return _sorted(found)
+                yield Branch(legs, hole, returns=True)
 
 
-def _to_ring(around: Surroundings, end: OuterEnd, angle: float) -> list[Path]:
-    """From an end out to the ring and either way round to an angle; from an inner via straight under the turns."""
-    if end.from_inside:
-        return [_lines(end.point, around.ring.at(angle))]
-    start = _angle(around, end.point)
-    out = _lines(end.point, around.ring.at(start))
-    ways = {round(path.length, 12): out + path for path in (around.ring.along(start, angle, s) for s in (True, False))}
-    return [ways[length] for length in sorted(ways)]
+def _sweeps(around: Surroundings, end: OuterEnd, angle: float) -> list[float]:
+    """Both ways round from an end to an angle; from an inner via straight under the turns."""
+    return [0.0] if end.from_inside else _both_ways(angle - around.angle(end.point))
 
 
-def _to_via(around: Surroundings, end: OuterEnd, hole: Hole) -> list[Path]:
-    angle = _angle(around, hole.centre)
-    if end.from_inside:
-        return [_lines(end.point, hole.centre)]
-    if abs(math.remainder(angle - _angle(around, end.point), TWO_PI)) < 1e-6:
-        return [_lines(end.point, hole.centre)]
-    return [path + _lines(around.ring.at(angle), hole.centre) for path in _to_ring(around, end, angle)]
+def _both_ways(turn: float) -> list[float]:
+    short = math.remainder(turn, TWO_PI)
+    if abs(short) < 1e-6:
+        return [0.0]
+    return [short, short - math.copysign(TWO_PI, short)]
 
 
-def _way_out(around: Surroundings, out: Exit) -> Path:
-    return polyline([around.ring.at(out.angle), *out.way])
-
-
-def _lines(start: Point, end: Point) -> Path:
-    return Path((Line(start, end),)) if start.distance(end) > 1e-9 else Path(())
-
-
-def _angle(around: Surroundings, point: Point) -> float:
-    centre = around.ring.centre
-    return math.atan2(point.y - centre.y, point.x - centre.x)
-
-
-def _sorted(branches: Iterator[Branch] | list[Branch]) -> list[Branch]:
-    return sorted(branches, key=lambda branch: round(branch.length, 9))
+def _sorted(branches: Iterable[Branch]) -> list[Branch]:
+    return sorted(branches, key=lambda branch: round(branch.cost, 9))
 
 
 def outer_ends(windings: tuple[Winding, ...]) -> tuple[OuterEnd, list[tuple[OuterEnd, OuterEnd]], OuterEnd | None]:

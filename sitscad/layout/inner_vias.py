@@ -34,16 +34,26 @@ class InnerEnd:
 
 
 def place_inner_vias(
-    windings: tuple[Winding, ...], centre: Point, width: float, clear_radius: float, rules: DesignRules, spacing: float
+    windings: tuple[Winding, ...],
+    turns: float,
+    centre: Point,
+    width: float,
+    clear_radius: float,
+    rules: DesignRules,
+    spacing: float,
 ) -> tuple[InnerJoin, ...] | None:
     """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
 
     Candidates stand on rings about the centre; the choice with the shortest stubs that keeps every distance wins.
     """
     joins = [tuple(inner_end(w) for w in windings[i : i + 2]) for i in range(0, len(windings), 2)]
-    turns = _innermost_copper(windings)
-    candidates = [_candidates(ends, turns, centre, width, clear_radius, rules, spacing) for ends in joins]
-    return _choose(candidates, (), rules, spacing, width)
+    copper = _innermost_copper(windings, turns)
+    stride = 1 if len(joins) == 1 else 5
+    options = [_candidates(ends, copper, centre, width, clear_radius, rules, spacing, stride) for ends in joins]
+    if len(joins) == 1:
+        first = next(options[0], None)
+        return (first,) if first else None
+    return _choose([list(each) for each in options], (), rules, spacing, width)
 
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
@@ -63,13 +73,14 @@ def inner_end(winding: Winding) -> InnerEnd:
     return InnerEnd(end, winding.layer, ((before.x - end.x) / length, (before.y - end.y) / length))
 
 
-def _innermost_copper(windings: tuple[Winding, ...]) -> np.ndarray:
+def _innermost_copper(windings: tuple[Winding, ...], turns: float) -> np.ndarray:
     """Points (n, 2) on the last turn and a bit of every layer: the copper that the centre can touch."""
     points: list[Point] = []
     for winding in windings:
         path = winding.path if winding.inward else winding.path.reversed()
-        for segment in path.segments[-max(6, math.ceil(len(path.segments) * 0.4)) :]:
-            count = max(2, math.ceil(segment.length / 30e-6))
+        last = math.ceil(len(path.segments) * min(1.0, 1.25 / turns))
+        for segment in path.segments[-last:]:
+            count = max(2, math.ceil(segment.length / 60e-6))
             points.extend(segment.at(i / count) for i in range(count + 1))
     return np.array(points)
 
@@ -82,21 +93,26 @@ def _candidates(
     clear_radius: float,
     rules: DesignRules,
     spacing: float,
-) -> list[InnerJoin]:
-    """The joins that keep their distance from every turn, those with the shortest stubs first."""
+    stride: int,
+) -> Iterator[InnerJoin]:
+    """The joins that keep their distance from every turn, those with the shortest stubs first.
+
+    Of the possible places only every `stride`-th is taken, so that a search over several vias stays short.
+    """
     hole = Hole(centre, rules.via_pad, rules.via_drill)
     keep = hole_keep_out(hole, rules, spacing)
     reach = clear_radius - keep
     if reach < -1e-9:
-        return []
-    found = []
-    for place in _places(centre, max(0.0, reach), ends[0].point):
-        if float(np.min(np.hypot(turns[:, 0] - place.x, turns[:, 1] - place.y))) < keep + width / 2 - 0.5e-6:
-            continue
-        if all(_leaves_well(end, place, turns, width, spacing) for end in ends):
+        return
+    places = sorted(
+        _places(centre, max(0.0, reach), ends[0].point),
+        key=lambda place: round(sum(end.point.distance(place) for end in ends), 9),
+    )[::stride]
+    gaps = np.min(np.hypot(*(np.array(places)[:, None, :] - turns[None, :, :]).transpose(2, 0, 1)), axis=1)
+    for place, gap in zip(places, gaps, strict=True):
+        if gap >= keep + width / 2 - 0.5e-6 and all(_leaves_well(end, place, turns, width, spacing) for end in ends):
             stubs = tuple((end.layer, Path((Line(end.point, place),))) for end in ends)
-            found.append(InnerJoin(Hole(place, rules.via_pad, rules.via_drill), stubs))
-    return sorted(found, key=lambda join: round(_length(join), 9))
+            yield InnerJoin(Hole(place, rules.via_pad, rules.via_drill), stubs)
 
 
 def _places(centre: Point, reach: float, towards: Point) -> Iterator[Point]:
@@ -114,18 +130,13 @@ def _leaves_well(end: InnerEnd, place: Point, turns: np.ndarray, width: float, s
     length = math.hypot(dx, dy)
     if length < 1e-9 or (dx * end.back[0] + dy * end.back[1]) / length > 0.5:
         return False
-    free = 1.7 * (width + spacing)
-    for i in range(1, 9):
-        x, y = end.point.x + dx * i / 8, end.point.y + dy * i / 8
-        if math.hypot(x - end.point.x, y - end.point.y) <= free:
-            continue
-        if float(np.min(np.hypot(turns[:, 0] - x, turns[:, 1] - y))) < width + spacing - 0.5e-6:
-            return False
-    return True
-
-
-def _length(join: InnerJoin) -> float:
-    return sum(path.length for _, path in join.stubs)
+    fractions = np.arange(1, 9) / 8
+    fractions = fractions[fractions * length > 1.7 * (width + spacing)]
+    if not fractions.size:
+        return True
+    x, y = end.point.x + dx * fractions, end.point.y + dy * fractions
+    gaps = np.hypot(turns[:, :1] - x, turns[:, 1:] - y)
+    return bool(gaps.min() >= width + spacing - 0.5e-6)
 
 
 def _choose(
@@ -134,16 +145,12 @@ def _choose(
     rules: DesignRules,
     spacing: float,
     width: float,
-    tries: int = 60,
 ) -> tuple[InnerJoin, ...] | None:
     if len(chosen) == len(candidates):
         return chosen
-    options = candidates[len(chosen)]
-    if len(candidates) > 1 and len(options) > tries:
-        options = options[:: max(1, len(options) // tries)]
-    for option in options:
+    for option in candidates[len(chosen)]:
         if all(_apart(option, other, rules, spacing, width) for other in chosen):
-            found = _choose(candidates, (*chosen, option), rules, spacing, width, tries)
+            found = _choose(candidates, (*chosen, option), rules, spacing, width)
             if found is not None:
                 return found
     return None

@@ -28,11 +28,17 @@ class Exit:
 
 @dataclass(frozen=True)
 class Bus:
-    """Sizes shared by all lanes (m): trace width and spacing, offset of the ring road, layers of the two conductors."""
+    """Sizes shared by all lanes (m): trace width and spacing, the layers of the two conductors, and where lanes begin.
+
+    ``reach`` is the farthest that a coil's copper extends across the jaw; lanes stand off from it by the ring road and
+    by ``base``, which leaves the coils room for tracks or vias under the lanes.
+    """
 
     width: float
     spacing: float
     layers: tuple[int, int]
+    reach: float
+    base: float = 0.0
 
     @property
     def ring_offset(self) -> float:
@@ -64,7 +70,10 @@ def bus_for(spec: SensorSpec) -> Bus:
     """The bus of a spec: the coil's own trace width, the fabricator's spacing, the two top layers if the tail has two."""
     tail_layers = spec.fpc.tail.layers if spec.fpc.tail else 2
     second = 2 if min(tail_layers, len(spec.fpc.stackup.copper)) >= 2 else 1
-    return Bus(spec.coil.trace_width, spec.fpc.rules.trace_spacing, (1, second))
+    reach = max(
+        abs(p.centre[1]) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements
+    )
+    return Bus(spec.coil.trace_width, spec.fpc.rules.trace_spacing, (1, second), reach)
 
 
 def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:
@@ -82,11 +91,10 @@ def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tupl
     return tuple(Lane(placements[i], *by_coil[i], rank=order.index(i)) for i in range(count))
 
 
-def lane_height(spec: SensorSpec, bus: Bus, index: int, track: int = 0) -> float:
+def lane_height(bus: Bus, index: int, track: int = 0) -> float:
     """Distance (m) from the axis to a lane's track: lane `index` outwards, `track` 1 for the outer one of a flat pair."""
     tracks = index if bus.is_stacked else 2 * index + track
-    reach = max(abs(p.centre[1]) for p in spec.array.placements) + spec.coil.size[1] / 2
-    return reach + bus.ring_offset + tracks * bus.pitch
+    return bus.reach + bus.ring_offset + bus.base + tracks * bus.pitch
 
 
 def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[Exit, Exit]]:
@@ -102,7 +110,7 @@ def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple
 def _single_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
     ring = Ring(spec.coil, lane.placement, bus.ring_offset)
     if lane.side:
-        height = lane.side * lane_height(spec, bus, lane.index)
+        height = lane.side * lane_height(bus, lane.index)
         corner = lane.side * math.atan2(ring.half_size[1], ring.half_size[0])
         return [(corner, (_diagonal(ring.at(corner), height), Point(funnel_x, height)))]
     found = []
@@ -124,7 +132,7 @@ def _flat_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list
         corner = lane.side * math.atan2(ring.half_size[1], ring.half_size[0])
         ways = []
         for track, angle in ((1, corner - lane.side * turn), (0, corner)):
-            height = lane.side * lane_height(spec, bus, lane.index, track)
+            height = lane.side * lane_height(bus, lane.index, track)
             ways.append(Exit(angle, (_diagonal(ring.at(angle), height), Point(funnel_x, height)), layer))
         return [(ways[0], ways[1]), (ways[1], ways[0])]
     pairs = []

@@ -14,8 +14,9 @@ MARGIN = 5e-3
 COUPON_SIZE = 10e-3
 COUPON_HOLE = 5e-3
 MARK_ARM = 1e-3
-TEXT_HEIGHT = 1.5e-3
-_LINE_STEP = 2.5e-3
+TEXT_HEIGHT = 1.2e-3
+_LINE_STEP = 2e-3
+_LETTER_WIDTH = 0.8  # of the height, for the room that a note takes in any plain font
 
 
 class CutLayer(StrEnum):
@@ -74,7 +75,7 @@ class LaserSheet:
 
     @property
     def cut(self) -> Contour:
-        """The outside contour of the part itself, as the beam's centre runs: the nominal outline grown by half a kerf."""
+        """The outside contour of the part itself, where the beam's centre runs: the outline grown by half a kerf."""
         return self.on(CutLayer.CUT_OUTER)[0]
 
 
@@ -104,17 +105,19 @@ def _sheet(
     layout: Layout, part: str, material: str, shape: str, size: tuple[float, float], thickness: float, kerf: float
 ) -> LaserSheet:
     if not 0.0 <= kerf < COUPON_HOLE:
-        raise ValueError(f"a kerf of {kerf * 1e3:g} mm cannot be compensated: it must be from 0 to {COUPON_HOLE * 1e3:g} mm")
+        raise ValueError(
+            f"a kerf of {kerf * 1e3:g} mm cannot be compensated: it must be from 0 to {COUPON_HOLE * 1e3:g} mm"
+        )
     floor = MARGIN + kerf / 2
     centre = Point(floor + size[0] / 2, floor + size[1] / 2)
     coupon = Point(centre.x + size[0] / 2 + kerf + MARGIN + COUPON_SIZE / 2, floor + COUPON_SIZE / 2)
     texts = _texts(layout, part, material, shape, size, thickness, kerf)
     top = floor + max(size[1], COUPON_SIZE) + kerf / 2
-    notes = tuple(
-        (Point(MARGIN, top + _LINE_STEP * (len(texts) - i)), text) for i, text in enumerate(texts)
-    )
+    notes = tuple((Point(MARGIN, top + _LINE_STEP * (len(texts) - i)), text) for i, text in enumerate(texts))
     height = top + _LINE_STEP * (len(texts) + 1) + MARGIN
-    width = max(coupon.x + COUPON_SIZE / 2 + kerf / 2, MARGIN + max(map(len, texts)) * TEXT_HEIGHT) + MARGIN
+    width = (
+        max(coupon.x + COUPON_SIZE / 2 + kerf / 2, MARGIN + max(map(len, texts)) * _LETTER_WIDTH * TEXT_HEIGHT) + MARGIN
+    )
     contours = (
         *_label(coupon, kerf),
         plate(CutLayer.CUT_INNER, "square", (COUPON_HOLE - kerf,) * 2, coupon),
@@ -130,15 +133,20 @@ def _texts(
     layout: Layout, part: str, material: str, shape: str, size: tuple[float, float], thickness: float, kerf: float
 ) -> tuple[str, ...]:
     sizes = f"diameter {_mm(size[0])}" if shape == "circle" else f"{_mm(size[0])} x {_mm(size[1])}"
-    if kerf:
-        how = f"kerf {_mm(kerf)} mm: outside contours are {_mm(kerf / 2)} mm outside, holes {_mm(kerf / 2)} mm inside"
-    else:
-        how = "no kerf given: contours are drawn at nominal size"
+    half = _mm(kerf / 2)
+    how = (
+        f"kerf {_mm(kerf)} mm: {half} mm added outside, holes less {half} mm"
+        if kerf
+        else "no kerf: drawn at nominal size"
+    )
     return (
-        f"{layout.spec.name} {part}: {shape} {sizes} mm, {material}, {_mm(thickness)} mm thick; layer REF is not cut",
+        f"{layout.spec.name} {part}",
+        f"{shape} {sizes} mm, {_mm(thickness)} mm thick",
+        material,
         how,
-        f"coupon: {_mm(COUPON_SIZE)} mm outside and {_mm(COUPON_HOLE)} mm inside when the kerf is right",
-        f"if not: kerf = {_mm(kerf)} + {_mm(COUPON_SIZE)} - measured outside (mm)",
+        f"coupon: {_mm(COUPON_SIZE)} mm wide, hole {_mm(COUPON_HOLE)} mm if right",
+        f"else kerf = {_mm(kerf)} + {_mm(COUPON_SIZE)} - measured width",
+        "grey (layer REF) is not cut",
     )
 
 
@@ -148,8 +156,10 @@ def _marks(layout: Layout, centre: Point, width: float, height: float) -> Iterat
     middle = [math.fsum(p.centre[axis] for p in placements) / len(placements) for axis in (0, 1)]
     under = [centre.shifted(p.centre[0] - middle[0], p.centre[1] - middle[1]) for p in placements]
     inset = MARGIN / 2
-    for place in dict.fromkeys((centre, *under, Point(inset, inset), Point(width - inset, height - inset))):
-        for dx, dy in ((MARK_ARM, 0.0), (0.0, MARK_ARM)):
+    places = dict.fromkeys(under, MARK_ARM / 2)
+    places |= dict.fromkeys((centre, Point(inset, inset), Point(width - inset, height - inset)), MARK_ARM)
+    for place, arm in places.items():
+        for dx, dy in ((arm, 0.0), (0.0, arm)):
             yield Contour(CutLayer.REF, polyline([place.shifted(-dx, -dy), place.shifted(dx, dy)]))
 
 

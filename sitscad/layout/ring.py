@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
-from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, polar
+from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
 from sitscad.geometry.spiral import outer_boundary
 from sitscad.spec.sensor import CoilPlacement, CoilSpec
 
@@ -23,19 +24,24 @@ class Ring:
         """The coil's centre."""
         return Point(*self.placement.centre)
 
-    @property
+    @cached_property
+    def boundary(self) -> Path:
+        """The ring about the origin, unrotated."""
+        return outer_boundary(self.coil.shape, self.coil.size, self.offset)
+
+    @cached_property
     def half_size(self) -> tuple[float, float]:
         """Half the ring's extent in x and y (m)."""
-        return self.coil.size[0] / 2 + self.offset, self.coil.size[1] / 2 + self.offset
+        box = bounding_box([self.boundary.rotated(self.placement.rotation)])
+        return box[2], box[3]
 
     def at(self, angle: float) -> Point:
         """The ring's point in a direction from the centre."""
         if self.coil.shape == "circle":
             return polar(self.coil.size[0] / 2 + self.offset, angle, self.centre)
         local = angle - self.placement.rotation
-        boundary = outer_boundary(self.coil.shape, self.coil.size, self.offset)
         ux, uy = math.cos(local), math.sin(local)
-        distance = max(_ray_length(segment, ux, uy) for segment in boundary)
+        distance = max(_ray_length(segment, ux, uy) for segment in self.boundary)
         return polar(distance, angle, self.centre)
 
     def along(self, start: float, end: float, ccw: bool) -> Path:
@@ -49,8 +55,7 @@ class Ring:
         return Path(tuple(Line(a, b) for a, b in zip(points, points[1:], strict=False) if a.distance(b) > 1e-9))
 
     def _corners(self, start: float, sweep: float) -> list[Point]:
-        boundary = outer_boundary(self.coil.shape, self.coil.size, self.offset)
-        turned = [segment.end for segment in boundary.segments[:-1]]
+        turned = [segment.end for segment in self.boundary.segments[:-1]]
         passed = []
         for corner in turned:
             angle = math.atan2(corner.y, corner.x) + self.placement.rotation

@@ -109,9 +109,9 @@ def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entries: tuple
     )
 
 
-def _descent(spec: SensorSpec, bus: Bus, tail: TailFrame, entry: Point, height: float) -> tuple[Path, Point]:
+def _descent(bus: Bus, tail: TailFrame, entry: Point, height: float) -> tuple[Path, Point]:
     """The neck from the funnel's beginning to the tail lane: bends staggered so that neighbours keep their distance."""
-    outermost = lane_height(spec, bus, 0)
+    outermost = lane_height(bus, 0)
     inwards = abs(height) < abs(entry.y)
     lag = STAGGER * (abs(entry.y) - outermost) * (1 if inwards else -1)
     bend = Point(tail.funnel + max(0.0, lag if abs(entry.y) >= outermost - 1e-9 else 0.0), entry.y)
@@ -130,7 +130,7 @@ def _stacked_run(
     number: int,
     end: str,
 ) -> Run:
-    neck, foot = _descent(spec, bus, tail, entry, middle)
+    neck, foot = _descent(bus, tail, entry, middle)
     pad = _contact(spec, tail, lane, height, number, end)
     via_x = tail.pad_start - spec.fpc.rules.via_pad / 2 - CAP
     part = Point(via_x - spec.fpc.rules.via_pad / 2 - CAP - abs(height - middle), middle)
@@ -154,7 +154,7 @@ def _flat_run(
 ) -> Run:
     contacts = 2 * len(spec.array.placements)
     height = contact_height(tail.connector, contacts, number)
-    neck, foot = _descent(spec, bus, tail, entry, height)
+    neck, foot = _descent(bus, tail, entry, height)
     pad = _contact(spec, tail, lane, height, number, end)
     wide = Track(polyline([foot, pad.centre]), tail.trace_width, bus.layers[0])
     return Run((Track(neck, bus.width, bus.layers[0]), wide), pad)
