@@ -155,7 +155,7 @@ def _route_by(
     escapes = []
     for index, (coil, lane) in enumerate(zip(wound, lanes, strict=True)):
         obstacles = board.copy()
-        obstacles.add(_other_coils(spec, index))
+        obstacles.add(_other_coils(spec, index), _inner_holes(coil))
         start, joins, end = _ends(coil)
         found = escape(
             Surroundings(spec, bus, lane.placement, half_width),
@@ -181,6 +181,13 @@ def _other_coils(spec: SensorSpec, index: int) -> list[Track]:
         for layer in spec.coil.layers
         if i != index
     ]
+
+
+def _inner_holes(coil: _WoundCoil) -> list[Hole]:
+    """The vias inside a winding that a lead coming out from under the turns must pass: all but the one it begins at."""
+    if coil.way_out_layer is None:
+        return []
+    return [join.hole for join in coil.inner[:-1]]
 
 
 def _ends(coil: _WoundCoil) -> tuple[OuterEnd, list[tuple[OuterEnd, OuterEnd]], OuterEnd | None]:
@@ -218,7 +225,7 @@ def _assemble(
         traces=traces,
         vias=vias,
         pads=tuple(sorted(pads, key=lambda pad: pad.number)),
-        outline=outline(body, tail),
+        outline=outline(body, tail, _copper_points(traces, vias), spec.fpc.rules.copper_to_edge),
         body=(body.start, -body.half_width, body.end, body.half_width),
         top_openings=(opening(spec, tail),),
         bottom_openings=(),
@@ -242,6 +249,16 @@ def _body(
     left += [via.centre.x - via.pad / 2 for via in vias]
     left += [p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements]
     return Body(min(left) - edge, tail.body_end, half_width)
+
+
+def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...]) -> list[tuple[Point, float]]:
+    """Points of the copper with its half width there (m): ends of all pieces, middles of the windings' arcs, vias."""
+    points = [(via.centre, via.pad / 2) for via in vias]
+    for trace in traces:
+        points.append((trace.path.start, trace.width / 2))
+        for segment in trace.path:
+            points += [(segment.at(fraction), trace.width / 2) for fraction in (0.25, 0.5, 0.75, 1.0)]
+    return points
 
 
 def _bend_zone(spec: SensorSpec, tail: TailFrame) -> tuple[float, float] | None:

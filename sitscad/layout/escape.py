@@ -20,7 +20,7 @@ from sitscad.layout.ring import Ring
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 VIA_PLACES = 32
-COMPARISONS, ADMISSION = 40_000, 20
+COMPARISONS, ADMISSION = 10_000, 20
 """The search of one coil gives up after this many comparisons of branches; asking the board counts as some."""
 
 

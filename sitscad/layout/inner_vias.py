@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sitscad.geometry.path import Line, Path, Point, polar
+from sitscad.geometry.path import Path, Point, polar, polyline
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import Hole, hole_distance, hole_keep_out
 from sitscad.spec.design_rules import DesignRules
@@ -110,9 +110,12 @@ def _candidates(
     )[::stride]
     gaps = np.min(np.hypot(*(np.array(places)[:, None, :] - turns[None, :, :]).transpose(2, 0, 1)), axis=1)
     for place, gap in zip(places, gaps, strict=True):
-        if gap >= keep + width / 2 - 0.5e-6 and all(_leaves_well(end, place, turns, width, spacing) for end in ends):
-            stubs = tuple((end.layer, Path((Line(end.point, place),))) for end in ends)
-            yield InnerJoin(Hole(place, rules.via_pad, rules.via_drill), stubs)
+        if gap < keep + width / 2 - 0.5e-6:
+            continue
+        stubs = [_stub(end, place, turns, width + spacing) for end in ends]
+        if all(stubs):
+            named = tuple((end.layer, stub) for end, stub in zip(ends, stubs, strict=True) if stub)
+            yield InnerJoin(Hole(place, rules.via_pad, rules.via_drill), named)
 
 
 def _places(centre: Point, reach: float, towards: Point) -> Iterator[Point]:
@@ -124,19 +127,34 @@ def _places(centre: Point, reach: float, towards: Point) -> Iterator[Point]:
             yield polar(radius, start + 2.0 * math.pi * i / ANGLES, centre)
 
 
-def _leaves_well(end: InnerEnd, place: Point, turns: np.ndarray, width: float, spacing: float) -> bool:
-    """Whether the straight stub bends by at most 120 degrees at the turn's end and then keeps away from every turn."""
+def _stub(end: InnerEnd, place: Point, turns: np.ndarray, keep: float) -> Path | None:
+    """The way from a turn's end to a via: straight where that bends it gently, else off at a right angle first.
+
+    None where it would come nearer than `keep` (m, centre line to centre line) to a turn beyond its own end.
+    """
     dx, dy = place.x - end.point.x, place.y - end.point.y
     length = math.hypot(dx, dy)
-    if length < 1e-9 or (dx * end.back[0] + dy * end.back[1]) / length > 0.5:
-        return False
-    fractions = np.arange(1, 9) / 8
-    fractions = fractions[fractions * length > 1.7 * (width + spacing)]
-    if not fractions.size:
-        return True
-    x, y = end.point.x + dx * fractions, end.point.y + dy * fractions
-    gaps = np.hypot(turns[:, :1] - x, turns[:, 1:] - y)
-    return bool(gaps.min() >= width + spacing - 0.5e-6)
+    if length < 1e-9:
+        return None
+    if (dx * end.back[0] + dy * end.back[1]) / length <= 0.3:
+        corners = [end.point, place]
+    else:
+        nx, ny = -end.back[1], end.back[0]
+        across = dx * nx + dy * ny
+        step = math.copysign(min(1.5 * keep, abs(across)), across)
+        corners = [end.point, end.point.shifted(step * nx, step * ny), place]
+    path = polyline(corners)
+    points = np.array([p for p in _spread(path) if p.distance(end.point) > 1.7 * keep])
+    if points.size:
+        gaps = np.hypot(turns[:, :1] - points[:, 0], turns[:, 1:] - points[:, 1])
+        if gaps.min() < keep - 0.5e-6:
+            return None
+    return path
+
+
+def _spread(path: Path) -> list[Point]:
+    """Points on a stub: eight on every straight piece."""
+    return [segment.at(i / 8) for segment in path for i in range(1, 9)]
 
 
 def _choose(

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from sitscad.geometry.path import Path, Point, rounded
 from sitscad.layout.tail import TailFrame
 
-BODY_CORNER_RADIUS = 0.5e-3
-FILLET_RADIUS = 0.5e-3
+CORNER_RADIUS = 0.5e-3
 """Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m)."""
 
 
@@ -21,13 +20,20 @@ class Body:
     half_width: float
 
 
-def outline(body: Body, tail: TailFrame) -> Path:
-    """The closed outline, counter-clockwise from the body's far lower corner."""
+def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
+    """The closed outline, counter-clockwise from the body's far lower corner.
+
+    ``copper`` lists points of the body's copper with their half widths (m): a corner of the body is rounded only as far as
+    they keep the distance `edge` from it. Where the taper begins, the radius is that of the lead which bends there, so
+    that the lead keeps its distance round the corner.
+    """
     wide, narrow = body.half_width, tail.half_width
+    shoulder = edge + tail.neck_width / 2
+    inner, outer = (CORNER_RADIUS, shoulder) if narrow < wide else (shoulder, CORNER_RADIUS)
     lower = [
-        (Point(body.start, -wide), BODY_CORNER_RADIUS),
-        (Point(tail.body_end, -wide), FILLET_RADIUS),
-        (Point(tail.start, -narrow), FILLET_RADIUS),
+        (Point(body.start, -wide), far_corner_radius(body, copper, edge)),
+        (Point(tail.body_end, -wide), outer),
+        (Point(tail.start, -narrow), inner),
         (Point(tail.end, -narrow), 0.0),
     ]
     if abs(wide - narrow) < 1e-9:
@@ -36,6 +42,22 @@ def outline(body: Body, tail: TailFrame) -> Path:
     corners = [point for point, _ in lower + upper]
     radii = [_fitting(corners, i, radius) for i, (_, radius) in enumerate(lower + upper)]
     return rounded(corners, radii)
+
+
+def far_corner_radius(body: Body, copper: list[tuple[Point, float]], edge: float) -> float:
+    """The largest radius (m) of the body's far corners, at most `CORNER_RADIUS`, that leaves all copper its distance."""
+    radius = CORNER_RADIUS
+    while radius > edge and not all(_keeps(body, radius, point, half + edge) for point, half in copper):
+        radius -= 0.05e-3
+    return max(radius, edge)
+
+
+def _keeps(body: Body, radius: float, point: Point, need: float) -> bool:
+    """Whether a point near a far corner stays `need` away from the corner's arc."""
+    x, y = body.start + radius, body.half_width - radius
+    if point.x >= x or abs(point.y) <= y:
+        return True
+    return Point(point.x, abs(point.y)).distance(Point(x, y)) <= radius - need + 1e-9
 
 
 def _fitting(corners: list[Point], index: int, radius: float) -> float:

@@ -32,6 +32,7 @@ class TailFrame:
     end: float
     half_width: float
     trace_width: float
+    neck_width: float
 
     @property
     def pad_start(self) -> float:
@@ -68,9 +69,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     start = body_end + abs(body_half_width - half_width)
     needed = _fan_length(spec, bus, connector) + connector.contact_length + 0.2e-3
     length = max(spec.fpc.tail.length, start - body_end + needed) if spec.fpc.tail else start - body_end + needed + BARE_LENGTH
-    return TailFrame(
-        connector, body_end, funnel, start, body_end + length, half_width, _tail_trace_width(spec, bus, connector)
-    )
+    width = _tail_trace_width(spec, bus, connector)
+    return TailFrame(connector, body_end, funnel, start, body_end + length, half_width, width, bus.width)
 
 
 def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
@@ -80,13 +80,13 @@ def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float
 
 
 def _fan_length(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
-    """Length (m) in which a stacked pair parts, changes layer and reaches the contacts; a flat pair needs only a bit."""
+    """Length (m) in which a stacked pair parts, changes layer and reaches the contacts, or a flat pair widens."""
     pad = spec.fpc.rules.via_pad
-    return connector.pitch / 2 + 2.0 * CAP + pad if bus.is_stacked else CAP
+    return connector.pitch / 2 + 2.0 * CAP + pad if bus.is_stacked else connector.pitch + CAP
 
 
 def contact_height(connector: Connector, contacts: int, number: int) -> float:
-    """y (m) of a contact, number 1 at the top."""
+    """Height (m) of a contact above the axis, number 1 at the top."""
     return connector.pitch * ((contacts - 1) / 2 - (number - 1))
 
 
@@ -156,8 +156,9 @@ def _flat_run(
     height = contact_height(tail.connector, contacts, number)
     neck, foot = _descent(bus, tail, entry, height)
     pad = _contact(spec, tail, lane, height, number, end)
-    wide = Track(polyline([foot, pad.centre]), tail.trace_width, bus.layers[0])
-    return Run((Track(neck, bus.width, bus.layers[0]), wide), pad)
+    widens = foot.shifted(tail.connector.pitch, 0.0)
+    narrow = Track(neck + polyline([foot, widens]), bus.width, bus.layers[0])
+    return Run((narrow, Track(polyline([widens, pad.centre]), tail.trace_width, bus.layers[0])), pad)
 
 
 def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, number: int, end: str) -> Pad:

@@ -1,0 +1,99 @@
+"""The spirals follow the contract's definition: circle within 0.1 um, polygons corner by corner."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sitscad.geometry.path import Arc, Point, polar
+from sitscad.geometry.spiral import SpiralDimensions, corner_angle, outer_boundary, rounded_corners, wind
+
+MM = 1e-3
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.floats(2.0, 40.0),
+    st.floats(0.06, 0.4),
+    st.floats(0.25, 30.0),
+    st.floats(-7.0, 7.0),
+    st.sampled_from([1, -1]),
+)
+def test_a_circle_follows_the_archimedean_spiral(diameter, pitch, turns, start, sense):
+    turns = min(turns, (diameter - pitch) / 2 / pitch * 0.95)
+    size = SpiralDimensions((diameter * MM, diameter * MM), pitch * MM / 2, pitch * MM, turns)
+    path = wind("circle", size, start, sense)
+    worst = 0.0
+    for i in range(400):
+        theta = 2 * math.pi * turns * i / 399
+        radius = (diameter - pitch / 2) * MM / 2 - pitch * MM * theta / (2 * math.pi)
+        here = polar(radius, start + sense * theta)
+        middle = min(len(path.segments) - 1, int(i / 399 * len(path.segments)))
+        near = path.segments[max(0, middle - 1) : middle + 2]
+        worst = max(worst, min(segment.distance(here) for segment in near))
+    assert worst < 0.1e-6
+    assert all(isinstance(segment, Arc) and (segment.sweep > 0) == (sense > 0) for segment in path)
+
+
+def test_the_square_of_the_contract_corner_by_corner():
+    """D = 3 mm, w = s = 0.1 mm: h = 1.45 mm, p = 0.2 mm; one flat faces +x, so the first side begins at -45 degrees."""
+    path = wind("square", SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.5), 0.0)
+    corners = [path.start, *(segment.end for segment in path)]
+    expected = [(1.45, -1.45), (1.45, 1.45), (-1.45, 1.45), (-1.45, -1.45), (1.25, -1.45), (1.25, 1.25), (-1.25, 1.25)]
+    for corner, (x, y) in zip(corners, expected, strict=True):
+        assert corner.distance(Point(x * MM, y * MM)) < 1e-12
+
+
+@pytest.mark.parametrize(("shape", "corners"), [("square", 4), ("hexagon", 6), ("octagon", 8)])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_polygon_sides_lie_on_their_flats(shape, corners, sense):
+    diameter, width, pitch, turns = 5 * MM, 0.1 * MM, 0.2 * MM, 4
+    path = wind(shape, SpiralDimensions((diameter, diameter), width, pitch, turns), 0.3, sense)
+    assert len(path.segments) == corners * turns
+    for m, side in enumerate(path.segments):
+        middle = side.at(0.5)
+        dx, dy = side.end.x - side.start.x, side.end.y - side.start.y
+        distance = abs(dx * side.start.y - dy * side.start.x) / math.hypot(dx, dy)
+        assert distance == pytest.approx((diameter - width) / 2 - pitch * (m // corners), abs=1e-12)
+        normal = math.atan2(dx * sense, -dy * sense)
+        flat = math.remainder(normal, 2 * math.pi / corners)
+        assert min(abs(flat), abs(abs(flat) - 2 * math.pi / corners)) < 1e-9
+        assert middle.distance(Point(0, 0)) < diameter
+
+
+def test_a_rectangle_is_longer_one_way():
+    path = wind("rectangle", SpiralDimensions((6 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.0), 0.0)
+    assert path.start.distance(Point(2.95 * MM, -1.45 * MM)) < 1e-12
+    assert path.segments[1].length == pytest.approx(5.9 * MM)
+
+
+def test_mirrored_layers_are_mirror_images():
+    size = SpiralDimensions((4 * MM, 4 * MM), 0.1 * MM, 0.2 * MM, 5.3)
+    one, other = wind("circle", size, 0.7, 1), wind("circle", size, -0.7, -1)
+    for a, b in zip(one.segments, other.segments, strict=True):
+        assert a.start.distance(Point(b.start.x, -b.start.y)) < 1e-15
+
+
+def test_corner_angle_is_the_last_corner_at_or_before_in_the_direction_of_winding():
+    assert corner_angle("circle", 0.3, 1) == 0.3
+    assert corner_angle("square", 0.0, 1) == pytest.approx(-math.pi / 4)
+    assert corner_angle("square", 0.0, -1) == pytest.approx(math.pi / 4)
+    assert corner_angle("square", math.pi / 4, 1) == pytest.approx(math.pi / 4)
+    assert corner_angle("hexagon", 0.0, 1) == pytest.approx(-math.pi / 6)
+
+
+def test_rounded_corners_keep_the_ends():
+    path = wind("square", SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 3.0), 0.0)
+    soft = rounded_corners(path, 0.3 * MM)
+    assert soft.start == path.start and soft.end == path.end and soft.length < path.length
+    assert rounded_corners(path, 0.0) is path
+
+
+@pytest.mark.parametrize("shape", ["circle", "square", "hexagon", "octagon"])
+def test_the_outer_boundary_surrounds_the_coil_at_its_offset(shape):
+    ring = outer_boundary(shape, (4 * MM, 4 * MM), 0.2 * MM)
+    assert ring.is_closed
+    distances = [math.hypot(*segment.at(0.5)) for segment in ring]
+    assert min(distances) == pytest.approx(2.2 * MM, rel=1e-3 if shape == "circle" else 0.3)
+    assert ring.start.distance(Point(2.2 * MM, 0)) < 1e-12

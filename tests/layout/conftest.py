@@ -1,0 +1,61 @@
+"""Specs built in code, so that these tests need no loader and can range widely."""
+
+import pytest
+
+from sitscad.spec import presets
+from sitscad.spec.sensor import (
+    ArraySpec,
+    CoilPlacement,
+    CoilSpec,
+    FpcSpec,
+    ReadoutSpec,
+    Requirements,
+    SensorSpec,
+    Tail,
+)
+from sitscad.spec.source import SpecSource
+
+
+def sensor(
+    shape="circle",
+    diameter=4e-3,
+    turns=7.75,
+    layers=4,
+    width=80e-6,
+    spacing=80e-6,
+    coils=2,
+    pitch=4.5e-3,
+    stackup="flex-4l",
+    rules="generic-fine",
+    tail=True,
+    tail_layers=2,
+    start_angle=0.0,
+    clockwise=False,
+):
+    """A sensor of coils in a line, everything else left out."""
+    placements = tuple(CoilPlacement(f"C{i + 1}", ((i - (coils - 1) / 2) * pitch, 0.0)) for i in range(coils))
+    return SensorSpec(
+        name="drawn",
+        coil=CoilSpec(
+            shape, (diameter, diameter), turns, tuple(range(1, layers + 1)), width, spacing, start_angle, clockwise
+        ),
+        array=ArraySpec("line" if coils > 1 else "single", placements, pitch),
+        fpc=FpcSpec(
+            presets.stackup(stackup),
+            presets.design_rules(rules),
+            Tail(30e-3, presets.connector("zif-0.5mm"), tail_layers, "static") if tail else None,
+        ),
+        target=None,
+        elastomer=None,
+        encapsulation=None,
+        mount=None,
+        shield=None,
+        readout=ReadoutSpec("ldc1614", None, "converter", None, 40e6, 100.0),
+        requirements=Requirements(),
+        source=SpecSource("drawn.yaml", ""),
+    )
+
+
+@pytest.fixture(name="sensor")
+def sensor_fixture():
+    return sensor

@@ -1,0 +1,207 @@
+"""Every layout, whatever its shape, layers, array and angles: joined in the right order, touching nothing else."""
+
+import math
+import random
+from itertools import combinations
+
+import pytest
+
+from sitscad.geometry.path import Point
+from sitscad.layout import Role, Trace, Via, lay_out
+
+CASES = {
+    "bench": dict(diameter=7e-3, turns=12, layers=2, width=1e-4, spacing=1e-4, pitch=8e-3, stackup="flex-2l-35um",
+                  rules="generic-flex"),
+    "miniature": dict(diameter=3.5e-3, turns=6.5, layers=2, width=1e-4, spacing=1e-4, pitch=4e-3,
+                      stackup="flex-2l-35um", rules="generic-flex"),
+    "jaw": {},
+    "jaw clockwise": dict(clockwise=True, start_angle=1.0),
+    "single": dict(diameter=7e-3, turns=10, layers=1, coils=1, stackup="flex-2l-35um", tail=False),
+    "three layers, flat pairs": dict(diameter=5e-3, turns=6, layers=3, coils=3, pitch=6e-3, tail_layers=1),
+    "squares": dict(shape="square", diameter=5e-3, turns=6.25, pitch=6e-3),
+    "octagons": dict(shape="octagon", diameter=5e-3, turns=5.5, layers=2, pitch=6e-3),
+    "hexagons": dict(shape="hexagon", diameter=5e-3, turns=5, layers=2, pitch=6.4e-3),
+    "eight layers": dict(diameter=7e-3, turns=6.5, layers=8, stackup="flex-8l", pitch=8e-3),
+    "four in a row": dict(diameter=4e-3, turns=6, layers=2, coils=4, pitch=4.9e-3, start_angle=math.radians(30)),
+}  # fmt: skip
+
+
+@pytest.fixture(params=CASES, scope="module")
+def layout(request):
+    from .conftest import sensor
+
+    return lay_out(sensor(**CASES[request.param]))
+
+
+def assert_sound(layout):
+    """Consecutive conductors of a coil meet; all others keep the rules' distance, arcs flattened within 0.2 um."""
+    assert layout.findings == ()
+    spacing = min(layout.spec.fpc.rules.trace_spacing, layout.spec.coil.trace_spacing) - 1e-6
+    for coil in layout.coils:
+        assert coil.is_closed_circuit
+        assert_in_series(coil.series)
+    assert clashes(layout, spacing) == []
+
+
+def assert_in_series(series):
+    for one, other in zip(series, series[1:], strict=False):
+        end = one.path.end if isinstance(one, Trace) else one.centre
+        start = other.path.start if isinstance(other, Trace) else other.centre
+        assert end.distance(start) < 1e-9
+        if isinstance(one, Trace) and isinstance(other, Trace):
+            assert one.layer == other.layer
+    kinds = [isinstance(piece, Via) for piece in series]
+    assert not any(a and b for a, b in zip(kinds, kinds[1:], strict=False))
+
+
+def clashes(layout, spacing):
+    """Pairs of conductors that come too near on some layer, though the current does not pass from one to the next."""
+    shapely = pytest.importorskip("shapely", reason="shapely compares the copper; it comes with sitscad[all]")
+    pieces = []
+    for coil in layout.coils:
+        for index, piece in enumerate(coil.series):
+            if isinstance(piece, Trace):
+                line = shapely.LineString(piece.path.flattened(0.2e-6))
+                pieces.append((coil.name, index, piece.layer, line.buffer(piece.width / 2, quad_segs=32)))
+            else:
+                pad = shapely.Point(piece.centre).buffer(piece.pad / 2, quad_segs=32)
+                pieces += [(coil.name, index, layer, pad) for layer in range(1, layout.copper_layers + 1)]
+    found = []
+    for (net, i, layer, a), (other, j, rival, b) in combinations(pieces, 2):
+        if layer == rival and (net != other or abs(i - j) > 2) and a.distance(b) < spacing:
+            found.append((net, i, other, j, layer, a.distance(b)))
+    return found
+
+
+def test_the_copper_is_sound(layout):
+    assert_sound(layout)
+
+
+def test_every_coil_reaches_two_contacts_of_its_own(layout):
+    assert len(layout.pads) == 2 * len(layout.coils)
+    assert [pad.number for pad in layout.pads] == list(range(1, len(layout.pads) + 1))
+    heights = [pad.centre.y for pad in layout.pads]
+    assert heights == sorted(heights, reverse=True)
+    for coil in layout.coils:
+        pins = {pad.pin: pad.centre for pad in layout.pads if pad.net == coil.net}
+        assert set(pins) == {f"{coil.name}.A", f"{coil.name}.B"}
+        assert coil.series[0].path.start.distance(pins[f"{coil.name}.A"]) < 1e-9
+        assert coil.series[-1].path.end.distance(pins[f"{coil.name}.B"]) < 1e-9
+
+
+def test_the_current_circulates_one_way_through_all_layers(layout):
+    sense = -1 if layout.spec.coil.clockwise else 1
+    for coil in layout.coils:
+        for winding in coil.windings:
+            points = winding.path.flattened(1e-6)
+            swept = sum(
+                math.remainder(
+                    math.atan2(b.y - coil.centre.y, b.x - coil.centre.x)
+                    - math.atan2(a.y - coil.centre.y, a.x - coil.centre.x),
+                    2 * math.pi,
+                )
+                for a, b in zip(points, points[1:], strict=False)
+            )
+            assert swept == pytest.approx(sense * 2 * math.pi * layout.spec.coil.turns, abs=0.35)
+
+
+def test_all_copper_keeps_away_from_the_edge(layout):
+    shapely = pytest.importorskip("shapely", reason="shapely measures to the outline; it comes with sitscad[all]")
+    board = shapely.Polygon(layout.outline.flattened(0.2e-6))
+    edge = layout.spec.fpc.rules.copper_to_edge
+    for trace in layout.traces:
+        copper = shapely.LineString(trace.path.flattened(0.2e-6)).buffer(trace.width / 2)
+        assert board.contains(copper)
+        assert board.exterior.distance(copper) > edge - 1e-6
+    for via in layout.vias:
+        assert board.exterior.distance(shapely.Point(via.centre)) > via.pad / 2 + edge - 1e-6
+
+
+def test_pairs_lie_above_each_other_where_the_tail_has_two_layers(sensor):
+    layout = lay_out(sensor())
+    for coil in layout.coils:
+        leads = [piece for piece in coil.series if isinstance(piece, Trace) and piece.role is Role.TAIL]
+        assert {trace.layer for trace in leads} == {1, 2}
+        longest = {layer: max(t.path.length for t in leads if t.layer == layer) for layer in (1, 2)}
+        assert longest[1] == pytest.approx(longest[2], abs=5e-3)
+
+
+def test_layers_are_joined_where_the_angle_says(sensor):
+    """4 x 7.75 turns: inner vias near 270 and 90 degrees, as the windings' ends stand there."""
+    layout = lay_out(sensor(coils=1))
+    centre = layout.coils[0].centre
+    inner = [via.centre for via in layout.vias if via.centre.distance(centre) < 0.7e-3]
+    angles = sorted(math.degrees(math.atan2(p.y - centre.y, p.x - centre.x)) % 360 for p in inner)
+    assert angles == pytest.approx([90, 270], abs=8)
+
+
+@pytest.mark.parametrize("extra", [0.0, 2e-6])
+def test_the_missing_room_for_an_inner_via_is_named(sensor, extra):
+    layout = lay_out(sensor(diameter=2.6e-3, turns=7.0, layers=2, pitch=3.2e-3, stackup="flex-2l-18um"))
+    (finding,) = layout.findings
+    assert finding.name == "inner-via-room" and finding.limit > finding.measured
+    missing = finding.limit - finding.measured + extra
+    mended = lay_out(sensor(diameter=2.6e-3 + missing, turns=7.0, layers=2, pitch=3.2e-3 + missing,
+                            stackup="flex-2l-18um"))  # fmt: skip
+    assert not [f for f in mended.findings if f.name == "inner-via-room"]
+
+
+def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
+    import dataclasses
+
+    from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+
+    spec = sensor(layers=1, coils=1, turns=5, stackup="flex-2l-18um")
+    one = Stackup("one", (StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide"), StackLayer(LayerKind.COPPER, 18e-6, "copper"),
+                          StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide")))  # fmt: skip
+    layout = lay_out(dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, stackup=one)))
+    assert [finding.name for finding in layout.findings] == ["no-way-out"]
+    assert not layout.coils[0].is_closed_circuit and layout.coils[0].windings
+
+
+def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(sensor):
+    layout = lay_out(sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8))
+    (finding,) = layout.findings
+    assert finding.name == "lead-room" and finding.key == "array.pitch" and "missing" in finding.message
+
+
+@pytest.mark.slow
+def test_random_designs_are_sound_or_say_why_not():
+    from .conftest import sensor
+
+    source = random.Random(20261120)
+    routed = 0
+    for _ in range(120):
+        layers = source.choice([1, 2, 2, 3, 4, 4, 6, 8])
+        diameter = source.choice([3.5e-3, 4e-3, 5e-3, 7e-3])
+        shape = source.choice(["circle", "circle", "square", "hexagon", "octagon"])
+        turns = source.choice([2, 3.25, 4.5, 5, 6.5, 7.75, 8])
+        turns = round(turns * 6) / 6 if shape == "hexagon" else turns
+        width = source.choice([80e-6, 100e-6])
+        if diameter / 2 - 2 * width * turns < 0.5e-3:
+            continue
+        layout = lay_out(
+            sensor(
+                shape, diameter, turns, layers, width, width,
+                coils=source.choice([1, 2, 2, 3, 4]),
+                pitch=1.16 * diameter + source.choice([0.4e-3, 0.8e-3, 1.2e-3]) * (shape == "hexagon") + 0.5e-3,
+                stackup={1: "flex-2l-35um", 2: "flex-2l-35um", 6: "flex-6l", 8: "flex-8l"}.get(layers, "flex-4l"),
+                rules=source.choice(["generic-fine", "generic-flex"]),
+                tail=source.random() < 0.8,
+                tail_layers=source.choice([1, 2]),
+                start_angle=math.radians(source.choice([0, 0, 45, 90, -30, 180, source.uniform(0, 360)])),
+                clockwise=source.random() < 0.3,
+            )
+        )  # fmt: skip
+        if layout.findings:
+            assert all(finding.message and finding.hint for finding in layout.findings)
+            continue
+        routed += 1
+        assert_sound(layout)
+    assert routed >= 40
+
+
+def test_names_and_points_are_what_they_say(sensor):
+    layout = lay_out(sensor())
+    assert layout.nets == ("C1", "C2") and layout.coils[0].centre == Point(-2.25e-3, 0.0)
+    assert layout.body_size[1] == pytest.approx(4.712e-3, abs=1e-6)
