@@ -10,7 +10,7 @@ from sitscad.geometry.spiral import outer_boundary
 from sitscad.layout import room
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via, Winding
 from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
-from sitscad.layout.escape import Escape, OuterEnd, Surroundings, escape, outer_ends
+from sitscad.layout.escape import Escape, OuterEnd, Patience, Surroundings, escape, outer_ends
 from sitscad.layout.inner_vias import InnerJoin, place_inner_vias
 from sitscad.layout.lanes import Bus, Lane, assign_lanes, bus_for, exits, lane_height
 from sitscad.layout.outline import Body, outline
@@ -138,17 +138,23 @@ def _route(spec: SensorSpec, bus: Bus, wound: tuple[_WoundCoil, ...], front: flo
     """The narrowest board that has room, with the first lane on the side where the far coil begins, else on the other."""
     begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
     sides = (1, -1) if begins >= -1e-9 else (-1, 1)
+    patience = Patience()
     for raised, half_width in _boards(spec, bus):
-        tail = frame(spec, raised, connector_of(spec, connector("solder-pads")), front, half_width)
         for side in sides[: len(wound)]:
-            routing = _route_by(spec, raised, wound, tail.funnel, half_width, side)
+            routing = _route_by(spec, raised, wound, front, half_width, side, patience)
             if routing is not None:
                 return routing
     return None
 
 
 def _route_by(
-    spec: SensorSpec, bus: Bus, wound: tuple[_WoundCoil, ...], funnel: float, half_width: float, side: int
+    spec: SensorSpec,
+    bus: Bus,
+    wound: tuple[_WoundCoil, ...],
+    front: float,
+    half_width: float,
+    side: int,
+    patience: Patience,
 ) -> _Routing | None:
     lanes = assign_lanes(spec.array.placements, side)
     board = Obstacles(spec.fpc.rules, bus.spacing, half_width)
@@ -161,8 +167,9 @@ def _route_by(
             Surroundings(spec, bus, lane.placement, half_width),
             joins,
             (start, end),
-            exits(spec, bus, lane, funnel),
+            exits(spec, bus, lane, front),
             obstacles,
+            patience,
         )
         if found is None:
             return None

@@ -20,8 +20,11 @@ from sitscad.layout.ring import Ring
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 VIA_PLACES = 32
-COMPARISONS, ADMISSION = 10_000, 20
+COMPARISONS, ADMISSION = 40_000, 20
 """The search of one coil gives up after this many comparisons of branches; asking the board counts as some."""
+
+BUDGET = 160_000
+"""And all searches of one board together after this many: a second or two."""
 
 
 @dataclass(frozen=True)
@@ -178,11 +181,12 @@ def escape(
     ends: tuple[OuterEnd, OuterEnd | None],
     choices: list[tuple[Exit, Exit]],
     obstacles: Obstacles,
+    patience: Patience,
 ) -> Escape | None:
     """The cheapest way out that keeps every distance, or None where the search finds none."""
     places = [place for place in around.via_places() if obstacles.admits((), (place,))]
     join_options = [_sorted(_join_options(around, pair, places)) for pair in joins]
-    search = _Search(around, obstacles)
+    search = _Search(around, obstacles, patience)
     best: Escape | None = None
     for exit_a, exit_b in choices:
         leads = [_sorted(_lead_options(around, ends[0], exit_a, places))]
@@ -195,13 +199,21 @@ def escape(
     return best
 
 
+class Patience:
+    """How many comparisons the searches of one board may still make."""
+
+    def __init__(self) -> None:
+        self.left = BUDGET
+
+
 class _Search:
     """Depth-first over the branches' options, cheapest first; remembers what the board admits."""
 
-    def __init__(self, around: Surroundings, obstacles: Obstacles) -> None:
+    def __init__(self, around: Surroundings, obstacles: Obstacles, patience: Patience) -> None:
         self._around = around
         self._obstacles = obstacles
         self._admitted: dict[int, tuple[Branch, bool]] = {}
+        self._patience = patience
         self._left = COMPARISONS
 
     def combine(self, options: list[list[Branch]], chosen: tuple[Branch, ...]) -> tuple[Branch, ...] | None:
@@ -209,8 +221,8 @@ class _Search:
         if len(chosen) == len(options):
             return chosen
         for branch in options[len(chosen)]:
-            self._left -= 1
-            if self._left < 0:
+            self._spend(1)
+            if self._left < 0 or self._patience.left < 0:
                 return None
             if any(_conflict(self._around, branch, other) for other in chosen) or not self._admits(branch):
                 continue
@@ -219,10 +231,14 @@ class _Search:
                 return found
         return None
 
+    def _spend(self, comparisons: int) -> None:
+        self._left -= comparisons
+        self._patience.left -= comparisons
+
     def _admits(self, branch: Branch) -> bool:
         known = self._admitted.get(id(branch))
         if known is None:
-            self._left -= ADMISSION
+            self._spend(ADMISSION)
             known = (branch, self._obstacles.admits(branch.tracks, branch.holes))
             self._admitted[id(branch)] = known
         return known[1]

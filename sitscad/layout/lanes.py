@@ -124,14 +124,14 @@ def _single_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> li
 
 
 def _flat_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[Exit, Exit]]:
-    """Side by side: the upper track leaves the ring before the lower one; either end of the coil may be the upper."""
+    """Side by side: the track that leaves the ring farther back takes the outer lane; either end of the coil may."""
     ring = Ring(spec.coil, lane.placement, bus.ring_offset)
     turn = 1.6 * bus.pitch / min(ring.half_size)
     layer = bus.layers[0]
     if lane.side:
         corner = lane.side * math.atan2(ring.half_size[1], ring.half_size[0])
         ways = []
-        for track, angle in ((1, corner - lane.side * turn), (0, corner)):
+        for track, angle in ((1, corner), (0, corner - lane.side * turn)):
             height = lane.side * lane_height(bus, lane.index, track)
             ways.append(Exit(angle, (_diagonal(ring.at(angle), height), Point(funnel_x, height)), layer))
         return [(ways[0], ways[1]), (ways[1], ways[0])]

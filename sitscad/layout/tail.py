@@ -64,8 +64,10 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     contacts = 2 * len(spec.array.placements)
     half_width = connector.width(contacts) / 2
     slack = STAGGER * (edge + bus.width / 2)
-    body_end = front + slack if half_width < body_half_width else front
-    funnel = front if half_width < body_half_width else front + slack
+    stagger = STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0))
+    narrows = half_width < body_half_width
+    body_end = front + slack + max(0.0, stagger) if narrows else front
+    funnel = front if narrows else front + slack
     start = body_end + abs(body_half_width - half_width)
     needed = _fan_length(spec, bus, connector) + connector.contact_length + 0.2e-3
     length = max(spec.fpc.tail.length, start - body_end + needed) if spec.fpc.tail else start - body_end + needed + BARE_LENGTH
@@ -82,7 +84,7 @@ def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float
 def _fan_length(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
     """Length (m) in which a stacked pair parts, changes layer and reaches the contacts, or a flat pair widens."""
     pad = spec.fpc.rules.via_pad
-    return connector.pitch / 2 + 2.0 * CAP + pad if bus.is_stacked else connector.pitch + CAP
+    return connector.pitch + CAP + (connector.pitch / 2 + CAP + pad if bus.is_stacked else 0.0)
 
 
 def contact_height(connector: Connector, contacts: int, number: int) -> float:
@@ -110,13 +112,16 @@ def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entries: tuple
 
 
 def _descent(bus: Bus, tail: TailFrame, entry: Point, height: float) -> tuple[Path, Point]:
-    """The neck from the funnel's beginning to the tail lane: bends staggered so that neighbours keep their distance."""
-    outermost = lane_height(bus, 0)
+    """The neck from the funnel's beginning to where its track may widen on the tail lane.
+
+    Bends are staggered so that neighbours keep their distance, and a track widens only where its neighbour has gone.
+    """
     inwards = abs(height) < abs(entry.y)
-    lag = STAGGER * (abs(entry.y) - outermost) * (1 if inwards else -1)
-    bend = Point(tail.funnel + max(0.0, lag if abs(entry.y) >= outermost - 1e-9 else 0.0), entry.y)
+    lag = STAGGER * (abs(entry.y) - lane_height(bus, 0)) * (1 if inwards else -1)
+    bend = Point(tail.funnel + max(0.0, lag), entry.y)
     foot = Point(bend.x + abs(height - entry.y), height)
-    return polyline([entry, bend, foot]), foot
+    widens = foot.shifted(tail.connector.pitch, 0.0)
+    return polyline([entry, bend, foot, widens]), widens
 
 
 def _stacked_run(
@@ -156,9 +161,8 @@ def _flat_run(
     height = contact_height(tail.connector, contacts, number)
     neck, foot = _descent(bus, tail, entry, height)
     pad = _contact(spec, tail, lane, height, number, end)
-    widens = foot.shifted(tail.connector.pitch, 0.0)
-    narrow = Track(neck + polyline([foot, widens]), bus.width, bus.layers[0])
-    return Run((narrow, Track(polyline([widens, pad.centre]), tail.trace_width, bus.layers[0])), pad)
+    wide = Track(polyline([foot, pad.centre]), tail.trace_width, bus.layers[0])
+    return Run((Track(neck, bus.width, bus.layers[0]), wide), pad)
 
 
 def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, number: int, end: str) -> Pad:
