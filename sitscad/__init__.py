@@ -1,7 +1,8 @@
 """Sensors of soft inductive coils, from one YAML spec to files that can be ordered.
 
-The public names below are loaded on first use, so that ``import sitscad`` costs nothing and ``check`` never pulls in a
-CAD kernel. The flow is ``load`` -> ``lay_out`` -> ``estimate`` -> ``check`` -> ``build``; ``verify`` reads a package back.
+The public names below are loaded on first use, so that ``import sitscad`` costs nothing and ``check`` never pulls in
+a CAD kernel. The flow is ``load`` -> ``lay_out`` -> ``estimate`` -> ``check`` -> ``build``; ``verify`` reads a package
+back.
 """
 
 from __future__ import annotations
@@ -29,19 +30,54 @@ _HOMES = {
     "NotChecked": "sitscad.finding",
     "Severity": "sitscad.finding",
     "MissingExtra": "sitscad.parts",
+    "PartsError": "sitscad.parts",
     "build": "sitscad.package",
     "verify": "sitscad.package",
     "BuildResult": "sitscad.package",
     "PackageError": "sitscad.package",
     "STAGES": "sitscad.package",
-    "templates": "sitscad.package",
+    "list_templates": "sitscad.package",
+    "require_distinct_names": "sitscad.package",
     "write_template": "sitscad.package",
     "CheckedSpec": "sitscad.report.findings",
+    "checked_spec": "sitscad.report.findings",
     "FINDING_FORMATS": "sitscad.report.findings",
     "ESTIMATE_FORMATS": "sitscad.report.numbers",
 }
 
-__all__ = ["__version__", *sorted(_HOMES)]  # noqa: PLE0604 - the names are literals, kept with their homes above
+__all__ = [
+    "ESTIMATE_FORMATS",
+    "FINDING_FORMATS",
+    "METHODS",
+    "RULES",
+    "STAGES",
+    "BuildResult",
+    "CheckResult",
+    "CheckedSpec",
+    "Estimates",
+    "Finding",
+    "Layout",
+    "MissingExtra",
+    "NotChecked",
+    "PackageError",
+    "PartsError",
+    "SensorSpec",
+    "Severity",
+    "SpecError",
+    "__version__",
+    "build",
+    "check",
+    "checked_spec",
+    "estimate",
+    "json_schema",
+    "lay_out",
+    "list_templates",
+    "load",
+    "load_text",
+    "require_distinct_names",
+    "verify",
+    "write_template",
+]
 
 if TYPE_CHECKING:
     from sitscad.checks import RULES, CheckResult, check
@@ -54,12 +90,13 @@ if TYPE_CHECKING:
         BuildResult,
         PackageError,
         build,
-        templates,
+        list_templates,
+        require_distinct_names,
         verify,
         write_template,
     )
-    from sitscad.parts import MissingExtra
-    from sitscad.report.findings import FINDING_FORMATS, CheckedSpec
+    from sitscad.parts import MissingExtra, PartsError
+    from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, checked_spec
     from sitscad.report.numbers import ESTIMATE_FORMATS
     from sitscad.spec.load import SpecError, load, load_text
     from sitscad.spec.schema import json_schema

@@ -126,7 +126,7 @@ def _single_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> li
 def _flat_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[Exit, Exit]]:
     """Side by side: the track that leaves the ring farther back takes the outer lane; either end of the coil may."""
     ring = Ring(spec.coil, lane.placement, bus.ring_offset)
-    turn = 1.6 * bus.pitch / min(ring.half_size)
+    turn = 2.0 * bus.pitch / min(ring.half_size)
     layer = bus.layers[0]
     if lane.side:
         corner = lane.side * math.atan2(ring.half_size[1], ring.half_size[0])

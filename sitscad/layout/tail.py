@@ -116,8 +116,7 @@ def _descent(bus: Bus, tail: TailFrame, entry: Point, height: float) -> tuple[Pa
 
     Bends are staggered so that neighbours keep their distance, and a track widens only where its neighbour has gone.
     """
-    inwards = abs(height) < abs(entry.y)
-    lag = STAGGER * (abs(entry.y) - lane_height(bus, 0)) * (1 if inwards else -1)
+    lag = STAGGER * max(0.0, abs(entry.y) - lane_height(bus, 0)) * (1 if abs(height) < abs(entry.y) else -1)
     bend = Point(tail.funnel + max(0.0, lag), entry.y)
     foot = Point(bend.x + abs(height - entry.y), height)
     widens = foot.shifted(tail.connector.pitch, 0.0)

@@ -12,7 +12,8 @@ SHAPE_COEFFICIENT = 2.0
 """beta in Ea = E (1 + beta S^2) for square, round and moderately oblong unfilled rubber (Gent & Lindley 1959)."""
 
 SOURCE = (
-    "Gent & Lindley 1959 (cited in Strojniski vestnik 60 (2014) 506): Ea = E(1 + 2 S^2), 1/Ea = 1/[E(1 + 2 S^2)] + 1/B; "
+    "Gent & Lindley 1959 (cited in Strojniski vestnik 60 (2014) 506): Ea = E(1 + 2 S^2), 1/Ea = "
+    "1/[E(1 + 2 S^2)] + 1/B; "
     "large strain F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory, unverified)"
 )
 
@@ -20,7 +21,8 @@ SOURCE = (
 @dataclass(frozen=True)
 class Compression:
     """A pad under a force: engineering strain (0 to 1), the thickness that is left (m), the shape factor, the apparent
-    modulus (Pa), and whether the strain lies where the formula is trusted; `note` says so in words."""
+    modulus (Pa), and whether the strain lies where the formula is trusted; `note` says so in words.
+    """
 
     strain: float
     gap: float
@@ -124,6 +126,6 @@ def _note(strain: float, valid: bool) -> str:
 
 
 def _ellipse_perimeter(a: float, b: float) -> float:
-    """Perimeter (m) of an ellipse with axes (diameters) a and b; exact for a circle (Ramanujan 1914, error below 5e-4)."""
+    """Perimeter (m) of an ellipse with diameters a and b; exact for a circle (Ramanujan 1914, error below 5e-4)."""
     h = ((a - b) / (a + b)) ** 2
     return math.pi / 2.0 * (a + b) * (1.0 + 3.0 * h / (10.0 + math.sqrt(4.0 - 3.0 * h)))

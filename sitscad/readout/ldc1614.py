@@ -12,6 +12,10 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from sitscad.readout.registers import Channel as Channel
+from sitscad.readout.registers import Register as Register
+from sitscad.readout.registers import registers as registers
+
 DATA = Path(__file__).resolve().parents[1] / "data"
 
 
@@ -93,7 +97,9 @@ def drive_code(parallel_resistance: float) -> int:
     Give the largest R_P of the working range, which is the target at its greatest distance (8.1.5; SNOA950). Code 0
     when even that one drives harder; code 31 when none reaches 1.8 V: check the amplitude.
     """
-    allowed = [row.code for row in drive_currents() if amplitude(parallel_resistance, row.code) < limit("amplitude_max")]
+    allowed = [
+        row.code for row in drive_currents() if amplitude(parallel_resistance, row.code) < limit("amplitude_max")
+    ]
     return max(allowed, default=0)
 
 
@@ -110,7 +116,7 @@ def reference_divider(clock: float, channels: int, external: bool = True) -> int
 
 
 def input_divider(sensor_frequency: float, reference_frequency: float = 40e6) -> int:
-    """FIN_DIVIDER: the smallest with f_IN < f_REF/4, and at least 2 from 8.75 MHz (table 43, note 2). Frequencies in Hz.
+    """FIN_DIVIDER: the smallest with f_IN < f_REF/4, at least 2 from 8.75 MHz (table 43, note 2). In Hz.
 
     May exceed 15, the largest that the register holds: `is_input_in_range` says so.
     """
@@ -146,7 +152,7 @@ def conversion_time(rcount: int, reference_frequency: float) -> float:
 
 
 def switch_time(reference_frequency: float) -> float:
-    """Typical time (s) from the end of one channel's conversion to the next channel: 692 ns + 5 / f_REF (equation 8)."""
+    """Typical time (s) from one channel's conversion to the next channel: 692 ns + 5 / f_REF (equation 8)."""
     return 692e-9 + 5.0 / reference_frequency
 
 
@@ -198,10 +204,8 @@ def read_back_time_optimistic(channels: int) -> float:
 # ------------------------------------------------------------------------------------------------ results and noise
 
 
-def sensor_frequency(
-    data: int, reference_frequency: float, divider: int = 1, offset: int = 0
-) -> float:
-    """Sensor frequency (Hz) from a 28-bit conversion result: FIN_DIVIDER f_REF (DATA/2^28 + OFFSET/2^16) (equation 6)."""
+def sensor_frequency(data: int, reference_frequency: float, divider: int = 1, offset: int = 0) -> float:
+    """Sensor frequency (Hz) from a 28-bit result: FIN_DIVIDER f_REF (DATA/2^28 + OFFSET/2^16) (equation 6)."""
     return divider * reference_frequency * (data / 2.0**28 + offset / 2.0**16)
 
 

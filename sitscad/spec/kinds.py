@@ -1,7 +1,7 @@
-"""The kinds of value that a spec holds (a length, a choice, a preset's name), as pydantic understands them.
+"""The kinds of value that a spec holds (a length, a choice, a preset's name).
 
-Each kind reads a plain YAML value, or refuses it with the id of the rule that it breaks, what was read and what is allowed;
-and each describes itself for the JSON Schema.
+Each kind reads a plain YAML value, or refuses it with the id of the rule that it breaks, what was read and what is
+allowed; and each describes itself for the JSON Schema.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NoReturn
 
 from pydantic_core import PydanticCustomError, core_schema
@@ -70,13 +71,9 @@ class Kind:
         """JSON Schema of what may be written."""
         raise NotImplementedError
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Tell pydantic to read the value with `read` alone."""
+    def validator(self) -> core_schema.CoreSchema:
+        """How pydantic's core reads such a value."""
         return core_schema.no_info_plain_validator_function(self.read)
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
-        """Tell pydantic what may be written."""
-        return self.schema()
 
 
 @dataclass(frozen=True)
@@ -260,10 +257,16 @@ class Layers(Kind):
         if not isinstance(value, list):
             return tuple(range(1, int(number.read(value)) + 1))
         if not 1 <= len(value) <= self.most:
-            refuse("SIT006", f"{len(value)} layers are out of range: 1 to {self.most}", "write a count or a list like [1, 2]")
+            refuse(
+                "SIT006",
+                f"{len(value)} layers are out of range: 1 to {self.most}",
+                "write a count or a list like [1, 2]",
+            )
         layers = tuple(int(number.read(entry)) for entry in value)
-        if any(lower <= upper for upper, lower in zip(layers, layers[1:], strict=False)):
-            refuse("SIT009", f"{list(layers)} does not run from the top down", "name each layer once, the top one first")
+        if any(lower <= upper for upper, lower in pairwise(layers)):
+            refuse(
+                "SIT009", f"{list(layers)} does not run from the top down", "name each layer once, the top one first"
+            )
         return layers
 
     def schema(self) -> dict[str, Any]:

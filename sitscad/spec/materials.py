@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Conductor:
-    """A metal, or a magnetic sheet: conductivity in S/m, relative permeability, temperature coefficient in 1/K at 20 C."""
+    """A metal or magnetic sheet: conductivity in S/m, relative permeability, temperature coefficient in 1/K at 20 C."""
 
     name: str
     conductivity: float

@@ -1,7 +1,7 @@
 """The presets: stack-ups, fabricators' rules, connectors, jaws and materials, read from `sitscad/data` by name.
 
-A new preset is a file (or, for materials, a row) in that directory and no code. Every figure there names its source, and
-says whether that source was seen (`verified`) or not (`unverified`); unverified ones are marked in the values' sources.
+A new preset is a file (or, for materials, a row) in that directory and no code. Every figure there names its source,
+and says whether that source was seen (`verified`) or not (`unverified`); unverified ones are marked in the values.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
 def design_rules(name: str) -> DesignRules:
     """A fabricator's design rules; raises KeyError where there is no such preset."""
     rows = _fields("rules", name)
-    lengths = {
+    lengths: dict[str, float] = {
         field: parse_quantity(rows[field]["value"], "length")
         for field in (
             "trace_width",
@@ -75,15 +75,12 @@ def design_rules(name: str) -> DesignRules:
             "coverlay_opening_to_trace",
         )
     }
-    coil = {
-        field: parse_quantity(rows[field]["value"], "length") if field in rows else None
-        for field in ("coil_trace_width", "coil_trace_spacing")
-    }
     width, _, length = rows["part_size"]["value"].partition(" x ")
     return DesignRules(
         name=name,
         **lengths,
-        **coil,
+        coil_trace_width=_optional_length(rows, "coil_trace_width"),
+        coil_trace_spacing=_optional_length(rows, "coil_trace_spacing"),
         coil_rule_binding=rows["coil_rule_binding"]["value"] == "yes",
         part_size=(parse_quantity(width, "length"), parse_quantity(length, "length")),
         static_bend_ratio=_bend_ratios(rows, "static_bend_"),
@@ -92,6 +89,10 @@ def design_rules(name: str) -> DesignRules:
         checked_on=rows["checked_on"]["value"],
         sources={field: _source(row) for field, row in rows.items()},
     )
+
+
+def _optional_length(rows: Mapping[str, Row], field: str) -> float | None:
+    return parse_quantity(rows[field]["value"], "length") if field in rows else None
 
 
 def _bend_ratios(rows: Mapping[str, Row], prefix: str) -> dict[int, float]:
@@ -131,8 +132,8 @@ def conductor(name: str) -> Conductor:
 def elastomer(name: str) -> ElastomerMaterial:
     """A silicone; raises KeyError where there is no such material.
 
-    Where the maker's data sheet and a measurement both give a modulus, the value is their geometric mean and one sigma is
-    half the logarithm of their ratio, so that mean * exp(+-sigma) are the two.
+    Where the maker's data sheet and a measurement both give a modulus, the value is their geometric mean and one sigma
+    is half the logarithm of their ratio, so that mean * exp(+-sigma) are the two.
     """
     row = _table("elastomers")[name]
     found = [

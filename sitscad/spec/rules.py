@@ -32,7 +32,8 @@ SPEC_RULES: tuple[SpecRule, ...] = (
         "not-yaml",
         "The file is one YAML 1.2 document, a mapping of keys to values.",
         "A file that does not parse has no meaning, and guessing one could put a wrong coil on order.",
-        "Mend the syntax at the place shown: indent with spaces, put a space after each colon, close every bracket and quote.",
+        "Mend the syntax at the place shown: indent with spaces, put a space after each colon, "
+        "close every bracket and quote.",
     ),
     SpecRule(
         "SIT002",
@@ -44,7 +45,8 @@ SPEC_RULES: tuple[SpecRule, ...] = (
     SpecRule(
         "SIT003",
         "missing-key",
-        "Keys without a sensible default are there: sitscad, name, and the coil's shape, size, turns, width and spacing.",
+        "Keys without a sensible default are there: sitscad, name, and the coil's shape, size, "
+        "turns, width and spacing.",
         "These decide what the sensor is; nobody can guess them.",
         "Add the key to the section that the finding points at.",
     ),
@@ -86,7 +88,8 @@ SPEC_RULES: tuple[SpecRule, ...] = (
     SpecRule(
         "SIT009",
         "inconsistent",
-        "The values fit each other: layers exist in the stack-up, the shield fits below the board, sizes fit the shape.",
+        "The values fit each other: layers exist in the stack-up, the shield fits below the board, "
+        "sizes fit the shape.",
         "Each value alone is fine, but together they describe nothing that can be made.",
         "Change one of the two values that the finding names.",
     ),
@@ -137,7 +140,8 @@ SPEC_RULES: tuple[SpecRule, ...] = (
         "winding-does-not-fit",
         "The turns fit inside the outer size: the innermost trace stays clear of the centre.",
         "More turns than fit would cross the centre and short themselves.",
-        "Use at most the number of turns that the finding names, a finer trace and spacing, more layers, or a larger coil.",
+        "Use at most the number of turns that the finding names, a finer trace and spacing, more "
+        "layers, or a larger coil.",
     ),
 )
 

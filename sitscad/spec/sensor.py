@@ -1,6 +1,6 @@
 """What is asked for: the sensor as frozen values in SI units, presets resolved, defaults filled in.
 
-Lengths are metres, angles radians, x runs along the jaw towards the handle, y across it, z up from the board's top face.
+Lengths are metres, angles radians; x runs along the jaw to the handle, y across it, z up from the board's top face.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Tail:
 
 @dataclass(frozen=True)
 class FpcSpec:
-    """The flexible printed circuit: stack-up, the fabricator's rules, and the tail (none: solder pads at the outline)."""
+    """The flexible printed circuit: stack-up, the fabricator's rules, the tail (none: solder pads at the outline)."""
 
     stackup: Stackup
     rules: DesignRules
@@ -101,7 +101,7 @@ class FpcSpec:
 
 @dataclass(frozen=True)
 class Target:
-    """The conducting plate over the coils: size [x, y], thickness and the kerf of its cutting (0: drawn as it is) in metres."""
+    """The conducting plate over the coils: size [x, y], thickness and kerf (0: drawn as it is) in metres."""
 
     shape: str
     size: tuple[float, float]
@@ -176,7 +176,7 @@ class Cable:
 
 @dataclass(frozen=True)
 class ReadoutSpec:
-    """The converter: ``capacitance`` in farads (None: chosen), ``scan_rate`` is complete scans of all coils a second."""
+    """The converter; ``capacitance`` in farads (None: chosen), ``scan_rate`` is complete scans of all coils per s."""
 
     device: str
     capacitance: float | None

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
 class SpecSource:
-    """Path as typed, text, and for every dotted key (``fpc.tail.length``, ``array.centres.0``) its line and column from 1.
+    """Path as typed, text, and for every dotted key (``fpc.tail.length``) its line and column, counted from 1.
 
-    ``values`` holds where each value stands, ``keys`` where each key stands; ``defaults`` says what was filled in and why.
+    ``keys`` holds where each key or list entry stands, ``values`` where each value stands that begins beside its key
+    (single values and bracketed ones; a section is where its key is); ``defaults`` says what was filled in and why.
     """
 
     path: str
@@ -23,13 +23,17 @@ class SpecSource:
     @property
     def sha256(self) -> str:
         """Hash of the text, hexadecimal."""
+        import hashlib  # loads OpenSSL, which most uses of a spec do not need
+
         return hashlib.sha256(self.text.encode("utf-8")).hexdigest()
 
     def locate(self, key: str | None) -> tuple[int | None, int | None]:
-        """Line and column of a dotted key; of its nearest parent where it is missing; (None, None) without any."""
+        """Line and column of a dotted key's value; of its nearest parent where it is missing;
+        (None, None) without any.
+        """
         while key:
-            if key in self.keys:
-                return self.keys[key]
+            if key in self.values or key in self.keys:
+                return self.values.get(key) or self.keys[key]
             key = key.rpartition(".")[0]
         return (1, 1) if self.text else (None, None)
 

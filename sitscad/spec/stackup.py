@@ -26,7 +26,7 @@ class StackLayer:
 
 @dataclass(frozen=True)
 class CopperLayer:
-    """A copper layer: `number` counts from 1 at the top, `z` is its mid-plane (m), 0 at the board's top face, down negative."""
+    """A copper layer: `number` counts from 1 at the top, `z` is its mid-plane (m), negative below the board's top."""
 
     number: int
     z: float
@@ -35,7 +35,11 @@ class CopperLayer:
 
 @dataclass(frozen=True)
 class Stackup:
-    """The flexible circuit's layers from top to bottom."""
+    """The flexible circuit's layers from top to bottom.
+
+    Thicknesses are finished ones. `plating_thickness` (m) is the copper in the via barrels, part of the outer copper
+    layers' thickness already; `copper_thickness_sigma` (m) is one sigma of the outer copper's thickness.
+    """
 
     name: str
     layers: tuple[StackLayer, ...]
@@ -51,7 +55,8 @@ class Stackup:
     @property
     def copper(self) -> tuple[CopperLayer, ...]:
         """The copper layers from the top, each with its height."""
-        found, depth = [], 0.0
+        found: list[CopperLayer] = []
+        depth = 0.0
         for layer in self.layers:
             if layer.kind is LayerKind.COPPER:
                 found.append(CopperLayer(len(found) + 1, -(depth + layer.thickness / 2), layer.thickness))

@@ -171,7 +171,7 @@ def test_random_designs_are_sound_or_say_why_not():
 
     source = random.Random(20261120)
     routed = 0
-    for _ in range(120):
+    for _ in range(60):
         layers = source.choice([1, 2, 2, 3, 4, 4, 6, 8])
         diameter = source.choice([3.5e-3, 4e-3, 5e-3, 7e-3])
         shape = source.choice(["circle", "circle", "square", "hexagon", "octagon"])
@@ -198,7 +198,7 @@ def test_random_designs_are_sound_or_say_why_not():
             continue
         routed += 1
         assert_sound(layout)
-    assert routed >= 40
+    assert routed >= 20
 
 
 def test_names_and_points_are_what_they_say(sensor):

@@ -1,0 +1,85 @@
+"""`check`: every rule that applies to a design, and an honest list of those that could not be applied."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from sitscad.checks.clearances import CLEARANCE_RULES
+from sitscad.checks.electrical import ELECTRICAL_RULES
+from sitscad.checks.fabrication import FABRICATION_RULES
+from sitscad.checks.fit import FIT_RULES
+from sitscad.checks.rules import Rule, Subject, apply_rule
+from sitscad.checks.timing import TIMING_RULES
+from sitscad.checks.transduction import TRANSDUCTION_RULES
+from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.layout.board import Layout
+from sitscad.spec.rules import SPEC_RULES
+from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+
+__all__ = ["RULES", "CheckResult", "Rule", "check", "explain"]
+
+_LOADING = tuple(
+    Rule(row.id, row.name, Severity.ERROR, row.summary, row.why, row.mend, "SPEC.md, The spec") for row in SPEC_RULES
+)
+"""The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
+
+_TABLES = (
+    _LOADING, FABRICATION_RULES, CLEARANCE_RULES, ELECTRICAL_RULES, TIMING_RULES, FIT_RULES, TRANSDUCTION_RULES,
+)  # fmt: skip
+
+RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))
+"""Every rule, in the order of their identifiers."""
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """What was found, in the order of rule and place, and what could not be checked, with the reason."""
+
+    findings: tuple[Finding, ...]
+    not_checked: tuple[NotChecked, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether no error was found."""
+        return not any(finding.severity is Severity.ERROR for finding in self.findings)
+
+
+def check(spec: SensorSpec, layout: Layout | None = None, estimates: Estimates | None = None) -> CheckResult:
+    """Apply every rule to a design.
+
+    The spec is laid out and estimated here unless `layout` and `estimates` are given. Nothing of CAD is imported. The
+    result is the same whatever the order of the rules: findings are sorted by rule, line, column and message.
+    """
+    subject = Subject(spec, layout, estimates)
+    findings: list[Finding] = []
+    not_checked: list[NotChecked] = []
+    for rule in RULES:
+        if rule.apply is not None:
+            found, undecided = apply_rule(rule, subject)
+            findings += found
+            not_checked += [reason for reason in undecided if reason not in not_checked]
+    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked))
+
+
+def explain(rule_id: str) -> str:
+    """What a rule checks, why, how to mend a breach, and where its limit comes from; KeyError for an unknown rule."""
+    rule = next((rule for rule in RULES if rule_id.upper() == rule.id or rule_id.lower() == rule.name), None)
+    if rule is None:
+        raise KeyError(rule_id)
+    return "\n\n".join(
+        (
+            f"{rule.id} {rule.name} ({rule.severity.value})",
+            rule.summary,
+            f"Why: {rule.why}",
+            f"To mend it: {rule.mend}",
+            f"Source: {rule.source}",
+        )
+    )
+
+
+def _order(finding: Finding) -> tuple[str, int, int, str]:
+    return finding.rule, finding.line or 0, finding.column or 0, finding.message

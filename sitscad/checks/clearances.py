@@ -1,0 +1,312 @@
+"""SIT107 to SIT110 and SIT112 to SIT115: copper, holes and openings as drawn, against the fabricator's distances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from sitscad.checks.copper import (
+    Copper,
+    Item,
+    Nearness,
+    Outline,
+    Position,
+    copper_of,
+    drill_nearness,
+    path_rows,
+    too_near,
+)
+from sitscad.checks.fabrication import FABRICATOR, ROUNDING, source_of, um
+from sitscad.checks.primitives import Floats, Primitives, distances, from_rows, nearest_pairs
+from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
+from sitscad.finding import Place, Severity
+from sitscad.layout.board import Pad, Trace, Via
+from sitscad.units import show
+
+ALLOWED_SHORTFALL = 1e-6
+"""What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
+
+
+def via_clearance(subject: Subject) -> Iterator[Verdict]:
+    """Every via pad to every conductor that does not join it there, turns of its own coil included."""
+    found = [near for near in _near_copper(subject) if isinstance(near.one, Via) or isinstance(near.other, Via)]
+    return _worst_of_each_kind(subject, found, "coil.turns")
+
+
+def copper_spacing(subject: Subject) -> Iterator[Verdict]:
+    """Every other pair of tracks and contacts, turn to turn of one coil included."""
+    found = [
+        near for near in _near_copper(subject) if not isinstance(near.one, Via) and not isinstance(near.other, Via)
+    ]
+    return _worst_of_each_kind(subject, found, "coil")
+
+
+def copper_to_edge(subject: Subject) -> Iterator[Verdict]:
+    """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
+    rules, layout = subject.spec.fpc.rules, subject.layout
+    edge = from_rows([row for row, _ in path_rows(layout.outline)])
+    worst: dict[str, tuple[float, Complaint]] = {}
+    copper = _copper(subject)
+    for index, gap in _edge_gaps(copper, edge, rules.copper_to_edge):
+        item, layer = copper.items[copper.item[index]], int(copper.layer[index])
+        if isinstance(item, Pad) and layout.spec.fpc.tail is not None:
+            continue
+        what = f"{_name(item)} on layer {layer}"
+        if gap < worst.get(what, (np.inf,))[0]:
+            worst[what] = (gap, _edge_complaint(subject, what, gap, copper.pieces.start[index], layer))
+    yield from (complaint for _, complaint in worst.values())
+
+
+def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
+    """Every hole's wall to copper that does not belong to it, on every layer."""
+    rules = subject.spec.fpc.rules
+    for near in drill_nearness(_copper(subject), rules.drill_to_copper - ALLOWED_SHORTFALL):
+        yield Complaint(
+            f"a hole of {_net(near)} comes within {um(max(0.0, near.gap))} of {_foreign(near)} on layer {near.layer}; "
+            f"{rules.name} asks {um(rules.drill_to_copper)} from hole to copper",
+            f"{um(rules.drill_to_copper - near.gap)} are missing",
+            "coil.turns",
+            near.gap,
+            rules.drill_to_copper,
+            "m",
+            source=source_of(subject, "drill_to_copper"),
+            place=Place(near.x, near.y, near.layer),
+        )
+
+
+def coverlay_web(subject: Subject) -> Iterator[Verdict]:
+    """The strip of coverlay left between two openings."""
+    rules, layout = subject.spec.fpc.rules, subject.layout
+    for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
+        pieces = [from_rows([row for row, _ in path_rows(region.outline)]) for region in openings]
+        for one, other in combinations(pieces, 2):
+            web = _smallest(one, other, rules.coverlay_web)
+            if web < rules.coverlay_web - ROUNDING:
+                yield Complaint(
+                    f"two openings of the {side} coverlay leave a web of {um(web)}; {rules.name} asks "
+                    f"{um(rules.coverlay_web)}",
+                    "join them to one opening, or move the contacts apart",
+                    "fpc.tail.connector",
+                    web,
+                    rules.coverlay_web,
+                    "m",
+                    source=source_of(subject, "coverlay_web"),
+                    place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
+                )
+
+
+def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
+    """Copper that must stay covered, to the edge of every opening of the coverlay over it."""
+    layout = subject.layout
+    for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
+        for region in openings:
+            for item, gap, point in _bared(subject, number, region.outline):
+                yield _opening_complaint(subject, item, gap, Place(float(point[0]), float(point[1]), number))
+
+
+def inner_via_room(subject: Subject) -> Iterator[Verdict]:
+    """Room for the vias inside the innermost turn: what the layout could not place."""
+    return (finding for finding in subject.layout.findings if finding.rule == "SIT112")
+
+
+def lead_room(subject: Subject) -> Iterator[Verdict]:
+    """Whatever else the layout found no room for, under the rule that it names."""
+    return (finding for finding in subject.layout.findings if finding.rule not in ("SIT111", "SIT112"))
+
+
+# ----------------------------------------------------------------------------------------------------------- distances
+
+
+def _copper(subject: Subject) -> Copper:
+    return subject.once("copper", lambda: copper_of(subject.layout))
+
+
+def _near_copper(subject: Subject) -> tuple[Nearness, ...]:
+    """Every pair of items that is too near, worst first."""
+    rules, coil = subject.spec.fpc.rules, subject.spec.coil
+    spacing = rules.trace_spacing - ALLOWED_SHORTFALL
+    winding = min(rules.trace_spacing, coil.trace_spacing) - ALLOWED_SHORTFALL
+    return subject.once("near copper", lambda: tuple(too_near(_copper(subject), spacing, winding)))
+
+
+def _edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
+    reach = copper.half + asked
+    pairs = nearest_pairs(copper.pieces.boxes, reach, edge.boxes, np.zeros(len(edge)))
+    i, j = pairs[:, 0], pairs[:, 1]
+    gap = distances(copper.pieces.take(i), edge.take(j)) - copper.half[i]
+    for k in np.flatnonzero(gap < asked - ALLOWED_SHORTFALL):
+        yield int(i[k]), float(gap[k])
+
+
+def _smallest(one: Primitives, other: Primitives, within: float) -> float:
+    """Smallest distance (m) between two sets of pieces, looking no further than `within`; infinite beyond."""
+    pairs = nearest_pairs(one.boxes, np.full(len(one), within), other.boxes, np.zeros(len(other)))
+    if not len(pairs):
+        return float("inf")
+    return float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1]))))
+
+
+def _bared(subject: Subject, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Floats]]:
+    """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
+    copper, asked = _copper(subject), subject.spec.fpc.rules.coverlay_opening_to_trace
+    edge, corners = from_rows([row for row, _ in path_rows(opening)]), opening.flattened(1e-6)
+    worst: dict[int, tuple[float, int]] = {}
+    for index, gap in _edge_gaps(copper, edge, asked):
+        if copper.layer[index] == number:
+            key = int(copper.item[index])
+            worst[key] = min(worst.get(key, (gap, index)), (gap, index))
+    for key, item in enumerate(copper.items):
+        if isinstance(item, Via) and _inside(corners, item.centre):
+            worst[key] = (-item.pad / 2.0, int(np.flatnonzero(copper.item == key)[0]))
+    for key, (gap, index) in sorted(worst.items()):
+        item = copper.items[key]
+        if isinstance(item, Via) or (isinstance(item, Trace) and not _ends_inside(item, corners)):
+            yield item, gap, copper.pieces.start[index]
+
+
+def _ends_inside(trace: Trace, corners: Sequence[Position]) -> bool:
+    return _inside(corners, trace.path.start) or _inside(corners, trace.path.end)
+
+
+def _inside(corners: Sequence[Position], point: Position) -> bool:
+    """Whether a point lies inside a closed polygon (even-odd rule)."""
+    inside = False
+    for a, b in pairwise(corners):
+        if (a.y > point.y) != (b.y > point.y) and point.x < a.x + (point.y - a.y) * (b.x - a.x) / (b.y - a.y):
+            inside = not inside
+    return inside
+
+
+# -------------------------------------------------------------------------------------------------------------- words
+
+
+def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int) -> Complaint:
+    rules = subject.spec.fpc.rules
+    return Complaint(
+        f"{what} comes within {um(max(0.0, gap))} of the board's edge; {rules.name} asks {um(rules.copper_to_edge)}",
+        f"{um(rules.copper_to_edge - gap)} are missing: a wider board, or a smaller coil, gives it room",
+        "coil.outer_diameter",
+        gap,
+        rules.copper_to_edge,
+        "m",
+        source=source_of(subject, "copper_to_edge"),
+        place=Place(float(point[0]), float(point[1]), layer),
+    )
+
+
+def _opening_complaint(subject: Subject, item: Trace | Via, gap: float, place: Place) -> Complaint:
+    rules = subject.spec.fpc.rules
+    return Complaint(
+        f"{_name(item)} on layer {place.layer} comes within {um(max(0.0, gap))} of an opening of the coverlay; "
+        f"{rules.name} asks {um(rules.coverlay_opening_to_trace)}",
+        "bare copper beside the contact: lengthen the tail or move the track",
+        "fpc.tail",
+        gap,
+        rules.coverlay_opening_to_trace,
+        "m",
+        source=source_of(subject, "coverlay_opening_to_trace"),
+        place=place,
+    )
+
+
+def _worst_of_each_kind(subject: Subject, found: Sequence[Nearness], key: str) -> Iterator[Complaint]:
+    """One complaint for all places of one kind (turn to turn, lead to turn of another net ...), the worst of them."""
+    kinds: dict[tuple[object, ...], list[Nearness]] = {}
+    for near in found:
+        words = sorted((_kind(near.one), _kind(near.other)))
+        kinds.setdefault((*words, near.one.net == near.other.net, near.one is near.other), []).append(near)
+    for places in kinds.values():
+        yield _spacing_complaint(subject, places[0], len(places), key)
+
+
+def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) -> Complaint:
+    asked = near.asked + ALLOWED_SHORTFALL
+    how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
+    names = _name(near.one), _name(near.other)
+    what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
+    more = f" (and so in {places - 1} more places)" if places > 1 else ""
+    return Complaint(
+        f"{what} {how} on layer {near.layer}{more}; {subject.spec.fpc.rules.name} asks {um(asked)}",
+        f"{um(asked - near.gap)} are missing: fewer turns, a narrower pitch or a larger coil give the room",
+        key,
+        near.gap,
+        asked,
+        "m",
+        source=source_of(subject, "trace_spacing"),
+        place=Place(near.x, near.y, near.layer),
+    )
+
+
+def _kind(item: Item) -> str:
+    return item.role.value if isinstance(item, Trace) else type(item).__name__.lower()
+
+
+def _name(item: Item) -> str:
+    if isinstance(item, Via):
+        return f"a via of {item.net}"
+    if isinstance(item, Pad):
+        return f"contact {item.pin}"
+    return f"the {item.role.value} of {item.net}"
+
+
+def _foreign(near: Nearness) -> str:
+    return _name(near.other if isinstance(near.one, Via) else near.one)
+
+
+def _net(near: Nearness) -> str:
+    via = near.one if isinstance(near.one, Via) else near.other
+    return via.net
+
+
+def _rule(
+    number: int, name: str, texts: Iterable[str], source: str, apply: Callable[[Subject], Iterable[Verdict]]
+) -> Rule:
+    summary, why, mend = texts
+    return Rule(f"SIT{number}", name, Severity.ERROR, summary, why, mend, source, (), apply)
+
+
+CLEARANCE_RULES: tuple[Rule, ...] = (
+    _rule(107, "via-clearance", (
+        "Every via pad keeps the fabricator's spacing from copper that does not join it there.",
+        "A through via has its pad on every layer: one that stands on a turn shorts it to the other layers, inside one "
+        "net, where neither netlist nor electrical test can see it.",
+        "Make room inside the innermost turn: fewer turns, a narrower pitch, a larger coil, or a finer fabricator.",
+    ), FABRICATOR, via_clearance),
+    _rule(108, "copper-spacing", (
+        "All tracks and contacts as drawn keep the fabricator's spacing, turn to turn of one coil included.",
+        "KiCad's own checker does not look at gaps within one net, and a coil is one net.",
+        "Widen the spacing, wind fewer turns, or give the leads more room (a larger pitch of the coils).",
+    ), FABRICATOR, copper_spacing),
+    _rule(109, "copper-to-edge", (
+        "Copper stays the fabricator's distance inside the board's outline.",
+        "Copper nearer to the cut is laid bare by it, and in the jaw no bare copper may touch tissue.",
+        "Widen the board or make the coil smaller.",
+    ), FABRICATOR, copper_to_edge),
+    _rule(110, "drill-to-copper", (
+        "Holes keep the fabricator's distance from copper that is not theirs, on every layer.",
+        "The drill wanders and the layers are not in register: a hole that grazes a track is plated to it.",
+        "Give the via more room.",
+    ), FABRICATOR, drill_to_copper),
+    _rule(112, "inner-via-room", (
+        "The innermost turn leaves room for the vias that join the layers inside it.",
+        "One inner via needs about a pad and two spacings, two need about two pads and three spacings.",
+        "Wind fewer turns, make the pitch narrower or the coil larger, or use fewer layers.",
+    ), "geometry; " + FABRICATOR, inner_via_room),
+    _rule(113, "lead-room", (
+        "Every lead, stub and outer via found its place between and beside the coils.",
+        "What found no room is missing in the layout; the finding says how much is missing.",
+        "Follow the finding: it names the missing length, mostly in array.pitch.",
+    ), "geometry; " + FABRICATOR, lead_room),
+    _rule(114, "coverlay-web", (
+        "Between two openings the coverlay keeps the fabricator's smallest web.",
+        "A narrower strip of coverlay tears, or comes off.",
+        "Join the openings, or move the contacts apart.",
+    ), FABRICATOR, coverlay_web),
+    _rule(115, "coverlay-opening", (
+        "Copper that must stay covered keeps its distance from every opening of the coverlay.",
+        "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare.",
+        "Move the track, or lengthen the tail.",
+    ), FABRICATOR, coverlay_opening),
+)  # fmt: skip

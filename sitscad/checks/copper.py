@@ -1,0 +1,328 @@
+"""All the copper of a layout as exact pieces, each knowing where it stands along its coil's conductor, and how near
+pieces come to one another: turn to turn of one net just as much as net to net.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.checks.primitives import Floats, Indices, Primitives, distances, from_rows, nearest_pairs, to_points
+from sitscad.layout.board import Coil, Layout, Pad, Role, Trace, Via
+
+ALONG = 1.0 / math.sin(math.pi / 8.0)
+"""Pieces of one conductor are a bend, not a clearance, while the way between them along the conductor is less than this
+many times the centre distance that they need: legs that part at 45 degrees or more then never count."""
+
+ROUNDING = 1e-9
+
+_SPLITS = 4
+
+Item = Trace | Via | Pad
+Row = tuple[float, ...]
+
+
+class Position(Protocol):
+    """A point of the plane (m)."""
+
+    @property
+    def x(self) -> float:
+        """Along the jaw (m)."""
+
+    @property
+    def y(self) -> float:
+        """Across the jaw (m)."""
+
+
+class Outline(Protocol):
+    """A path of straight and circular segments, as the layout draws them."""
+
+    def __iter__(self) -> Iterator[Any]: ...
+
+    def flattened(self, tolerance: float) -> Sequence[Position]:
+        """Points whose chords stay within a tolerance (m)."""
+
+
+@dataclass(frozen=True)
+class Copper:
+    """All copper, piece by piece and layer by layer (arrays of one length); a via has a piece on every layer.
+
+    ``half`` is half the width (m); ``chain`` numbers the conductor, ``first`` and ``last`` are the way (m) along it to
+    both ends of a piece, ``reach`` what a contact adds to the way that counts as joined; ``item`` numbers ``items``.
+    """
+
+    layer: Indices
+    pieces: Primitives
+    half: Floats
+    chain: Indices
+    first: Floats
+    last: Floats
+    reach: Floats
+    item: Indices
+    items: tuple[Item, ...]
+
+
+@dataclass(frozen=True)
+class Nearness:
+    """Two pieces of copper that come nearer than `asked` (m): centre distance and half-widths (m), where, and whose."""
+
+    one: Item
+    other: Item
+    layer: int
+    distance: float
+    half_one: float
+    half_other: float
+    x: float
+    y: float
+    asked: float
+
+    @property
+    def gap(self) -> float:
+        """Copper to copper (m); negative where the pieces overlap."""
+        return self.distance - self.half_one - self.half_other
+
+
+@dataclass(frozen=True)
+class _Stand:
+    """Where an item stands on its conductor: which chain, and the way (m) along it to the item's start."""
+
+    chain: int
+    at: float
+
+
+def copper_of(layout: Layout) -> Copper:
+    """The copper of a whole layout."""
+    stands = dict(_stands(layout))
+    items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.pads)
+    rows: list[Row] = []
+    columns: list[tuple[int, float, int, float, float, float, int]] = []
+    for index, item in enumerate(items):
+        stand = stands.get(id(item), _Stand(-1 - index, 0.0))
+        layers = range(1, layout.copper_layers + 1) if isinstance(item, Via) else (item.layer,)
+        for row, half, start, length, reach in _pieces(item):
+            at = stand.at + start
+            for layer in layers:
+                rows.append(row)
+                columns.append((layer, half, stand.chain, at, at + length, reach, index))
+    table = np.array(columns, dtype=float).reshape(-1, 7)
+    layer_of, chain, item_of = (table[:, k].astype(np.intp) for k in (0, 2, 6))
+    half_width, first, last, reached = (table[:, k] for k in (1, 3, 4, 5))
+    return Copper(layer_of, from_rows(rows), half_width, chain, first, last, reached, item_of, items)
+
+
+def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator[Nearness]:
+    """Every pair of items with copper nearer than `spacing` (m) to one another on one layer, where they are not joined.
+
+    A coil's own turns, and what leads to them, are held against `winding_spacing`. One result a pair of items and layer, the nearest place of it.
+    """
+    i, j = _pairs(copper, spacing)
+    solid = np.array([not isinstance(item, Trace) for item in copper.items], dtype=bool)
+    keep = ~((copper.item[i] == copper.item[j]) & solid[copper.item[i]])
+    i, j = i[keep], j[keep]
+    asked = np.where(_touches_own_winding(copper, i, j), winding_spacing, spacing)
+    gap = _gaps(copper, i, j, asked)
+    bad = np.flatnonzero(gap < asked - ROUNDING)
+    yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
+
+
+def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
+    """Every via whose drilled hole comes nearer than `clearance` (m) to copper that it is not joined to, on any layer.
+
+    The half-width of the via is then its drill's radius.
+    """
+    radius = np.array([item.drill / 2.0 if isinstance(item, Via) else np.nan for item in copper.items])
+    drilled = radius[copper.item] if len(radius) else np.empty(0)
+    half = np.where(np.isnan(drilled), copper.half, drilled)
+    i, j = _pairs(copper, clearance)
+    keep = np.isnan(drilled[i]) != np.isnan(drilled[j])
+    i, j = i[keep], j[keep]
+    gap = _gaps(copper, i, j, np.full(len(i), clearance), half)
+    bad = np.flatnonzero(gap < clearance - ROUNDING)
+    yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], half, np.full(len(bad), clearance))
+
+
+def _pairs(copper: Copper, clearance: float) -> tuple[Indices, Indices]:
+    """Index pairs of pieces on one layer whose boxes come within the clearance of one another."""
+    boxes, reach = copper.pieces.boxes, copper.half + clearance / 2.0
+    found = [np.empty((0, 2), dtype=np.intp)]
+    for layer in sorted(set(copper.layer.tolist())):
+        members = np.flatnonzero(copper.layer == layer)
+        found.append(members[nearest_pairs(boxes[members], reach[members])])
+    pairs = np.concatenate(found)
+    return pairs[:, 0], pairs[:, 1]
+
+
+def _gaps(copper: Copper, i: Indices, j: Indices, asked: Floats, half: Floats | None = None) -> Floats:
+    """Copper to copper (m) of pairs of pieces, without what is joined along one conductor; infinite where all is."""
+    half = copper.half if half is None else half
+    widths = half[i] + half[j]
+    gap = np.full(len(i), np.inf)
+    in_order = (copper.first[i] + copper.last[i]) <= (copper.first[j] + copper.last[j])
+    earlier, later = np.where(in_order, i, j), np.where(in_order, j, i)
+    way = np.maximum(0.0, copper.first[later] - copper.last[earlier])
+    joined = ALONG * (asked + copper.half[i] + copper.half[j]) + copper.reach[i] + copper.reach[j]
+    joined = np.where(copper.chain[i] == copper.chain[j], joined, 0.0)
+    far = np.flatnonzero(way >= joined)
+    gap[far] = distances(copper.pieces.take(i[far]), copper.pieces.take(j[far])) - widths[far]
+    near = np.flatnonzero(way < joined)
+    if near.size:
+        shares = np.linspace(0.0, 1.0, _SPLITS + 1)
+        excess = np.outer(shares, joined[near] - way[near])
+        count = len(shares)
+        trimmed = _trimmed(
+            copper, np.tile(earlier[near], count), np.tile(later[near], count), excess.ravel(), excess[::-1].ravel()
+        )
+        gap[near] = trimmed.reshape(count, -1).min(axis=0) - widths[near]
+    return gap
+
+
+def _trimmed(copper: Copper, earlier: Indices, later: Indices, cut: Floats, other_cut: Floats) -> Floats:
+    """Distance between pieces with `cut` (m) taken off the end of the earlier, `other_cut` off the start of the later;
+    infinite where nothing is left of one.
+    """
+    length = copper.last[earlier] - copper.first[earlier]
+    other_length = copper.last[later] - copper.first[later]
+    result = np.full(len(earlier), np.inf)
+    left = np.flatnonzero((cut <= length) & (other_cut <= other_length))
+    if left.size:
+        last = 1.0 - cut[left] / np.where(length[left] > 0.0, length[left], 1.0)
+        first = other_cut[left] / np.where(other_length[left] > 0.0, other_length[left], 1.0)
+        one = copper.pieces.take(earlier[left]).trimmed(np.zeros(len(left)), last)
+        other = copper.pieces.take(later[left]).trimmed(first, np.ones(len(left)))
+        result[left] = distances(one, other)
+    return result
+
+
+def _worst_by_items(
+    copper: Copper, i: Indices, j: Indices, gap: Floats, half: Floats, asked: Floats
+) -> Iterator[Nearness]:
+    """One result a pair of items and layer, the worst of all first."""
+    seen: set[tuple[int, int, int]] = set()
+    for k in np.argsort(gap, kind="stable"):
+        a, b = int(i[k]), int(j[k])
+        layer, one, other = int(copper.layer[a]), int(copper.item[a]), int(copper.item[b])
+        if (layer, one, other) in seen:
+            continue
+        seen.add((layer, one, other))
+        x, y = _place(copper, a, b)
+        distance = float(gap[k] + half[a] + half[b])
+        yield Nearness(
+            copper.items[one],
+            copper.items[other],
+            layer,
+            distance,
+            float(half[a]),
+            float(half[b]),
+            x,
+            y,
+            float(asked[k]),
+        )
+
+
+def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
+    """A point (m) near the meeting of two pieces: the sampled point of the shorter piece nearest to the other one."""
+    if float(copper.last[a] - copper.first[a]) > float(copper.last[b] - copper.first[b]):
+        a, b = b, a
+    fractions = np.linspace(0.0, 1.0, 33)
+    points = copper.pieces.take(np.full(33, a)).trimmed(fractions, fractions).start
+    nearest = int(np.argmin(to_points(copper.pieces.take(np.full(33, b)), points)))
+    return float(points[nearest, 0]), float(points[nearest, 1])
+
+
+def _touches_own_winding(copper: Copper, i: Indices, j: Indices) -> NDArray[np.bool_]:
+    """Pairs of tracks of one conductor of which one at least is a turn."""
+    track = np.array([isinstance(item, Trace) for item in copper.items], dtype=bool)
+    turn = np.array([isinstance(item, Trace) and item.role is Role.WINDING for item in copper.items], dtype=bool)
+    one, other = copper.item[i], copper.item[j]
+    return track[one] & track[other] & (turn[one] | turn[other]) & (copper.chain[i] == copper.chain[j])
+
+
+# ------------------------------------------------------------------------------------------------ pieces and chains
+
+
+def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
+    """(row, half-width, way from the item's start, length along it, reach) of every piece of an item."""
+    if isinstance(item, Via):
+        yield _line_row(*item.centre, *item.centre), item.pad / 2.0, 0.0, 0.0, 0.0
+    elif isinstance(item, Pad):
+        reach = float(np.hypot(*item.size)) / 2.0
+        for row, half in _pad_rows(item):
+            yield row, half, 0.0, 0.0, reach
+    else:
+        way = 0.0
+        for row, length in path_rows(item.path):
+            yield row, item.width / 2.0, way, length, 0.0
+            way += length
+
+
+def path_rows(path: Outline) -> Iterator[tuple[Row, float]]:
+    """The rows of `primitives.from_rows` for the segments of a path, each with its length (m)."""
+    for segment in path:
+        centre = getattr(segment, "centre", None)
+        if centre is None:
+            yield _line_row(*segment.start, *segment.end), segment.length
+        else:
+            sweep, radius = segment.sweep, segment.radius
+            row = (*segment.start, *segment.end, *centre, radius, segment.start_angle, sweep)
+            yield row, radius * abs(sweep)
+
+
+def _pad_rows(pad: Pad) -> Iterator[tuple[Row, float]]:
+    """The four edges of a contact, and along its middle the widest track that fits in it, so that its inside counts."""
+    (x, y), (width, height) = pad.centre, pad.size
+    x0, y0, x1, y1 = x - width / 2.0, y - height / 2.0, x + width / 2.0, y + height / 2.0
+    for edge in ((x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)):
+        yield _line_row(*edge), 0.0
+    half = min(width, height) / 2.0
+    dx, dy = max(0.0, width / 2.0 - half), max(0.0, height / 2.0 - half)
+    yield _line_row(x - dx, y - dy, x + dx, y + dy), half
+
+
+def _line_row(x0: float, y0: float, x1: float, y1: float) -> Row:
+    return x0, y0, x1, y1, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
+    """Where every item stands along its coil's conductor, by the identity of the layout's own objects."""
+    items: tuple[Trace | Via, ...] = (*layout.traces, *layout.vias)
+    own = {_key(item): item for item in items}
+    for number, coil in enumerate(layout.coils):
+        way = 0.0
+        for element in coil.series:
+            item = own.get(_key(element))
+            if item is not None:
+                yield id(item), _Stand(number, way)
+            way += element.path.length if isinstance(element, Trace) else 0.0
+        yield from _contact_stands(layout, coil, number, way)
+
+
+def _contact_stands(layout: Layout, coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:
+    traces = [element for element in coil.series if isinstance(element, Trace)]
+    if not traces:
+        return
+    ends = ((traces[0].path.start, 0.0), (traces[-1].path.end, length))
+    for pad in layout.pads:
+        for point, at in ends:
+            if pad.net == coil.net and _covers(pad, point):
+                yield id(pad), _Stand(number, at)
+                break
+
+
+def _covers(pad: Pad, point: Position) -> bool:
+    slack = 1e-9
+    return (
+        abs(point.x - pad.centre.x) <= pad.size[0] / 2.0 + slack
+        and abs(point.y - pad.centre.y) <= pad.size[1] / 2.0 + slack
+    )
+
+
+def _key(item: Trace | Via) -> tuple[object, ...]:
+    """What tells two conductors of a layout apart (cheaper than comparing whole paths)."""
+    if isinstance(item, Via):
+        return ("via", item.centre, item.net)
+    return ("trace", item.layer, item.path.start, item.path.end, len(item.path.segments), item.net)

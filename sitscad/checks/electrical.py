@@ -1,0 +1,351 @@
+"""SIT201 to SIT206 and SIT214: what the LDC1614 sees, over every state that exists, against what it can drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.checks.readings import (
+    Reading,
+    is_assembled,
+    other_states,
+    readings_of,
+    source_of_limit,
+    undecided,
+    where,
+    worst_of,
+)
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.finding import Severity
+from sitscad.readout import ldc1614
+from sitscad.units import show
+
+
+def inductance_floor(subject: Subject) -> Iterator[Verdict]:
+    """The smallest inductance over all coils and states."""
+    floor = ldc1614.limit("inductance_min")
+    yield from undecided(subject, "inductance")
+    worst = worst_of(subject, "inductance", min)
+    if worst is None or worst.value >= floor:
+        return
+    growth = floor / worst.value
+    yield Complaint(
+        f"the inductance of {where(worst)} is "
+        f"{show(worst.value, 'H')}{other_states(subject, worst, 'inductance', 'H')}; below {show(floor, 'H')} the "
+        "converter cannot measure it",
+        f"inductance grows with the square of turns and layers: {_layers(subject, growth**0.5)} layers, "
+        f"{_turns(subject, growth**0.5)}, a larger coil, or more distance from target and jaw",
+        "coil.turns",
+        worst.value,
+        floor,
+        "H",
+    )
+
+
+def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
+    """Highest and lowest sensor frequency over all coils and states."""
+    low, high = ldc1614.limit("sensor_frequency_min"), ldc1614.limit("sensor_frequency_max")
+    yield from undecided(subject, "frequency")
+    worst = worst_of(subject, "frequency", max)
+    if worst is not None and worst.value > high:
+        now = subject.estimates.readout.capacitance
+        whole = next(coil.capacitance for coil in subject.estimates.coils if coil.name == worst.coil)
+        wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
+        yield Complaint(
+            f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}"
+            f"{other_states(subject, worst, 'frequency', 'Hz')}; the converter stops at {show(high, 'Hz')}",
+            f"a larger capacitor, about {show(wanted, 'F', 2)} instead of {show(now, 'F', 3)}, or more turns",
+            "readout.capacitance",
+            worst.value,
+            high,
+            "Hz",
+        )
+    lowest = worst_of(subject, "frequency", min)
+    if lowest is not None and lowest.value < low:
+        yield Complaint(
+            f"the tank of {where(lowest)} runs at {show(lowest.value, 'Hz')}; the converter begins at "
+            f"{show(low, 'Hz')}",
+            "a smaller capacitor",
+            "readout.capacitance",
+            lowest.value,
+            low,
+            "Hz",
+        )
+
+
+def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
+    """The smallest R_P over all coils and states: what the driver can sustain, and what the data sheet specifies."""
+    yield from undecided(subject, "parallel_resistance")
+    worst = worst_of(subject, "parallel_resistance", min)
+    if worst is None:
+        return
+    strong = subject.estimates.readout.high_current and len(subject.estimates.coils) == 1
+    floor_name = "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
+    floor, specified = ldc1614.limit(floor_name), ldc1614.limit("parallel_resistance_min")
+    if worst.value >= specified:
+        return
+    is_error = worst.value < floor
+    asked = floor if is_error else specified
+    growth = (specified / worst.value) ** (1.0 / 3.0)
+    why = (
+        f"the strongest {'high-current ' if strong else ''}drive needs {show(floor, 'ohm')}"
+        if is_error
+        else f"the data sheet specifies from {show(specified, 'ohm')} up"
+    )
+    yield Complaint(
+        f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}"
+        f"{other_states(subject, worst, 'parallel_resistance', 'ohm')}; {why}",
+        f"R_P = (omega L)^2 / R grows with about the cube of turns and layers: try {_layers(subject, growth)} layers, "
+        f"or {_turns(subject, growth)}; {_distance_advice(subject, worst)}",
+        "coil.layers",
+        worst.value,
+        asked,
+        "ohm",
+        Severity.ERROR if is_error else Severity.WARNING,
+        ldc1614.limits()[floor_name if is_error else "parallel_resistance_min"].source,
+    )
+
+
+def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
+    """The amplitude with the chosen drive code, in the states in which the sensor works."""
+    readout = subject.estimates.readout
+    if readout.high_current:
+        yield from _high_current_amplitude(subject)
+        return
+    yield from undecided(subject, "amplitude")
+    high, optimum = ldc1614.limit("amplitude_max"), ldc1614.limit("amplitude_optimum_min")
+    stable = ldc1614.limit("amplitude_stable_min")
+    largest, smallest = worst_of(subject, "amplitude", max, True), worst_of(subject, "amplitude", min, True)
+    if largest is not None and largest.value > high * (1.0 + 1e-9):
+        yield Complaint(
+            f"with drive code {readout.drive_code} the tank of {where(largest)} swings {show(largest.value, 'V', 3)} "
+            f"peak; above {show(high, 'V')} the input clamps and shifts the frequency",
+            _clamp_advice(readout.drive_code),
+            "readout",
+            largest.value,
+            high,
+            "V",
+            source=ldc1614.limits()["amplitude_max"].source,
+        )
+    if smallest is not None and smallest.value < optimum:
+        below = smallest.value < stable
+        yield Complaint(
+            f"with drive code {readout.drive_code} the tank of {where(smallest)} swings only "
+            f"{show(smallest.value, 'V', 3)} peak; "
+            + (
+                f"below {show(stable, 'V')} the oscillation may stop"
+                if below
+                else f"{show(optimum, 'V')} to {show(high, 'V')} is the low-noise window"
+            ),
+            "R_P changes too much between rest and pressed, or is too low: more distance from target and jaw, or more "
+            "turns",
+            "readout",
+            smallest.value,
+            stable if below else optimum,
+            "V",
+            Severity.ERROR if below else Severity.WARNING,
+            ldc1614.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
+        )
+    yield from _bare_coil_amplitude(subject)
+
+
+def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
+    """A note for the bench: the coil alone may swing too far with the code that suits the assembled sensor."""
+    bare = [r for r in readings_of(subject, "amplitude") if r.state == "free"]
+    worst = max(bare, key=lambda r: r.value, default=None)
+    if worst is None or not is_assembled(subject) or worst.value <= ldc1614.limit("amplitude_max"):
+        return
+    resistance = next(
+        r.value for r in readings_of(subject, "parallel_resistance") if (r.coil, r.state) == (worst.coil, "free")
+    )
+    yield Complaint(
+        f"before assembly the bare coil {worst.coil} would swing {show(worst.value, 'V', 3)} peak with drive code "
+        f"{subject.estimates.readout.drive_code}, which is chosen for the assembled sensor",
+        f"to test a bare board, use drive code {ldc1614.drive_code(resistance)}",
+        "readout",
+        worst.value,
+        ldc1614.limit("amplitude_max"),
+        "V",
+        Severity.NOTE,
+    )
+
+
+def _high_current_amplitude(subject: Subject) -> Iterator[Verdict]:
+    """TI's texts disagree on the high-current drive: say which amplitudes they lead to, and judge what is certain."""
+    low_current, high_current = ldc1614.high_current_range()
+    values = [r for r in readings_of(subject, "parallel_resistance", True)]
+    if not values:
+        yield Undecided("no parallel resistance was estimated")
+        return
+    least = 4.0 * min(r.value for r in values) * low_current / math.pi
+    most = 4.0 * max(r.value for r in values) * high_current / math.pi
+    if least < ldc1614.limit("amplitude_optimum_min") or most > ldc1614.limit("amplitude_max"):
+        yield Complaint(
+            f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
+            f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
+            "measure the amplitude at the converter's pins before trusting a reading",
+            "readout",
+            least,
+            ldc1614.limit("amplitude_optimum_min"),
+            "V",
+            Severity.WARNING,
+            ldc1614.limits()["high_current_max"].source,
+        )
+
+
+def quality_factor(subject: Subject) -> Iterator[Verdict]:
+    """The smallest Q over all coils and states."""
+    yield from undecided(subject, "quality_factor")
+    floor = ldc1614.limit("quality_factor_min")
+    worst = worst_of(subject, "quality_factor", min)
+    if worst is not None and worst.value < floor:
+        yield Complaint(
+            f"the quality factor of {where(worst)} is "
+            f"{worst.value:.3g}{other_states(subject, worst, 'quality_factor', '')}; below {floor:g} the frequency "
+            "follows the losses as well as the inductance",
+            f"a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; "
+            f"{_distance_advice(subject, worst)}",
+            "coil.trace_width",
+            worst.value,
+            floor,
+            None,
+        )
+
+
+def self_resonance(subject: Subject) -> Iterator[Verdict]:
+    """The sensor frequency as a share of the coil's own resonance."""
+    shares = [
+        (r.value / coil.self_resonance, r, coil.self_resonance)
+        for coil in subject.estimates.coils
+        for r in readings_of(subject, "frequency")
+        if r.coil == coil.name and coil.self_resonance and math.isfinite(coil.self_resonance)
+    ]
+    if not shares:
+        yield Undecided("no self-resonance was estimated")
+        return
+    share, worst, resonance = max(shares, key=lambda entry: entry[0])
+    binding, strict = ldc1614.limit("self_resonance_fraction"), ldc1614.limit("self_resonance_fraction_strict")
+    if share <= strict:
+        return
+    is_error = share > binding
+    asked = binding if is_error else strict
+    yield Complaint(
+        f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}, {100.0 * share:.0f} % of the coil's own "
+        f"resonance at {show(resonance, 'Hz')}; at most {100.0 * asked:.0f} % is asked",
+        "a larger capacitor lowers the frequency; fewer layers or a thicker dielectric raise the resonance",
+        "readout.capacitance",
+        share,
+        asked,
+        None,
+        Severity.ERROR if is_error else Severity.WARNING,
+        ldc1614.limits()["self_resonance_fraction" if is_error else "self_resonance_fraction_strict"].source,
+    )
+
+
+def tank_capacitor(subject: Subject) -> Iterator[Verdict]:
+    """The capacitor within the range of TI's reference designs."""
+    value = subject.estimates.readout.capacitance
+    low, high = ldc1614.limit("capacitor_min"), ldc1614.limit("capacitor_max")
+    if not low <= value <= high:
+        yield Complaint(
+            f"the tank capacitor is {show(value, 'F', 3)}; TI's reference coils work with {show(low, 'F')} to "
+            f"{show(high, 'F')}",
+            "below it, pins and cable decide the frequency; above it, C0G parts are large and their own loss counts",
+            "readout.capacitance",
+            value,
+            low if value < low else high,
+            "F",
+        )
+
+
+# -------------------------------------------------------------------------------------------------------------- advice
+
+
+def _turns(subject: Subject, factor: float) -> str:
+    """The turns a layer that grow the coil by that factor, or that they do not fit."""
+    coil = subject.spec.coil
+    wanted = math.ceil(4.0 * coil.turns * factor - 1e-9) / 4.0
+    most = math.floor(4.0 * (coil.outer_diameter / 2.0 - coil.trace_width) / coil.pitch) / 4.0
+    if wanted > most:
+        return f"a larger coil or a finer pitch (the {wanted:g} turns a layer that it takes do not fit)"
+    return f"about {wanted:g} turns a layer"
+
+
+def _layers(subject: Subject, factor: float) -> int:
+    """An even number of layers, more than now, that grows the coil by at least that factor."""
+    now = len(subject.spec.coil.layers)
+    return max(2 * math.ceil(now * factor / 2.0 - 1e-9), now + 2 - now % 2)
+
+
+def _distance_advice(subject: Subject, worst: Reading) -> str:
+    if worst.state == "free":
+        return "a higher sensor frequency (smaller capacitor) raises it too"
+    mount = "a larger mount.standoff, a copper shield or" if subject.spec.mount is not None else "or"
+    return f"{mount} a thicker elastomer takes less of it away"
+
+
+def _clamp_advice(code: int) -> str:
+    if code == 0:
+        return "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
+    return f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
+
+
+ELECTRICAL_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT201", "inductance-floor", Severity.ERROR,
+        "Every coil keeps at least 0.2 uH in every state: alone, at rest, and pressed.",
+        "Below that the tank cannot be brought under 10 MHz with a resistance that the converter can drive.",
+        "More turns or layers, a larger coil, or more distance from target and jaw.",
+        source_of_limit("inductance_min"), apply=inductance_floor,
+    ),
+    Rule(
+        "SIT202", "frequency-ceiling", Severity.ERROR,
+        "The tank's frequency lies within 1 kHz to 10 MHz in every state.",
+        "The converter does not follow faster tanks; metal near the coil raises the frequency.",
+        "A larger capacitor, or more inductance.",
+        source_of_limit("sensor_frequency_max"), apply=frequency_ceiling,
+    ),
+    Rule(
+        "SIT203", "parallel-resistance", Severity.ERROR,
+        "The tank's parallel resistance stays within what the converter drives, in every state.",
+        "R_P = (omega L)^2 / R is the load on the driver. Below 0.60 kohm no drive code reaches 1.2 V (0.25 kohm in "
+        "the single-channel high-current mode); below 1.0 kohm TI does not specify the converter. A metal jaw and the "
+        "target lower it: a coil that passes in free air can fail in the jaw.",
+        "More layers or turns, a higher frequency, thicker copper, a larger standoff, a copper shield before a steel "
+        "jaw.",
+        source_of_limit("parallel_resistance_driveable") + "; " + source_of_limit("parallel_resistance_min"),
+        apply=parallel_resistance,
+    ),
+    Rule(
+        "SIT204", "drive-amplitude", Severity.ERROR,
+        "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works.",
+        "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
+        "stop. The code is the highest that stays below 1.8 V with the target at its farthest. For an assembled sensor "
+        "the bare coil is not a working state and earns a note only.",
+        "A coil whose R_P changes less between rest and pressed; then the code that suits it.",
+        source_of_limit("amplitude_optimum_min"), apply=drive_amplitude,
+    ),
+    Rule(
+        "SIT205", "quality-factor", Severity.WARNING,
+        "The tank's quality factor is at least 10 in every state.",
+        "With a low Q the frequency depends on the losses too, and the settling and the noise get worse.",
+        "A higher frequency, less resistance, or more distance from lossy metal.",
+        source_of_limit("quality_factor_min"), apply=quality_factor,
+    ),
+    Rule(
+        "SIT206", "self-resonance", Severity.ERROR,
+        "The tank runs below 0.8 of the coil's own resonance (0.75 by the older note, a warning).",
+        "Near its own resonance a coil's inductance is no longer its own, and drifts with the dielectric.",
+        "A larger capacitor, fewer layers, or a thicker dielectric.",
+        source_of_limit("self_resonance_fraction") + "; " + source_of_limit("self_resonance_fraction_strict"),
+        apply=self_resonance,
+    ),
+    Rule(
+        "SIT214", "tank-capacitor", Severity.WARNING,
+        "The tank capacitor lies within 47 pF to 3.3 nF.",
+        "With less, pins, tail and cable decide the frequency and drift with every touch; with more, the part's own "
+        "loss counts.",
+        "More turns allow a smaller capacitor, fewer a larger one.",
+        source_of_limit("capacitor_min"), apply=tank_capacitor,
+    ),
+)  # fmt: skip

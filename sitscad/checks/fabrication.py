@@ -1,0 +1,282 @@
+"""SIT101 to SIT106, SIT111, SIT116 and SIT117: the figures of the spec against what the fabricator can make."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.finding import Place, Severity
+from sitscad.layout.tail import tail_thickness
+from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.stackup import LayerKind
+from sitscad.units import show
+
+ROUNDING = 1e-9
+"""Lengths that differ by less than this (m) are equal: a nanometre is rounding, not a breach."""
+
+FABRICATOR = "the fabricator's design rules (fpc.rules)"
+
+
+def trace_width(subject: Subject) -> Iterator[Verdict]:
+    """The coil's track against the fabricator's smallest track."""
+    coil, rules = subject.spec.coil, subject.spec.fpc.rules
+    if coil.trace_width < rules.trace_width - ROUNDING:
+        yield Complaint(
+            f"tracks are {um(coil.trace_width)} wide; {rules.name} makes {um(rules.trace_width)} and wider",
+            f"widen by {um(rules.trace_width - coil.trace_width)}: "
+            f"{_turns_at(coil, rules.trace_width - coil.trace_width)}, or choose a finer fabricator",
+            "coil.trace_width",
+            coil.trace_width,
+            rules.trace_width,
+            "m",
+            source=source_of(subject, "trace_width"),
+        )
+
+
+def trace_spacing(subject: Subject) -> Iterator[Verdict]:
+    """The asked spacing against the fabricator's smallest spacing."""
+    coil, rules = subject.spec.coil, subject.spec.fpc.rules
+    if coil.trace_spacing < rules.trace_spacing - ROUNDING:
+        missing = rules.trace_spacing - coil.trace_spacing
+        yield Complaint(
+            f"turns stand {um(coil.trace_spacing)} apart; {rules.name} makes {um(rules.trace_spacing)} and more",
+            f"widen by {um(missing)}: {_turns_at(coil, missing)}, or choose a finer fabricator",
+            "coil.trace_spacing",
+            coil.trace_spacing,
+            rules.trace_spacing,
+            "m",
+            source=source_of(subject, "trace_spacing"),
+        )
+
+
+def loop_lines(subject: Subject) -> Iterator[Verdict]:
+    """Track and spacing of the turns against the fabricator's own minimum for coils ("loop lines")."""
+    coil, rules = subject.spec.coil, subject.spec.fpc.rules
+    pairs = (
+        ("trace_width", "track", coil.trace_width, rules.coil_trace_width),
+        ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing),
+    )
+    if all(smallest is None for *_, smallest in pairs):
+        yield Undecided(f"{rules.name} states no minimum of its own for coils")
+    for field, word, value, smallest in pairs:
+        if smallest is not None and value < smallest - ROUNDING:
+            yield Complaint(
+                f"{word} in the coil is {um(value)}; for coiled tracks {rules.name} asks {um(smallest)}",
+                f"ask the fabricator for a waiver (no electrical test sees a short between turns), or widen: "
+                f"{_turns_at(coil, smallest - value)}",
+                f"coil.{field}",
+                value,
+                smallest,
+                "m",
+                Severity.ERROR if rules.coil_rule_binding else Severity.WARNING,
+                source_of(subject, f"coil_{field}"),
+            )
+
+
+def via_drill(subject: Subject) -> Iterator[Verdict]:
+    """Every drill against the fabricator's smallest."""
+    rules = subject.spec.fpc.rules
+    for via in subject.layout.vias:
+        if via.drill < rules.via_drill - ROUNDING:
+            yield Complaint(
+                f"a via of {via.net} is drilled {um(via.drill)}; {rules.name} drills {um(rules.via_drill)} and larger",
+                key="fpc.rules",
+                measured=via.drill,
+                limit=rules.via_drill,
+                unit="m",
+                source=source_of(subject, "via_drill"),
+                place=Place(*via.centre),
+            )
+
+
+def annular_ring(subject: Subject) -> Iterator[Verdict]:
+    """The copper left round every drill."""
+    rules = subject.spec.fpc.rules
+    for via in subject.layout.vias:
+        ring = (via.pad - via.drill) / 2.0
+        if ring < rules.annular_ring - ROUNDING:
+            yield Complaint(
+                f"a via of {via.net} has an annular ring of {um(ring)}; {rules.name} asks {um(rules.annular_ring)}",
+                f"a pad of {um(via.drill + 2.0 * rules.annular_ring)} is needed",
+                "fpc.rules",
+                ring,
+                rules.annular_ring,
+                "m",
+                source=source_of(subject, "annular_ring"),
+                place=Place(*via.centre),
+            )
+
+
+def hole_to_hole(subject: Subject) -> Iterator[Verdict]:
+    """The wall between every two drilled holes."""
+    rules, vias = subject.spec.fpc.rules, subject.layout.vias
+    for k, via in enumerate(vias):
+        for other in vias[k + 1 :]:
+            wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
+            if wall < rules.hole_to_hole - ROUNDING:
+                yield Complaint(
+                    f"two holes ({via.net}, {other.net}) leave {um(wall)} between them; {rules.name} asks "
+                    f"{um(rules.hole_to_hole)}",
+                    f"move them {um(rules.hole_to_hole - wall)} apart: a larger inner diameter gives the room",
+                    "coil.turns",
+                    wall,
+                    rules.hole_to_hole,
+                    "m",
+                    source=source_of(subject, "hole_to_hole"),
+                    place=Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0),
+                )
+
+
+def no_way_out(subject: Subject) -> Iterator[Verdict]:
+    """Every coil must begin and end at a contact."""
+    yield from (finding for finding in subject.layout.findings if finding.rule == "SIT111")
+    open_coils = [coil for coil in subject.layout.coils if not coil.is_closed_circuit]
+    if open_coils and not any(finding.severity is Severity.ERROR for finding in subject.layout.findings):
+        names = ", ".join(coil.name for coil in open_coils)
+        yield Complaint(
+            f"coil {names} does not reach both of its contacts: it cannot be driven",
+            key="coil.layers",
+            place=Place(*open_coils[0].centre),
+        )
+
+
+def part_size(subject: Subject) -> Iterator[Verdict]:
+    """The whole outline against the smallest part that the fabricator handles."""
+    rules = subject.spec.fpc.rules
+    x0, y0, x1, y1 = outline_box(subject)
+    have, need = sorted((x1 - x0, y1 - y0)), sorted(rules.part_size)
+    for size, smallest in zip(have, need, strict=True):
+        if size < smallest - ROUNDING:
+            yield Complaint(
+                f"the board is {show(have[1], 'm')} x {show(have[0], 'm')}; {rules.name} handles parts from "
+                f"{show(need[1], 'm')} x {show(need[0], 'm')}",
+                f"{show(smallest - size, 'm')} are missing: order the parts in a panel, or held by bridges",
+                "fpc.rules",
+                size,
+                smallest,
+                "m",
+                source=source_of(subject, "part_size"),
+            )
+            return
+
+
+def insertion_thickness(subject: Subject) -> Iterator[Verdict]:
+    """Bare contacts and stiffener together against the thickness that the connector takes."""
+    tail = subject.spec.fpc.tail
+    assert tail is not None
+    connector = tail.connector
+    if connector.insertion_thickness <= 0.0:
+        yield Undecided("the tail ends in solder pads: no connector takes it")
+        return
+    stiffener = subject.layout.stiffener
+    top = subject.spec.fpc.stackup.layers[0]
+    bare = tail_thickness(subject.spec) - (top.thickness if top.kind is LayerKind.COVERLAY else 0.0)
+    have = bare + (stiffener.thickness if stiffener else 0.0)
+    wrong = abs(have - connector.insertion_thickness)
+    if wrong > connector.insertion_thickness_tolerance + ROUNDING:
+        yield Complaint(
+            f"the tail's end, with its stiffener, is {um(have)} thick; "
+            f"{connector.name} takes {um(connector.insertion_thickness)} "
+            f"+- {um(connector.insertion_thickness_tolerance)}",
+            f"choose a stiffener {um(wrong)} {'thinner' if have > connector.insertion_thickness else 'thicker'}, or "
+            "another connector",
+            "fpc.tail.connector",
+            have,
+            connector.insertion_thickness,
+            "m",
+            source=connector.source,
+        )
+
+
+def outline_box(subject: Subject) -> tuple[float, float, float, float]:
+    """(x_min, y_min, x_max, y_max) in metres of the whole board."""
+    points = [point for segment in subject.layout.outline for point in segment.flattened(1e-6)]
+    xs, ys = [p.x for p in points], [p.y for p in points]
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def _turns_at(coil: CoilSpec, wider: float) -> str:
+    """How many turns take the room of the present ones at a pitch that is `wider` (m)."""
+    turns = math.floor(4.0 * coil.turns * coil.pitch / (coil.pitch + wider)) / 4.0
+    return f"at that pitch {turns:g} turns take the room of {coil.turns:g}"
+
+
+def um(length: float) -> str:
+    """A length for people."""
+    return show(length, "m")
+
+
+def source_of(subject: Subject, field: str) -> str:
+    """Where one figure of the fabricator's rules comes from."""
+    rules = subject.spec.fpc.rules
+    return rules.sources.get(field) or rules.source or FABRICATOR
+
+
+FABRICATION_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT101", "trace-width", Severity.ERROR,
+        "The coil's track is at least as wide as the fabricator makes.",
+        "A narrower track is over-etched: it breaks, or its resistance is anybody's guess.",
+        "Widen coil.trace_width (fewer turns fit), or name a finer fabricator in fpc.rules.",
+        FABRICATOR, apply=trace_width,
+    ),
+    Rule(
+        "SIT102", "trace-spacing", Severity.ERROR,
+        "Neighbouring turns stand at least as far apart as the fabricator makes.",
+        "Turns that touch are one net: no electrical test and no netlist sees the short, and the inductance is gone.",
+        "Widen coil.trace_spacing (fewer turns fit), or name a finer fabricator in fpc.rules.",
+        FABRICATOR, apply=trace_spacing,
+    ),
+    Rule(
+        "SIT103", "coil-trace", Severity.ERROR,
+        "Coiled tracks keep the fabricator's own minimum for coils (loop lines), often twice the ordinary one.",
+        "Several flex houses list a larger minimum for coils, because their test cannot see a short between turns; a "
+        "coil at the ordinary minimum is queried or refused. An error where the rule binds, else a warning.",
+        "Ask for a waiver before ordering, widen the pitch, or name another fabricator.",
+        "hkgalaxy and jselectronic: 18 um copper loop lines 6/6 mil; JLCPCB 2023-09-05: coils 0.254 mm, limit 0.15 mm",
+        apply=loop_lines,
+    ),
+    Rule(
+        "SIT104", "via-drill", Severity.ERROR,
+        "Every via is drilled at least as large as the fabricator drills.",
+        "A smaller hole is not plated through.",
+        "Use the fabricator's smallest drill or larger.",
+        FABRICATOR, apply=via_drill,
+    ),
+    Rule(
+        "SIT105", "annular-ring", Severity.ERROR,
+        "Every via keeps the fabricator's copper ring round its hole.",
+        "Drill and image are not in register: too small a ring is broken through and the joint is open.",
+        "Enlarge the pad, or use a smaller drill.",
+        FABRICATOR, apply=annular_ring,
+    ),
+    Rule(
+        "SIT106", "hole-to-hole", Severity.ERROR,
+        "Drilled holes leave the fabricator's wall between them.",
+        "A thinner wall tears, or the drill runs into the neighbouring hole.",
+        "Give the vias more room: fewer turns, a larger coil, or fewer layers.",
+        FABRICATOR, apply=hole_to_hole,
+    ),
+    Rule(
+        "SIT111", "no-way-out", Severity.ERROR,
+        "Every coil leads from one contact to the other.",
+        "An odd number of layers ends inside the innermost turn; without a way out the converter sees no coil at all.",
+        "Wind an even number of layers, or give the stack-up one more copper layer.",
+        "SPEC.md, The coil", apply=no_way_out,
+    ),
+    Rule(
+        "SIT116", "part-size", Severity.WARNING,
+        "The board is not smaller than the smallest part that the fabricator handles.",
+        "Smaller parts fall through the machines: they are refused, or left in a panel or on bridges.",
+        "Order in a panel or with bridges, and cut the parts out yourself.",
+        FABRICATOR, apply=part_size,
+    ),
+    Rule(
+        "SIT117", "insertion-thickness", Severity.ERROR,
+        "Bare contacts and stiffener have the thickness that the connector takes.",
+        "Too thick does not go in, too thin makes no contact.",
+        "Choose the stiffener so that the whole comes to the connector's thickness.",
+        "the connector's data sheet (fpc.tail.connector)", ("tail",), insertion_thickness,
+    ),
+)  # fmt: skip

@@ -1,0 +1,275 @@
+"""SIT301 to SIT303, SIT307 to SIT309 and SIT311: does the sensor fit the jaw, its port and its hinge."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.finding import Severity
+from sitscad.layout.tail import tail_thickness
+from sitscad.spec.sensor import ElastomerPad, Jaw
+from sitscad.units import show
+
+ROUNDING = 1e-9
+
+SMALLEST_MEASURED_PORT = 1.1
+"""5 mm trocars measure 5.5 mm inside at the least (Limperg 2024): that much more than the nominal port."""
+
+
+def sensor_width(subject: Subject) -> Iterator[Verdict]:
+    """Board, elastomer and target across the jaw."""
+    spec, jaw = subject.spec, _jaw(subject)
+    pieces = [("the board's body", subject.layout.body_size[1], "coil.outer_diameter")]
+    if spec.elastomer is not None:
+        pieces.append(("the elastomer", spec.elastomer.size[1], "elastomer.size"))
+    if spec.target is not None:
+        pieces.append(("the target", spec.target.size[1], "target.size"))
+    for name, width, key in pieces:
+        if width > jaw.width + ROUNDING:
+            yield Complaint(
+                f"{name} is {show(width, 'm')} wide, the jaw {show(jaw.width, 'm')}{_unverified(jaw)}",
+                f"{show(width - jaw.width, 'm')} too much: a smaller part, or a wider jaw",
+                key,
+                width,
+                jaw.width,
+                "m",
+            )
+
+
+def sensor_length(subject: Subject) -> Iterator[Verdict]:
+    """The board's body along the jaw."""
+    jaw, length = _jaw(subject), subject.layout.body_size[0]
+    if length > jaw.length + ROUNDING:
+        yield Complaint(
+            f"the board's body is {show(length, 'm')} long, the jaw {show(jaw.length, 'm')}{_unverified(jaw)}",
+            f"{show(length - jaw.length, 'm')} too much: fewer or smaller coils, or a smaller pitch",
+            "array.pitch",
+            length,
+            jaw.length,
+            "m",
+        )
+
+
+def stack_height(subject: Subject) -> Iterator[Verdict]:
+    """The closed pair of jaws with the whole stack between them, inside the port's circle."""
+    from sitscad.parts import PartsError
+    from sitscad.parts.fit import closed_section
+
+    try:
+        section = closed_section(subject.layout)
+    except PartsError as error:
+        yield Undecided(str(error))
+        return
+    jaw = _jaw(subject)
+    if section is None or section.fits:
+        return
+    across = 2.0 * section.radius
+    passes = across <= SMALLEST_MEASURED_PORT * jaw.port_diameter + ROUNDING
+    yield Complaint(
+        f"the closed jaws with the sensor between them need a circle of {show(across, 'm')} (the {section.decided_by} "
+        f"decides; {show(section.height, 'm')} back to back); the port's is "
+        f"{show(jaw.port_diameter, 'm')}{_unverified(jaw)}"
+        + (
+            f". It would pass {show(SMALLEST_MEASURED_PORT * jaw.port_diameter, 'm')}, the smallest measured port of "
+            "that nominal size"
+            if passes
+            else ""
+        ),
+        f"take {show(across - jaw.port_diameter, 'm')} off: {_thinner(subject)}",
+        "mount.standoff",
+        across,
+        jaw.port_diameter,
+        "m",
+        Severity.WARNING if passes and _unverified(jaw) else Severity.ERROR,
+    )
+
+
+def elastomer_cover(subject: Subject) -> Iterator[Verdict]:
+    """The pad carries the whole target and lies wholly on the board."""
+    spec, pad = subject.spec, pad_of(subject)
+    if spec.target is not None:
+        for axis, word in enumerate(("x", "y")):
+            over = spec.target.size[axis] - pad.size[axis]
+            if over > ROUNDING:
+                yield Complaint(
+                    f"the target overhangs the elastomer by {show(over, 'm')} along {word}",
+                    "an unsupported edge bends and tilts the target: make the elastomer at least as large",
+                    "elastomer.size",
+                    pad.size[axis],
+                    spec.target.size[axis],
+                    "m",
+                )
+    for axis, word in enumerate(("x", "y")):
+        over = pad.size[axis] - subject.layout.body_size[axis]
+        if over > ROUNDING:
+            yield Complaint(
+                f"the elastomer is {show(over, 'm')} larger than the board's body along {word}",
+                "what hangs over is neither bonded nor supported: make it smaller",
+                "elastomer.size",
+                pad.size[axis],
+                subject.layout.body_size[axis],
+                "m",
+            )
+
+
+def tail_bend(subject: Subject) -> Iterator[Verdict]:
+    """The tail's bend through a hinge: its layers, and the radius that it needs."""
+    spec = subject.spec
+    tail, rules = spec.fpc.tail, spec.fpc.rules
+    assert tail is not None
+    if tail.bend == "none":
+        return
+    ratios = rules.dynamic_bend_ratio if tail.bend == "dynamic" else rules.static_bend_ratio
+    if tail.bend == "dynamic" and tail.layers > 1:
+        yield Complaint(
+            f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
+            "run the tail on one layer through the hinge (fpc.tail.layers: 1), or bend it once (bend: static)",
+            "fpc.tail.layers",
+            float(tail.layers),
+            2.0 if tail.layers > 2 else 1.0,
+            "copper layers",
+            Severity.ERROR if tail.layers > 2 else Severity.WARNING,
+        )
+    if not ratios:
+        yield Undecided(f"{rules.name} states no bend radius for a {tail.bend} bend")
+        return
+    ratio = ratios.get(tail.layers, ratios[max(ratios)])
+    thickness, room = tail_thickness(spec), _bend_room(subject)
+    radius = ratio * thickness
+    if room is None:
+        yield Undecided("no jaw: the room for the tail's bend is not known")
+    elif radius > room + ROUNDING:
+        yield Complaint(
+            f"a {tail.bend} bend of {tail.layers} copper layer{'s' if tail.layers > 1 else ''} needs a radius of "
+            f"{show(radius, 'm', 3)} ({ratio:g} times the {show(thickness, 'm', 3)} tail); inside the port there are "
+            f"{show(room, 'm', 3)}",
+            f"a tail of {show(room / ratio, 'm', 3)} or thinner would do: fewer copper layers, or no bend",
+            "fpc.tail.bend",
+            radius,
+            room,
+            "m",
+            Severity.NOTE if tail.bend == "static" and tail.layers <= 2 else Severity.WARNING,
+        )
+
+
+def shield_gap(subject: Subject) -> Iterator[Verdict]:
+    """The shield lies between the board and the jaw's metal."""
+    shield, mount = subject.spec.shield, subject.spec.mount
+    assert shield is not None and mount is not None
+    needed = shield.gap + shield.thickness
+    if needed > mount.standoff + ROUNDING:
+        yield Complaint(
+            f"the shield ends {show(needed, 'm')} below the board, the jaw's metal begins at "
+            f"{show(mount.standoff, 'm')}",
+            f"raise mount.standoff by {show(needed - mount.standoff, 'm')}, or bring the shield nearer to the board",
+            "shield.gap",
+            needed,
+            mount.standoff,
+            "m",
+        )
+
+
+def bare_metal(subject: Subject) -> Iterator[Verdict]:
+    """A target that touches tissue is sealed."""
+    if subject.spec.encapsulation is None:
+        yield Complaint(
+            "the copper target is not encapsulated, and in the jaw it touches tissue"
+            if subject.spec.target is not None and subject.spec.target.material.name == "copper"
+            else "the metal target is not encapsulated, and in the jaw it touches tissue",
+            "add encapsulation: {material: pdms, thickness: 0.1}",
+            "target",
+        )
+
+
+def _jaw(subject: Subject) -> Jaw:
+    mount = subject.spec.mount
+    assert mount is not None and mount.jaw is not None
+    return mount.jaw
+
+
+def pad_of(subject: Subject) -> ElastomerPad:
+    """The elastomer of a rule that needs one."""
+    assert subject.spec.elastomer is not None
+    return subject.spec.elastomer
+
+
+def _unverified(jaw: Jaw) -> str:
+    """A warning in brackets where the jaw's figures are not measured ones."""
+    words = jaw.source.lower()
+    return " (the jaw's figures are unverified: measure yours)" if "unverified" in words or "memory" in words else ""
+
+
+def _thinner(subject: Subject) -> str:
+    """The soft or empty heights that can give, largest first."""
+    spec = subject.spec
+    heights = [("mount.standoff", spec.mount.standoff if spec.mount else 0.0)]
+    if spec.elastomer is not None:
+        heights.append(("elastomer.thickness", spec.elastomer.thickness))
+    if spec.target is not None:
+        heights.append(("target.thickness", spec.target.thickness))
+    heights = [entry for entry in sorted(heights, key=lambda e: (-e[1], e[0])) if entry[1] > 0.0]
+    return ", ".join(f"{key} is {show(height, 'm', 3)}" for key, height in heights)
+
+
+def _bend_room(subject: Subject) -> float | None:
+    mount = subject.spec.mount
+    return mount.jaw.port_diameter / 2.0 if mount is not None and mount.jaw is not None else None
+
+
+JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
+
+FIT_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT301", "sensor-width", Severity.ERROR,
+        "Board, elastomer and target are not wider than the jaw.",
+        "What overhangs is cut off or torn by the port (the thesis's own board overhung because of its connector).",
+        "A smaller coil or target, narrower leads, or a wider jaw.",
+        JAW_SOURCE, ("jaw",), sensor_width,
+    ),
+    Rule(
+        "SIT302", "sensor-length", Severity.ERROR,
+        "The board's body is not longer than the jaw.",
+        "The body must lie flat; only the tail may go through the hinge.",
+        "Fewer or smaller coils, or a smaller pitch.",
+        JAW_SOURCE, ("jaw",), sensor_length,
+    ),
+    Rule(
+        "SIT303", "stack-height", Severity.ERROR,
+        "The closed jaws, with the sensor's whole stack between them, pass the port's circle.",
+        "Ports are named by a nominal size, 5.0 mm taken strictly here; 5 mm ports measure 5.5 to 7.4 mm inside. A "
+        "pair that passes 5.5 mm only is a warning while the jaw's figures are unverified, anything beyond an error. "
+        "The pad is taken at rest: what it gives way in the port is not counted on.",
+        "A thinner elastomer, standoff or target, or a jaw with more metal taken away.",
+        "Limperg 2024 (JMIG, 10.1016/j.jmig.2024.01.008) for measured ports; " + JAW_SOURCE, ("jaw",), stack_height,
+    ),
+    Rule(
+        "SIT307", "elastomer-cover", Severity.WARNING,
+        "The elastomer carries the whole target and lies wholly on the board's body.",
+        "An unsupported edge bends, and a tilted target reads as shear.",
+        "Make the elastomer at least as large as the target and no larger than the body.",
+        "thesis of Jones 6.5: target rotation is the main error", ("elastomer",), elastomer_cover,
+    ),
+    Rule(
+        "SIT308", "tail-bend", Severity.ERROR,
+        "The tail can be bent as the spec says: one copper layer where it moves, and a radius that the port leaves.",
+        "Several layers of copper crack in a hinge; bend radii are multiples of the thickness.",
+        "One layer through the hinge, a thinner board, or no bend.",
+        "fpc.rules: All Flex 6/10/20 times static; jselectronic 20 to 40 times dynamic; ship.ie one layer only when "
+        "dynamic",
+        ("tail",), tail_bend,
+    ),
+    Rule(
+        "SIT309", "shield-gap", Severity.ERROR,
+        "The shield lies inside the standoff between board and jaw.",
+        "A shield deeper than the standoff would stand in the jaw's metal.",
+        "A larger standoff, or a smaller gap.",
+        "geometry", ("shield", "mount"), shield_gap,
+    ),
+    Rule(
+        "SIT311", "bare-metal", Severity.WARNING,
+        "A target in a jaw is encapsulated.",
+        "Open metal must not touch tissue; silicone is the candidate that the thesis names.",
+        "Add an encapsulation.",
+        "thesis of Jones 8.2", ("target", "jaw"), bare_metal,
+    ),
+)  # fmt: skip

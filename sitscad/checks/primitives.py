@@ -1,0 +1,211 @@
+"""Exact distances between many straight and circular track pieces at once, in numpy. Metres and radians.
+
+No arc is flattened: the nearest points of two pieces are either an end of one of them and its nearest point on the
+other, or lie where one line crosses both at right angles (through both centres for two arcs, through the centre and
+square to the line for a line and an arc), or the pieces cross. All of these are looked at.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+TWO_PI = 2.0 * np.pi
+_ANGLE_SLACK = 1e-9
+
+
+@dataclass(frozen=True)
+class Primitives:
+    """Lines and arcs as arrays of one length: ends (n, 2); for arcs the centre (n, 2), radius, start angle and signed
+    sweep, for lines a sweep of 0 and a radius of 0. A line whose ends agree is a point.
+    """
+
+    start: Floats
+    end: Floats
+    centre: Floats
+    radius: Floats
+    angle: Floats
+    sweep: Floats
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+    def take(self, index: Indices) -> Primitives:
+        """The pieces with these indices."""
+        return Primitives(*(getattr(self, name)[index] for name in _FIELDS))
+
+    def trimmed(self, first: Floats, last: Floats) -> Primitives:
+        """The pieces between two fractions (0 to 1) of their length, piece by piece."""
+        return _between(self, first, last)
+
+    @property
+    def boxes(self) -> Floats:
+        """Bounding boxes (n, 4): x_min, y_min, x_max, y_max; for arcs of ends and every axis crossing."""
+        low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
+        for quarter, (axis, sign) in enumerate(((0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0))):
+            reached = (self.radius > 0.0) & within_sweep(quarter * np.pi / 2.0, self.angle, self.sweep)
+            extreme = self.centre[:, axis] + sign * self.radius
+            side, choose = (high, np.maximum) if sign > 0 else (low, np.minimum)
+            side[:, axis] = np.where(reached, choose(side[:, axis], extreme), side[:, axis])
+        return np.hstack([low, high])
+
+
+_FIELDS = ("start", "end", "centre", "radius", "angle", "sweep")
+
+
+def from_rows(rows: list[tuple[float, ...]]) -> Primitives:
+    """Primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep)."""
+    table = np.array(rows, dtype=float).reshape(-1, 9)
+    return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
+
+
+def within_sweep(angle: Floats | float, start: Floats, sweep: Floats) -> NDArray[np.bool_]:
+    """Whether a direction (rad) lies on arcs that begin at `start` and turn by the signed `sweep`."""
+    along = np.where(sweep >= 0.0, angle - start, start - angle) % TWO_PI
+    return (along <= np.abs(sweep) + _ANGLE_SLACK) | (along >= TWO_PI - _ANGLE_SLACK)
+
+
+def distances(one: Primitives, other: Primitives) -> Floats:
+    """Smallest distance (n,) between the centre lines of pieces k of `one` and of `other`; 0 where they cross."""
+    result = np.minimum(
+        np.minimum(to_points(other, one.start), to_points(other, one.end)),
+        np.minimum(to_points(one, other.start), to_points(one, other.end)),
+    )
+    one_arc, other_arc = one.radius > 0.0, other.radius > 0.0
+    for select, between in (
+        (~one_arc & ~other_arc, _line_line),
+        (~one_arc & other_arc, _line_arc),
+        (one_arc & ~other_arc, lambda a, b: _line_arc(b, a)),
+        (one_arc & other_arc, _arc_arc),
+    ):
+        index = np.flatnonzero(select)
+        if index.size:
+            result[index] = np.minimum(result[index], between(one.take(index), other.take(index)))
+    return result
+
+
+def to_points(pieces: Primitives, points: Floats) -> Floats:
+    """Distance (n,) from piece k to point k of (n, 2)."""
+    along = pieces.end - pieces.start
+    square = _dot(along, along)
+    offset = points - pieces.start
+    t = np.clip(_dot(offset, along) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    result = np.hypot(*(offset - t[:, None] * along).T)
+    arc = np.flatnonzero(pieces.radius > 0.0)
+    if arc.size:
+        out = points[arc] - pieces.centre[arc]
+        on = within_sweep(np.arctan2(out[:, 1], out[:, 0]), pieces.angle[arc], pieces.sweep[arc])
+        ends = np.minimum(np.hypot(*(points[arc] - pieces.start[arc]).T), np.hypot(*(points[arc] - pieces.end[arc]).T))
+        result[arc] = np.where(on, np.abs(np.hypot(out[:, 0], out[:, 1]) - pieces.radius[arc]), ends)
+    return result
+
+
+def nearest_pairs(
+    boxes: Floats, reach: Floats, others: Floats | None = None, other_reach: Floats | None = None
+) -> Indices:
+    """Index pairs (m, 2) whose boxes, grown by `reach` each, touch; within one set (i < j), or between two sets."""
+    same = others is None
+    second = boxes if same else others
+    grown = boxes + np.column_stack([-reach, -reach, reach, reach])
+    margin = reach if same else other_reach
+    assert second is not None and margin is not None
+    other_grown = second + np.column_stack([-margin, -margin, margin, margin])
+    found = []
+    for start in range(0, len(grown), _BLOCK):
+        block = grown[start : start + _BLOCK, None, :]
+        touch = (
+            (block[:, :, 0] <= other_grown[None, :, 2])
+            & (block[:, :, 2] >= other_grown[None, :, 0])
+            & (block[:, :, 1] <= other_grown[None, :, 3])
+            & (block[:, :, 3] >= other_grown[None, :, 1])
+        )
+        i, j = np.nonzero(touch)
+        i += start
+        found.append(np.column_stack([i, j])[i < j] if same else np.column_stack([i, j]))
+    return np.concatenate(found) if found else np.empty((0, 2), dtype=np.intp)
+
+
+_BLOCK = 512
+
+
+def _line_line(one: Primitives, other: Primitives) -> Floats:
+    """0 where two segments cross, infinite elsewhere."""
+    r, s, q = one.end - one.start, other.end - other.start, other.start - one.start
+    cross = _cross(r, s)
+    safe = np.where(cross == 0.0, 1.0, cross)
+    t, u = _cross(q, s) / safe, _cross(q, r) / safe
+    hit = (cross != 0.0) & (t >= 0.0) & (t <= 1.0) & (u >= 0.0) & (u <= 1.0)
+    return np.where(hit, 0.0, np.inf)
+
+
+def _line_arc(line: Primitives, arc: Primitives) -> Floats:
+    """Distance at the foot of the perpendicular from the arc's centre; 0 where line and arc cross; else infinite."""
+    along = line.end - line.start
+    length = np.hypot(along[:, 0], along[:, 1])
+    unit = along / np.where(length > 0.0, length, 1.0)[:, None]
+    foot_at = _dot(arc.centre - line.start, unit)
+    foot = line.start + foot_at[:, None] * unit
+    out = foot - arc.centre
+    height = np.hypot(out[:, 0], out[:, 1])
+    direct = (foot_at >= 0.0) & (foot_at <= length) & _faces(arc, out)
+    result = np.where(direct, np.abs(height - arc.radius), np.inf)
+    half = np.sqrt(np.maximum(0.0, arc.radius**2 - height**2))
+    for sign in (-1.0, 1.0):
+        at = foot_at + sign * half
+        point = line.start + at[:, None] * unit
+        hit = (height <= arc.radius) & (at >= 0.0) & (at <= length) & _faces(arc, point - arc.centre)
+        result = np.where(hit, 0.0, result)
+    return result
+
+
+def _arc_arc(one: Primitives, other: Primitives) -> Floats:
+    """Distance along the line through both centres; 0 where the arcs cross; else infinite."""
+    axis = other.centre - one.centre
+    apart = np.hypot(axis[:, 0], axis[:, 1])
+    unit = np.where(apart[:, None] > 1e-15, axis / np.where(apart > 1e-15, apart, 1.0)[:, None], [1.0, 0.0])
+    result = np.full(len(apart), np.inf)
+    for s1 in (-1.0, 1.0):
+        for s2 in (-1.0, 1.0):
+            on = _faces(one, s1 * unit) & _faces(other, s2 * unit)
+            gap = np.abs(apart + s2 * other.radius - s1 * one.radius)
+            result = np.where(on, np.minimum(result, gap), result)
+    meets = (apart > 1e-15) & (apart <= one.radius + other.radius) & (apart >= np.abs(one.radius - other.radius))
+    at = (apart**2 + one.radius**2 - other.radius**2) / np.where(meets, 2.0 * apart, 1.0)
+    half = np.sqrt(np.maximum(0.0, one.radius**2 - at**2))
+    normal = np.column_stack([-unit[:, 1], unit[:, 0]])
+    for sign in (-1.0, 1.0):
+        offset = at[:, None] * unit + (sign * half)[:, None] * normal
+        hit = meets & _faces(one, offset) & _faces(other, offset - axis)
+        result = np.where(hit, 0.0, result)
+    return result
+
+
+def _faces(arc: Primitives, direction: Floats) -> NDArray[np.bool_]:
+    return within_sweep(np.arctan2(direction[:, 1], direction[:, 0]), arc.angle, arc.sweep)
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def _between(pieces: Primitives, first: Floats, last: Floats) -> Primitives:
+    angle = pieces.angle + first * pieces.sweep
+    sweep = (last - first) * pieces.sweep
+    return Primitives(_at(pieces, first), _at(pieces, last), pieces.centre, pieces.radius, angle, sweep)
+
+
+def _at(pieces: Primitives, fraction: Floats) -> Floats:
+    """The points (n, 2) at a fraction of each piece's length."""
+    straight = pieces.start + fraction[:, None] * (pieces.end - pieces.start)
+    angle = pieces.angle + fraction * pieces.sweep
+    round_ = pieces.centre + pieces.radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.where(pieces.radius[:, None] > 0.0, round_, straight)

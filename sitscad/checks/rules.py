@@ -1,0 +1,149 @@
+"""What a rule is, what it may look at, and what it says: the vocabulary of the checks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from sitscad.finding import Finding, NotChecked, Place, Severity
+from sitscad.layout.board import Layout
+from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+
+
+Kept = TypeVar("Kept")
+
+
+@dataclass(frozen=True)
+class Complaint:
+    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's."""
+
+    message: str
+    hint: str = ""
+    key: str | None = None
+    measured: float | None = None
+    limit: float | None = None
+    unit: str | None = None
+    severity: Severity | None = None
+    source: str | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True)
+class Undecided:
+    """Something a rule could not decide although its needs were met, and why."""
+
+    reason: str
+
+
+Verdict = Complaint | Undecided | Finding
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The design under check; layout and estimates are made when a rule first asks for them."""
+
+    spec: SensorSpec
+    given_layout: Layout | None = None
+    given_estimates: Estimates | None = None
+
+    def once(self, name: str, make: Callable[[], Kept]) -> Kept:
+        """What `make` gives, made once and kept under a name: several rules look at the same distances."""
+        kept: dict[str, Any] = self.__dict__.setdefault("_kept", {})
+        if name not in kept:
+            kept[name] = make()
+        return cast(Kept, kept[name])
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The design as drawn."""
+        if self.given_layout is not None:
+            return self.given_layout
+        from sitscad.layout import lay_out
+
+        return lay_out(self.spec)
+
+    @cached_property
+    def estimates(self) -> Estimates:
+        """The electrical numbers."""
+        if self.given_estimates is not None:
+            return self.given_estimates
+        from sitscad.estimates import estimate
+
+        return estimate(self.layout)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One rule: its texts for `explain`, the parts that it needs, and the function that applies it.
+
+    ``severity`` is the worst that it says; single complaints may be milder. ``needs`` are keys of `NEEDS`.
+    """
+
+    id: str
+    name: str
+    severity: Severity
+    summary: str
+    why: str
+    mend: str
+    source: str
+    needs: tuple[str, ...] = ()
+    apply: Callable[[Subject], Iterable[Verdict]] | None = None
+
+
+NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
+    "target": (lambda s: s.target is not None, "no target in the spec"),
+    "elastomer": (lambda s: s.elastomer is not None, "no elastomer in the spec"),
+    "mount": (lambda s: s.mount is not None, "no mount in the spec"),
+    "jaw": (lambda s: s.mount is not None and s.mount.jaw is not None, "no jaw: the mount is not for a grasper"),
+    "shield": (lambda s: s.shield is not None, "no shield in the spec"),
+    "tail": (lambda s: s.fpc.tail is not None, "no tail in the spec"),
+    "normal force": (lambda s: s.requirements.normal_force is not None, "no requirements.normal_force in the spec"),
+    "shear force": (lambda s: s.requirements.shear_force is not None, "no requirements.shear_force in the spec"),
+    "bandwidth": (lambda s: s.requirements.bandwidth is not None, "no requirements.bandwidth in the spec"),
+}
+"""What a rule may need of the spec: how to tell, and the reason given when it is missing."""
+
+
+def apply_rule(rule: Rule, subject: Subject) -> tuple[list[Finding], list[NotChecked]]:
+    """The findings of one rule, located in the spec's text, and what it could not check."""
+    missing = next((NEEDS[need][1] for need in rule.needs if not NEEDS[need][0](subject.spec)), None)
+    if missing is not None:
+        return [], [NotChecked(rule.id, missing)]
+    findings: list[Finding] = []
+    undecided: list[NotChecked] = []
+    for verdict in rule.apply(subject) if rule.apply else ():
+        if isinstance(verdict, Undecided):
+            undecided.append(NotChecked(rule.id, verdict.reason))
+        else:
+            findings.append(located(verdict if isinstance(verdict, Finding) else named(rule, verdict), subject.spec))
+    return findings, undecided
+
+
+def named(rule: Rule, complaint: Complaint) -> Finding:
+    """The finding that a complaint becomes under its rule's name."""
+    return Finding(
+        rule=rule.id,
+        name=rule.name,
+        severity=complaint.severity or rule.severity,
+        message=complaint.message,
+        hint=complaint.hint or rule.mend,
+        key=complaint.key,
+        measured=complaint.measured,
+        limit=complaint.limit,
+        unit=complaint.unit,
+        source=complaint.source or rule.source,
+        place=complaint.place,
+    )
+
+
+def located(finding: Finding, spec: SensorSpec) -> Finding:
+    """The finding with line and column of its key in the spec's text."""
+    if finding.line is not None:
+        return finding
+    line, column = spec.source.locate(finding.key)
+    return replace(finding, line=line, column=column)

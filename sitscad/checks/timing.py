@@ -1,0 +1,203 @@
+"""SIT207 to SIT213: channels, clocks and the time that scans take and leave."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from sitscad.checks.readings import source_of_limit, worst_of
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.finding import Severity
+from sitscad.readout import ldc1614
+from sitscad.units import show
+
+
+def input_frequency(subject: Subject) -> Iterator[Verdict]:
+    """f_IN below a quarter of f_REF, with the divider that 8.75 MHz and more need."""
+    readout = subject.estimates.readout
+    worst = worst_of(subject, "frequency", max)
+    if worst is None:
+        yield Undecided("no sensor frequency was estimated")
+        return
+    if not ldc1614.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
+        wanted = ldc1614.input_divider(worst.value, readout.reference_frequency)
+        yield Complaint(
+            f"the sensor frequency {show(worst.value, 'Hz')} divided by {readout.input_divider} is not below a quarter "
+            f"of the reference {show(readout.reference_frequency, 'Hz')}"
+            + (", or lacks the divider of 2 that 8.75 MHz and more need" if readout.input_divider < 2 else ""),
+            f"FIN_DIVIDER {wanted} would do"
+            if wanted <= 15
+            else f"no divider up to 15 helps: a clock of at least {show(4.0 * worst.value / 15.0, 'Hz')} is needed",
+            "readout.clock",
+            worst.value / readout.input_divider,
+            0.25 * readout.reference_frequency,
+            "Hz",
+        )
+
+
+def scan_rate(subject: Subject) -> Iterator[Verdict]:
+    """The scan rate that the timing gives, against the wanted one."""
+    readout, wanted = subject.estimates.readout, subject.spec.readout.scan_rate
+    if readout.scan_rate < wanted * (1.0 - 1e-6):
+        yield Complaint(
+            f"the fastest scan of {_coils(subject)} takes {show(1.0 / readout.scan_rate, 's', 3)} "
+            f"({show(readout.scan_rate, 'Hz')}); {show(wanted, 'Hz')} are asked",
+            "ask for fewer scans a second, use fewer coils, or a faster clock",
+            "readout.scan_rate",
+            readout.scan_rate,
+            wanted,
+            "Hz",
+        )
+
+
+def read_back(subject: Subject) -> Iterator[Verdict]:
+    """Whether the results of a scan can be read over I2C before the next one is done."""
+    channels, wanted = len(subject.spec.array.placements), subject.spec.readout.scan_rate
+    sure, hopeful = 1.0 / ldc1614.read_back_time(channels), 1.0 / ldc1614.read_back_time_optimistic(channels)
+    if wanted > sure:
+        impossible = wanted > hopeful
+        yield Complaint(
+            f"{_coils(subject)} can be read over I2C at 400 kHz {show(hopeful if impossible else sure, 'Hz')} times a "
+            f"second; {show(wanted, 'Hz')} are asked",
+            f"ask for at most {math.floor(sure):d} Hz"
+            + ("" if impossible else ", or make sure that the host reads without any pause: TI's two figures disagree"),
+            "readout.scan_rate",
+            wanted,
+            hopeful if impossible else sure,
+            "Hz",
+            Severity.ERROR if impossible else Severity.WARNING,
+        )
+
+
+def bandwidth(subject: Subject) -> Iterator[Verdict]:
+    """Twice the bandwidth at least, by the sampling theorem."""
+    wanted, rate = subject.spec.requirements.bandwidth, subject.spec.readout.scan_rate
+    assert wanted is not None
+    if rate < 2.0 * wanted:
+        yield Complaint(
+            f"{show(rate, 'Hz')} scans a second follow a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
+            f"{show(wanted, 'Hz')} are required",
+            f"ask for more than {show(2.0 * wanted, 'Hz')} scans a second, better five times the bandwidth",
+            "readout.scan_rate",
+            rate,
+            2.0 * wanted,
+            "Hz",
+        )
+
+
+def channels(subject: Subject) -> Iterator[Verdict]:
+    """One channel a coil."""
+    count, most = len(subject.spec.array.placements), int(ldc1614.limit("channels"))
+    if count > most:
+        yield Complaint(
+            f"{count} coils, but the LDC1614 has {most} channels, and every coil needs one of its own",
+            f"use at most {most} coils a converter",
+            "array.count",
+            float(count),
+            float(most),
+        )
+
+
+def idle_neighbour(subject: Subject) -> Iterator[Verdict]:
+    """How much a grounded neighbour takes off a coil's inductance: the square of the coupling."""
+    matrix, coils = subject.estimates.inductance_matrix, subject.estimates.coils
+    pairs = [
+        (_coupling_squared(matrix, i, j), coils[i].name, coils[j].name) for i in range(len(coils)) for j in range(i)
+    ]
+    if any(not math.isfinite(share) for share, *_ in pairs):
+        yield Undecided("the mutual inductance of the coils was not estimated")
+        return
+    share, one, other = max(pairs, default=(0.0, "", ""))
+    if share >= 1e-3:
+        yield Complaint(
+            f"{one} and {other} are coupled: while one is read, the other is grounded and takes {100.0 * share:.2g} % "
+            "off its inductance",
+            "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states do not "
+            "contain this",
+            "array.pitch",
+            share,
+            0.05 if share >= 0.05 else 1e-3,
+            None,
+            Severity.WARNING if share >= 0.05 else Severity.NOTE,
+        )
+
+
+def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> float:
+    return float(matrix[i][j]) ** 2 / (float(matrix[i][i]) * float(matrix[j][j]))
+
+
+def clock(subject: Subject) -> Iterator[Verdict]:
+    """The external clock within the converter's range."""
+    value = subject.spec.readout.clock
+    low, high = ldc1614.limit("clock_min"), ldc1614.limit("clock_max")
+    if not low <= value <= high:
+        yield Complaint(
+            f"the clock is {show(value, 'Hz')}; the converter takes {show(low, 'Hz')} to {show(high, 'Hz')}",
+            f"use {show(high, 'Hz')}: the fastest reference gives the finest reading",
+            "readout.clock",
+            value,
+            low if value < low else high,
+            "Hz",
+        )
+
+
+def _coils(subject: Subject) -> str:
+    count = len(subject.spec.array.placements)
+    return "one coil" if count == 1 else f"{count} coils"
+
+
+TIMING_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT207", "input-frequency", Severity.ERROR,
+        "The divided sensor frequency is below a quarter of the reference, and divided by 2 at least from 8.75 MHz.",
+        "A faster input is counted wrongly.",
+        "A faster clock, or a larger divider.",
+        source_of_limit("input_to_reference_max") + "; " + source_of_limit("input_divider_2_from"),
+        apply=input_frequency,
+    ),
+    Rule(
+        "SIT208", "scan-rate", Severity.ERROR,
+        "All coils can be converted as often as the spec asks.",
+        "Every channel needs its settling, its conversion and the switch to the next one.",
+        "Ask for fewer scans, or use fewer coils.",
+        "TI SNOSCY9A 8.1.4, equations 7 to 10; RCOUNT above 8 (table 43)", apply=scan_rate,
+    ),
+    Rule(
+        "SIT209", "read-back", Severity.ERROR,
+        "The results can be read over I2C as often as they are made.",
+        "Unread results are overwritten. Two registers a channel take 98 bits: 4.08 kHz for one channel, 1.02 kHz for "
+        "four.",
+        "Ask for fewer scans a second.",
+        source_of_limit("single_channel_rate_max") + "; " + source_of_limit("read_back_four_channels"), apply=read_back,
+    ),
+    Rule(
+        "SIT210", "bandwidth", Severity.ERROR,
+        "The scan rate is at least twice the required bandwidth.",
+        "Faster changes fold back into slower ones that never happened.",
+        "Raise readout.scan_rate.",
+        "sampling theorem; thesis of Jones 2.5: at least 100 Hz, 500 Hz best", ("bandwidth",), bandwidth,
+    ),
+    Rule(
+        "SIT211", "channels", Severity.ERROR,
+        "There is one channel for every coil.",
+        "Each LDC1614 channel has its own pair of pins, and TI documents no shared return.",
+        "At most four coils.",
+        source_of_limit("channels"), apply=channels,
+    ),
+    Rule(
+        "SIT212", "idle-neighbour", Severity.WARNING,
+        "Coils of one converter are hardly coupled to one another.",
+        "The converter grounds every idle channel through about 10 ohm, so that a neighbouring coil is a shorted loop "
+        "and acts as a target.",
+        "Keep the coils apart; never stack coils of one converter.",
+        "TI SNOSCY9A 8.1.5.1; TI E2E thread 784486; the share is the square of the coupling (derived)",
+        apply=idle_neighbour,
+    ),
+    Rule(
+        "SIT213", "clock", Severity.ERROR,
+        "The clock lies within 2 to 40 MHz.",
+        "The converter's CLKIN is not specified beyond.",
+        "Use a 40 MHz oscillator.",
+        source_of_limit("clock_max"), apply=clock,
+    ),
+)  # fmt: skip

@@ -1,0 +1,381 @@
+"""The commands: arguments in, exit codes out. What they do is behind the public names of `sitscad`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+import sitscad
+from sitscad.finding import NotChecked, Severity
+
+if TYPE_CHECKING:
+    from sitscad.package import BuildResult
+    from sitscad.report.findings import CheckedSpec
+
+ISSUES = "the project's issue tracker"
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run one command line and leave with its exit code; no exception reaches the person who typed it."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    sys.exit(_run(arguments))
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    try:
+        code = cli.main(arguments, prog_name="sitscad", standalone_mode=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except click.ClickException as error:
+        error.show()
+        return 2
+    except (KeyboardInterrupt, click.Abort):
+        _say("interrupted; finished packages were left as they were")
+        return 130
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the reader is gone; nothing is left to say
+        return 141
+    except Exception as error:
+        return _explain_crash(error)
+
+
+def _explain_crash(error: Exception) -> int:
+    """One sentence for what is known to go wrong, one with how to report it for what is not."""
+    if os.environ.get("SITSCAD_TRACEBACK"):
+        raise error
+    if isinstance(error, (sitscad.PackageError, sitscad.MissingExtra)):
+        _say(str(error))
+    elif isinstance(error, sitscad.PartsError):
+        _say(f"a part cannot be made: {error}")
+        return 1
+    else:
+        _say(
+            f"internal error: {type(error).__name__}: {error}\n"
+            f"This is a fault of sitscad {sitscad.__version__}, not of your spec. Please report it in {ISSUES}, with "
+            "the spec and the output of the same command run with SITSCAD_TRACEBACK=1 in its environment."
+        )
+    return 2
+
+
+def _say(message: str) -> None:
+    click.echo(f"sitscad: {message}", err=True)
+
+
+def _colour(stream: Any) -> bool:
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def _print(text: str) -> None:
+    """A result: to stdout, as it is."""
+    click.echo(text, nl=not text.endswith("\n"), color=True)
+
+
+class _Example(click.Command):
+    """A command whose help ends with one example."""
+
+    def __init__(self, name: str | None, *, example: str, **kwargs: Any) -> None:
+        super().__init__(name, **{**kwargs, "epilog": f"\b\nExample:\n  {example}"})
+
+
+class _Group(click.Group):
+    command_class = _Example
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Commands in the order in which they are used."""
+        return list(self.commands)
+
+
+class _Names(click.ParamType):
+    """Comma-separated names."""
+
+    name = "name,..."
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, ...]:
+        """The names without blanks."""
+        return value if isinstance(value, tuple) else tuple(part.strip() for part in value.split(",") if part.strip())
+
+
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+@click.group(
+    cls=_Group,
+    context_settings=SETTINGS,
+    epilog="\b\nExample:\n  sitscad new grasper_4layer && sitscad build grasper_4layer.yaml",
+)
+@click.version_option(sitscad.__version__, prog_name="sitscad", message="%(prog)s %(version)s")
+def cli() -> None:
+    """From one YAML spec to inductive tactile sensors for a 5 mm jaw that can be ordered."""
+
+
+@cli.command(example="sitscad new grasper_4layer -o sensor.yaml")
+@click.argument("template", required=False)
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="The file to write (default: TEMPLATE.yaml).")
+@click.option("--list", "list_them", is_flag=True, help="List the templates and write nothing.")
+@click.option("--force", is_flag=True, help="Write over an existing file.")
+def new(template: str | None, output: str | None, list_them: bool, force: bool) -> int:
+    """Write a commented spec to start from.
+
+    TEMPLATE is grasper_4layer unless another is named; --list names them all.
+    """
+    if list_them:
+        described = sitscad.list_templates()
+        width = max(map(len, described), default=0)
+        _print("\n".join(f"{name:<{width}}  {text}" for name, text in described.items()))
+        return 0
+    named = {} if template is None else {"name": template}
+    path = sitscad.write_template(path=output, force=force, **named)
+    _print(str(path))
+    _say(f"wrote {path}; next: sitscad check {path}")
+    return 0
+
+
+@cli.command(example="sitscad check sensor.yaml --format json")
+@click.argument("specs", nargs=-1, required=True, type=click.Path())
+@click.option("--format", "format_name", default="text", show_default=True, help="text or json.")
+@click.option("--select", type=_Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
+@click.option("--ignore", type=_Names(), default=(), help="Not these rules.")
+def check(specs: tuple[str, ...], format_name: str, select: tuple[str, ...], ignore: tuple[str, ...]) -> int:
+    """Check SPECS against every rule that applies.
+
+    Writes no files.
+    Exit code: 0 no errors, 1 errors found, 2 a spec cannot be read.
+    """
+    show = _row(sitscad.FINDING_FORMATS, format_name, "--format")
+    for pattern in (*select, *ignore):
+        _require_rule(pattern)
+    checked = [_chosen(_checked(path), select, ignore) for path in specs]
+    _print(show(checked, _colour(sys.stdout)))
+    return max(spec.exit_code for spec in checked)
+
+
+@cli.command(example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
+@click.argument("spec", type=click.Path())
+@click.option("--format", "format_name", default="text", show_default=True, help="text or json.")
+@click.option("--tolerance", type=click.FloatRange(0, 1, min_open=True), help="Relative error of the inductance.")
+@click.option("--method", help="The inductance method (default: the cheapest that meets the tolerance).")
+def estimate(spec: str, format_name: str, tolerance: float | None, method: str | None) -> int:
+    """Print the electrical numbers of SPEC.
+
+    Inductance, resistance and frequency of every coil, free, at rest and pressed, and the readout's settings.
+
+    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read.
+    """
+    show = _row(sitscad.ESTIMATE_FORMATS, format_name, "--format")
+    if method is not None:
+        _row({row.name: row for row in sitscad.METHODS}, method, "--method")
+    try:
+        loaded = sitscad.load(spec)
+    except sitscad.SpecError as error:
+        unread = _unreadable(spec, error)
+        _print(show(spec, None, unread, _colour(sys.stdout)))
+        return unread.exit_code
+    layout = sitscad.lay_out(loaded)
+    try:
+        estimates = sitscad.estimate(layout, method=method, tolerance=tolerance)
+    except ValueError as error:
+        if method is None:
+            raise
+        raise click.BadParameter(str(error), param_hint="--method") from error
+    result = sitscad.check(loaded, layout, estimates if method is None else None)
+    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked)
+    _print(show(spec, estimates, checked, _colour(sys.stdout)))
+    if not checked.ok:
+        _say(f"the checks found {checked.count(Severity.ERROR)} error(s): sitscad check {spec}")
+    return checked.exit_code
+
+
+@cli.command(example="sitscad build sensor.yaml --only gerber,kicad -o outputs")
+@click.argument("specs", nargs=-1, required=True, type=click.Path())
+@click.option("-o", "--output", default="outputs", show_default=True, type=click.Path(), help="Where packages go.")
+@click.option("--only", type=_Names(), help="Only these parts: gerber, kicad, laser, mount, mesh, firmware, report.")
+@click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
+def build(specs: tuple[str, ...], output: str, only: tuple[str, ...] | None, force: bool) -> int:
+    """Check SPECS, then write their packages.
+
+    A package is the folder NAME under the output folder; NAME stands in the spec.
+    An error in the checks stops a build before anything is made. Exit code: 0 written, 1 errors found, 2 a spec cannot
+    be read or a package cannot be written.
+    """
+    loaded, code = [], 0
+    for path in specs:
+        try:
+            loaded.append(sitscad.load(path))
+        except sitscad.SpecError as error:
+            _show_findings([_unreadable(path, error)])
+            code = 2
+    sitscad.require_distinct_names(loaded)
+    for spec in loaded:
+        code = max(code, _build_one(spec, output, only, force))
+    return code
+
+
+@cli.command(example="sitscad explain SIT201")
+@click.argument("rule")
+def explain(rule: str) -> int:
+    """Say what RULE checks, why, and how to mend it."""
+    found = _require_rule(rule)
+    if found is None:
+        raise click.UsageError(f"{rule!r} stands for several rules; `sitscad rules` lists them.")
+    parts = (found.summary, f"Why: {found.why}", f"To mend it: {found.mend}", f"Source: {found.source}")
+    _print("\n\n".join((f"{found.id} {found.name} ({_word(found.severity)})", *parts)))
+    return 0
+
+
+@cli.command(example="sitscad rules")
+def rules() -> int:
+    """List every rule with its severity."""
+    known = _rules()
+    width = max(len(rule.name) for rule in known)
+    _print("\n".join(f"{rule.id}  {rule.name:<{width}}  {_word(rule.severity):<7}  {rule.summary}" for rule in known))
+    return 0
+
+
+@cli.command(example="sitscad schema > sitscad.schema.json")
+def schema() -> int:
+    """Print the JSON Schema of the spec, for editors."""
+    import json
+
+    _print(json.dumps(sitscad.json_schema(), indent=1))
+    return 0
+
+
+@cli.command(example="sitscad verify outputs/grasper-4layer")
+@click.argument("directory", type=click.Path())
+def verify(directory: str) -> int:
+    """Read a finished package back.
+
+    Its files are held against the manifest, its copper's nets against the intended ones.
+    Exit code: 0 equal, 1 something differs, 2 not a package, or unreadable.
+    """
+    found = sitscad.verify(directory)
+    for difference in found.differences:
+        _print(difference)
+    nets = "no Gerber files" if found.nets is None else f"nets {', '.join(found.nets)} read back from the Gerber files"
+    _print(f"{'ok' if found.ok else 'differs'}: {found.files} files against the manifest, {nets}")
+    return 0 if found.ok else 1
+
+
+def _checked(path: str) -> CheckedSpec:
+    """Load and check one spec; what keeps it from being read is a finding too."""
+    try:
+        spec = sitscad.load(path)
+    except sitscad.SpecError as error:
+        return _unreadable(path, error)
+    result = sitscad.check(spec)
+    return sitscad.checked_spec(spec, result.findings, result.not_checked)
+
+
+def _unreadable(path: str, error: Any) -> CheckedSpec:
+    """The findings of a spec that could not be loaded; every other rule is listed as not checked."""
+    try:
+        text = Path(path).read_text(encoding="utf-8", errors="replace")
+    except (OSError, ValueError):
+        text = ""
+    reported = {finding.rule for finding in error.findings}
+    skipped = (rule.id for rule in _rules() if rule.id not in reported)
+    not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
+    return sitscad.CheckedSpec(path, text, tuple(error.findings), not_checked)
+
+
+def _build_one(spec: Any, output: str, only: Iterable[str] | None, force: bool) -> int:
+    result = sitscad.build(spec, output, only, force, _progress if sys.stderr.isatty() else None)
+    if result.checked.findings:
+        _show_findings([result.checked])
+    if not result.written:
+        _say(f"{spec.source.path}: not built, because of the errors above; --force builds in spite of them")
+        return result.checked.exit_code
+    if result.kept_aside:
+        _say(f"files that were changed by hand, or not sitscad's, are now in {result.kept_aside}")
+    if result.forced:
+        _say(f"{result.directory} was built in spite of errors and is marked as forced")
+    _print(_built(result))
+    return 0
+
+
+def _built(result: BuildResult) -> str:
+    """One line: where the package is and what was done for it."""
+    files = sum(stage.files for stage in result.stages) + 1
+    done = {outcome: [s.name for s in result.stages if s.outcome == outcome] for outcome in ("made", "kept", "dropped")}
+    words = "; ".join(f"{outcome} {', '.join(names)}" for outcome, names in done.items() if names)
+    return f"{result.directory}: {files} files ({words})"
+
+
+def _progress(stage: str, outcome: str, seconds: float) -> None:
+    """A line a stage on a terminal, overwritten when the stage is done."""
+    colour = _colour(sys.stderr)
+    if outcome == "start":
+        click.echo(f"  {stage} ...", err=True, nl=False)
+    else:
+        text = click.style(f"{outcome:<8}", fg="green" if outcome == "made" else None, dim=outcome != "made")
+        click.echo(f"\r  {stage:<9} {text if colour else f'{outcome:<8}'} {seconds:6.2f} s", err=True, color=colour)
+
+
+def _show_findings(checked: list[CheckedSpec]) -> None:
+    """Findings as text to stderr, where they are a message and not the result."""
+    text = sitscad.FINDING_FORMATS["text"](checked, _colour(sys.stderr))
+    click.echo(text, err=True, nl=False, color=True)
+
+
+def _chosen(checked: CheckedSpec, select: tuple[str, ...], ignore: tuple[str, ...]) -> CheckedSpec:
+    """The findings of the selected rules; the others are listed as not checked, except where the spec is unreadable."""
+    names = {rule.id: rule.name for rule in _rules()}
+
+    def is_wanted(rule: str) -> bool:
+        named = (rule, names.get(rule, ""))
+        chosen = not select or any(_stands_for(pattern, *named) for pattern in select)
+        return rule.startswith("SIT0") or (chosen and not any(_stands_for(pattern, *named) for pattern in ignore))
+
+    left_out = tuple(NotChecked(rule, "left out by --select or --ignore") for rule in names if not is_wanted(rule))
+    return sitscad.CheckedSpec(
+        checked.path,
+        checked.text,
+        tuple(finding for finding in checked.findings if is_wanted(finding.rule)),
+        tuple(skipped for skipped in checked.not_checked if is_wanted(skipped.rule)) + left_out,
+    )
+
+
+def _stands_for(pattern: str, rule: str, name: str) -> bool:
+    return rule.startswith(pattern.upper()) or name == pattern.lower()
+
+
+def _require_rule(pattern: str) -> Any:
+    """The one rule that a pattern stands for, None for several; a usage error for none."""
+    known = _rules()
+    found = [rule for rule in known if _stands_for(pattern, rule.id, rule.name)]
+    if not found:
+        raise click.UsageError(f"There is no rule {pattern!r}.{_meant(pattern, (r.name for r in known))}")
+    return found[0] if len(found) == 1 else None
+
+
+def _row(table: Any, name: str, option: str) -> Any:
+    """A row of a table of formats or methods; a usage error that lists them for any other name."""
+    if name not in table:
+        raise click.BadParameter(f"{name!r} is not one of {', '.join(table)}.{_meant(name, table)}", param_hint=option)
+    return table[name]
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(name.lower(), list(known), n=1)
+    return f" Did you mean {near[0]}?" if near else ""
+
+
+def _rules() -> list[Any]:
+    table = sitscad.RULES
+    return sorted(table.values() if hasattr(table, "values") else table, key=lambda rule: rule.id)
+
+
+def _word(severity: Any) -> str:
+    return getattr(severity, "value", str(severity))
+
+
+__all__ = ["cli", "main"]

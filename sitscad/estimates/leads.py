@@ -1,0 +1,202 @@
+"""What lies between winding and contacts: stubs, leads, tail and vias as real segments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from sitscad.layout.board import Coil, Role, Trace, Via
+from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
+from sitscad.physics.filaments import PolylineTrack, segment_set, segment_sets_inductance, via_inductance
+from sitscad.physics.resistance import strip_resistance_ratio, track_resistance, via_resistance
+from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
+
+FLATTENED = 10e-6
+"""Arcs of the leads become chords within this distance (m)."""
+
+USUAL_PLATING = 20e-6
+"""Copper in a plated hole (m) where the stack-up does not say (IPC class 2 asks for 20 um; from memory, unverified)."""
+
+
+Place = tuple[float, float]
+Piece = tuple[Place, Place]
+
+
+@dataclass(frozen=True)
+class LeadEstimate:
+    """Leads of one coil: partial inductance (H) with the return, direct resistance (ohm), capacitance of the pair (F).
+
+    `strips` holds (resistance, width, thickness) of every track for the rise of resistance with frequency.
+    """
+
+    inductance: float
+    resistance: float
+    capacitance: float
+    strips: tuple[tuple[float, float, float], ...]
+    via_resistance: float
+
+    def resistance_at(self, frequency: float, conductivity: float) -> float:
+        """Resistance (ohm) with skin effect at a frequency (Hz)."""
+        tracks = math.fsum(r * strip_resistance_ratio(frequency, w, t, conductivity) for r, w, t in self.strips)
+        return tracks + self.via_resistance
+
+
+NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)
+
+
+def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEstimate:
+    """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding."""
+    copper = {layer.number: layer for layer in stackup.copper}
+    tracks, strips = [], []
+    for trace in _leads(coil):
+        layer = copper[trace.layer]
+        corners = np.array(_distinct(_oriented(coil, trace)))
+        if len(corners) < 2:
+            continue
+        tracks.append(PolylineTrack(corners, trace.width, layer.thickness, layer.z))
+        resistance = track_resistance(trace.path.length, trace.width, layer.thickness, conductivity)
+        strips.append((resistance, trace.width, layer.thickness))
+    inductance = _partial_inductance(tracks)
+    plating = stackup.plating_thickness or USUAL_PLATING
+    barrels = 0.0
+    for via, length in _vias(coil, copper):
+        barrels += via_resistance(length, via.drill, plating, conductivity)
+        inductance += via_inductance(length, via.drill)
+    total = math.fsum(r for r, _, _ in strips) + barrels
+    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), tuple(strips), barrels)
+
+
+def _partial_inductance(tracks: list[PolylineTrack]) -> float:
+    alike: dict[tuple[float, float, float], list[PolylineTrack]] = {}
+    for track in tracks:
+        alike.setdefault((track.width, track.thickness, track.z), []).append(track)
+    sets = [segment_set(group) for group in alike.values()]
+    return math.fsum(
+        (1.0 if i == j else 2.0) * segment_sets_inductance(sets[i], sets[j])
+        for i in range(len(sets))
+        for j in range(i + 1)
+    )
+
+
+def _leads(coil: Coil) -> list[Trace]:
+    return [item for item in coil.series if isinstance(item, Trace) and item.role is not Role.WINDING]
+
+
+def _vias(coil: Coil, copper: dict[int, CopperLayer]) -> list[tuple[Via, float]]:
+    found = []
+    for k, item in enumerate(coil.series):
+        if not isinstance(item, Via):
+            continue
+        before = next((t for t in reversed(coil.series[:k]) if isinstance(t, Trace)), None)
+        after = next((t for t in coil.series[k + 1 :] if isinstance(t, Trace)), None)
+        if before and after and before.layer != after.layer:
+            found.append((item, abs(copper[before.layer].z - copper[after.layer].z)))
+    return found
+
+
+def _oriented(coil: Coil, trace: Trace) -> list[Place]:
+    # The path's points in the current's direction: it ends nearer to what follows, or begins nearer to what precedes.
+    points: list[Place] = list(trace.path.flattened(FLATTENED))
+    index = next(k for k, item in enumerate(coil.series) if item is trace)
+    start, end = points[0], points[-1]
+    if index + 1 < len(coil.series):
+        places = _places(coil.series[index + 1])
+        return points if _near(end, places) <= _near(start, places) else points[::-1]
+    if index > 0:
+        places = _places(coil.series[index - 1])
+        return points if _near(start, places) <= _near(end, places) else points[::-1]
+    return points
+
+
+def _places(item: Trace | Via) -> list[Place]:
+    return [item.centre] if isinstance(item, Via) else [item.path.start, item.path.end]
+
+
+def _near(point: Place, places: list[Place]) -> float:
+    return min(math.dist(point, place) for place in places)
+
+
+def _distinct(points: Sequence[Place]) -> list[Place]:
+    kept = list(points[:1])
+    for point in points[1:]:
+        if math.dist(point, kept[-1]) > 1e-9:
+            kept.append(point)
+    return kept
+
+
+def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
+    # Every straight piece of the way in, against the nearest parallel straight piece of the way out.
+    way_in, way_out, windings = [], [], 0
+    for item in coil.series:
+        if isinstance(item, Trace) and item.role is Role.WINDING:
+            windings += 1
+        elif isinstance(item, Trace):
+            lines = [(line, item) for line in pairwise(_distinct(item.path.flattened(FLATTENED)))]
+            if windings == 0:
+                way_in += lines
+            elif windings == len(coil.windings):
+                way_out += lines
+    total = 0.0
+    for line, trace in way_in:
+        facing = [(_overlap(line, other), _lateral(line, other), other_trace) for other, other_trace in way_out]
+        facing = [row for row in facing if row[0] > 0.0 and row[1] < 10.0 * trace.width]
+        if facing:
+            length, lateral, other_trace = min(facing, key=lambda row: (row[1], -row[0]))
+            total += length * _per_length(trace, other_trace, lateral, stackup)
+    return total
+
+
+def _per_length(one: Trace, other: Trace, lateral: float, stackup: Stackup) -> float:
+    width = min(one.width, other.width)
+    if one.layer == other.layer or lateral > width:
+        return coplanar_strips(width, max(lateral - width, 0.2 * width), 0.5 * (1.0 + mean_permittivity(stackup)))
+    distance, permittivity = between_layers(stackup, *sorted((one.layer, other.layer)))
+    return stacked_strips(width, distance, permittivity)
+
+
+def between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, float]:
+    """Distance (m) of the facing copper surfaces of two layers and the relative permittivity of what fills it."""
+    layers = [layer for layer in stackup.between(upper, lower)]
+    thicknesses = [layer.thickness for layer in layers]
+    return math.fsum(thicknesses), series_permittivity(
+        thicknesses, [layer.relative_permittivity or 3.4 for layer in layers]
+    )
+
+
+def mean_permittivity(stackup: Stackup) -> float:
+    """Mean relative permittivity of the stack-up's insulating layers, by thickness."""
+    layers = [layer for layer in stackup.layers if layer.kind is not LayerKind.COPPER]
+    total = math.fsum(layer.thickness for layer in layers)
+    return (
+        math.fsum(layer.thickness * (layer.relative_permittivity or 3.4) for layer in layers) / total if total else 3.4
+    )
+
+
+def _direction(line: Piece) -> tuple[float, float]:
+    (x0, y0), (x1, y1) = line
+    length = math.dist(*line)
+    return (x1 - x0) / length, (y1 - y0) / length
+
+
+def _overlap(one: Piece, other: Piece) -> float:
+    ux, uy = _direction(one)
+    vx, vy = _direction(other)
+    if abs(ux * vy - uy * vx) > 1e-3:
+        return 0.0
+    along = sorted((x - one[0][0]) * ux + (y - one[0][1]) * uy for x, y in other)
+    return min(along[1], math.dist(*one)) - max(along[0], 0.0)
+
+
+def _lateral(one: Piece, other: Piece) -> float:
+    ux, uy = _direction(one)
+    return abs((other[0][0] - one[0][0]) * uy - (other[0][1] - one[0][1]) * ux)
+
+
+def is_connected(coil: Coil) -> bool:
+    """Whether the series circuit's traces meet end to end, vias in between."""
+    places = [_places(item) for item in coil.series]
+    return all(min(math.dist(a, b) for a in one for b in two) < 1e-6 for one, two in pairwise(places))

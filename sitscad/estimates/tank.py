@@ -1,0 +1,209 @@
+"""The tank of each coil in each state, the capacitor that suits them all, and how the converter is set for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from sitscad.estimates.leads import LeadEstimate
+from sitscad.estimates.values import ReadoutEstimate, StateEstimate
+from sitscad.physics.proximity import ProximityLoss
+from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
+from sitscad.readout import ldc1614
+from sitscad.spec.sensor import ReadoutSpec
+from sitscad.units import show
+
+E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)
+"""Preferred values of a decade (IEC 60063)."""
+
+FREQUENCY_MARGIN = 0.95
+"""Share of the converter's 10 MHz up to which a capacitor is chosen: tolerances of coil and capacitor need the rest."""
+
+ROBUST_CAPACITANCE = 100e-12
+"""Below this (F), pins, tail and cable make up a good part of the tank's capacitance."""
+
+
+@dataclass(frozen=True)
+class CoilCircuit:
+    """One coil as the tank sees it: winding, leads, its own capacitance, and what surrounds it in every state."""
+
+    name: str
+    inductance: float
+    resistance: float
+    conductivity: float
+    loss: ProximityLoss
+    leads: LeadEstimate
+    self_capacitance: float
+    reflections: Mapping[str, Callable[[float], tuple[float, float]]]
+
+    def winding_resistance(self, frequency: float) -> float:
+        """The winding's resistance (ohm) alone at a frequency (Hz)."""
+        return self.resistance * self.loss.resistance_ratio(frequency)
+
+    def terminal(self, state: str, frequency: float) -> tuple[float, float]:
+        """Inductance (H) and resistance (ohm) between the contacts in a state at a frequency (Hz)."""
+        change, added = self.reflections[state](frequency)
+        inductance = self.inductance + self.loss.inductance_change(frequency) + self.leads.inductance + change
+        resistance = self.winding_resistance(frequency) + self.leads.resistance_at(frequency, self.conductivity) + added
+        return inductance, resistance
+
+
+@dataclass(frozen=True)
+class Tank:
+    """What stands between coil and converter: capacitor, pins and cable."""
+
+    capacitor: float
+    readout: ReadoutSpec
+
+    def capacitance(self, circuit: CoilCircuit) -> float:
+        """Everything in parallel (F): capacitor, pins, cable, tail and the coil's own."""
+        cable = self.readout.cable.capacitance if self.readout.cable else 0.0
+        return self.capacitor + ldc1614.limit("pin_capacitance") + cable + circuit.self_capacitance
+
+    def in_series(self) -> tuple[float, float]:
+        """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
+        cable = self.readout.cable
+        if cable is None or self.readout.capacitor_at != "converter":
+            return 0.0, 0.0
+        return cable.inductance, cable.resistance
+
+    def oscillation(self, circuit: CoilCircuit, state: str) -> tuple[float, float, float]:
+        """Frequency (Hz), parallel resistance (ohm) and quality factor; inductance and loss at that very frequency."""
+        more_inductance, more_resistance = self.in_series()
+        capacitance = self.capacitance(circuit)
+        frequency = resonance_frequency(circuit.inductance + circuit.leads.inductance + more_inductance, capacitance)
+        for _ in range(12):
+            inductance, resistance = circuit.terminal(state, frequency)
+            inductance, resistance = inductance + more_inductance, resistance + more_resistance
+            found = resonance_frequency(max(inductance, 1e-12), capacitance)
+            if abs(found - frequency) <= 1e-9 * frequency:
+                break
+            frequency = found
+        return (frequency, parallel_resistance(inductance, resistance, frequency),
+                quality_factor(inductance, resistance, frequency))  # fmt: skip
+
+
+def working_states(circuit: CoilCircuit) -> list[str]:
+    """The states in which the sensor works: all but free when it is assembled."""
+    states = list(circuit.reflections)
+    return [state for state in states if state != "free"] or states
+
+
+def state_estimates(circuit: CoilCircuit, tank: Tank, code: int, high_current: bool) -> dict[str, StateEstimate]:
+    """Every state of a coil with its tank and one drive code."""
+    found = {}
+    for state in circuit.reflections:
+        frequency, rp, quality = tank.oscillation(circuit, state)
+        inductance, resistance = circuit.terminal(state, frequency)
+        volts = ldc1614.amplitude(rp, code, high_current)
+        found[state] = StateEstimate(state, inductance, resistance, frequency, rp, quality, volts)
+    return found
+
+
+def choose_capacitor(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self_resonance: float) -> tuple[float, str]:
+    """The tank capacitor (F) and why: the spec's, or of E12 the one with the least trespass on the windows.
+
+    Windows, over all coils and states: frequency up to 95 % of 10 MHz (and 0.8 of self-resonance), parallel resistance
+    from the data sheet's 1.0 kohm, amplitude 1.2 to 1.8 V in the working states with one drive code, capacitor from
+    100 pF. Among those that keep them the highest parallel resistance is taken, which is the highest frequency.
+    """
+    if readout.capacitance is not None:
+        return readout.capacitance, "given in the spec"
+    distinct = _distinct(circuits)
+    scored = [(_trespass(distinct, Tank(value, readout), self_resonance), value) for value in preferred_values()]
+    (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
+    return value, _reason(value, trespass, windows)
+
+
+def preferred_values() -> list[float]:
+    """E12 values (F) within the range of TI's reference coils."""
+    low, high = ldc1614.limit("capacitor_min"), ldc1614.limit("capacitor_max")
+    decades = [mantissa * 10.0**power for power in range(-12, -7) for mantissa in E12]
+    return [round(value, 15) for value in decades if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
+
+
+def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
+    # Coils differ by their leads alone: the two extremes stand for all.
+    ordered = sorted(circuits, key=lambda c: c.leads.inductance)
+    return [ordered[0]] if len(ordered) == 1 else [ordered[0], ordered[-1]]
+
+
+@dataclass(frozen=True)
+class _Windows:
+    highest: float
+    lowest_resistance: float
+    swing: tuple[float, float]
+
+
+def _trespass(
+    circuits: Sequence[CoilCircuit], tank: Tank, self_resonance: float
+) -> tuple[tuple[float, bool], _Windows]:
+    frequencies, resistances, working = [], [], []
+    for circuit in circuits:
+        for state in circuit.reflections:
+            frequency, rp, _ = tank.oscillation(circuit, state)
+            frequencies.append(frequency)
+            if state in working_states(circuit):
+                working.append(rp)
+            resistances.append(rp)
+    code = ldc1614.drive_code(max(working))
+    swing = ldc1614.amplitude(min(working), code), ldc1614.amplitude(max(working), code)
+    ceiling = min(FREQUENCY_MARGIN * ldc1614.limit("sensor_frequency_max"), 0.75 * self_resonance)
+    over = (
+        100.0 * _beyond(max(frequencies), ceiling)
+        + 3.0 * _beyond(ldc1614.limit("parallel_resistance_min"), min(resistances))
+        + 1.0 * _beyond(max(resistances), ldc1614.limit("parallel_resistance_max"))
+        + 2.0 * _beyond(ldc1614.limit("amplitude_optimum_min"), swing[0])
+        + 2.0 * _beyond(swing[1], ldc1614.limit("amplitude_max"))
+        + 1.0 * _beyond(ROBUST_CAPACITANCE, tank.capacitor)
+    )
+    preference = 0.02 * math.log(ceiling / max(frequencies)) if max(frequencies) < ceiling else 0.0
+    return (over + preference, over > 0.0), _Windows(max(frequencies), min(resistances), swing)
+
+
+def _beyond(value: float, limit: float) -> float:
+    return max(0.0, math.log(value / limit)) if limit > 0.0 else math.inf
+
+
+def _reason(value: float, trespass: tuple[float, bool], windows: _Windows) -> str:
+    found = (
+        f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}, "
+        f"{windows.swing[0]:.2f} to {windows.swing[1]:.2f} V in the working states"
+    )
+    if trespass[1]:
+        return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({found})"
+    return f"E12, C0G: of the values that keep all windows the one with the highest R_P ({found})"
+
+
+def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
+    """Drive code, dividers and counts for all coils and states with that capacitor."""
+    tank = Tank(capacitor, readout)
+    found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
+    working = [found[c.name, state][1] for c in circuits for state in working_states(c)]
+    code = ldc1614.drive_code(max(working))
+    channels = len(circuits)
+    strong = (
+        channels == 1 and min(working) < ldc1614.limit("parallel_resistance_driveable")
+        and max(working) < ldc1614.limit("parallel_resistance_min")
+        and min(working) >= ldc1614.limit("parallel_resistance_high_current")
+    )  # fmt: skip
+    divider = ldc1614.reference_divider(readout.clock, channels)
+    reference = readout.clock / divider
+    input_divider = max(ldc1614.input_divider(f, reference) for f, _, _ in found.values())
+    settle_count = max(ldc1614.settle_count(q, reference, f) for f, _, q in found.values())
+    rcount = ldc1614.reference_count(readout.scan_rate, settle_count, reference, channels)
+    return ReadoutEstimate(
+        capacitance=capacitor,
+        capacitance_reason=reason,
+        drive_code=code,
+        drive_current=ldc1614.drive_current(code, strong),
+        reference_divider=divider,
+        reference_frequency=reference,
+        input_divider=input_divider,
+        rcount=rcount,
+        settle_count=settle_count,
+        dwell_time=ldc1614.dwell_time(rcount, settle_count, reference),
+        scan_rate=1.0 / ldc1614.scan_time(rcount, settle_count, reference, channels),
+        high_current=strong,
+    )

@@ -1,0 +1,175 @@
+"""What an estimate says: one frozen value a coil, a state, the readout, and the document that programs read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sitscad.mechanics.elastomer import Compression
+
+
+@dataclass(frozen=True)
+class StateEstimate:
+    """One coil in one state, at its contacts and its own frequency there: H, ohm, Hz, volts peak.
+
+    Frequency, parallel resistance, quality factor and amplitude are the tank's: cable and capacitors included.
+    """
+
+    state: str
+    inductance: float
+    resistance: float
+    frequency: float
+    parallel_resistance: float
+    quality_factor: float
+    amplitude: float
+
+
+@dataclass(frozen=True)
+class CoilEstimate:
+    """One coil. `winding_inductance` and `resistance_dc` are the spiral layers' at direct current, `resistance_ac` is
+    theirs at `sensor_frequency`; `terminal_*` what the contacts see, leads and tail included, in free air.
+
+    `inductance_error` is the relative bound of the winding's value; `capacitance` the whole tank's, `self_capacitance`
+    that of winding, leads and tail. SI units.
+    """
+
+    name: str
+    centre: tuple[float, float]
+    winding_inductance: float
+    inductance_error: float
+    method: str
+    terminal_inductance: float
+    lead_inductance: float
+    resistance_dc: float
+    resistance_ac: float
+    terminal_resistance_dc: float
+    capacitance: float
+    self_capacitance: float
+    sensor_frequency: float
+    parallel_resistance: float
+    quality_factor: float
+    self_resonance: float
+    trace_length: float
+    states: Mapping[str, StateEstimate]
+
+
+@dataclass(frozen=True)
+class ReadoutEstimate:
+    """How the converter is set: tank capacitor (F) and why, one drive code for all coils and working states, clocks
+    (Hz), counts, the time on one coil (s) and the complete scans a second that follow.
+    """
+
+    capacitance: float
+    capacitance_reason: str
+    drive_code: int
+    drive_current: float
+    reference_divider: int
+    reference_frequency: float
+    input_divider: int
+    rcount: int
+    settle_count: int
+    dwell_time: float
+    scan_rate: float
+    high_current: bool
+
+
+@dataclass(frozen=True)
+class CrossCheck:
+    """A closed formula beside the estimate: inductance (H), relative deviation, whether the coil lies in its range."""
+
+    coil: str
+    method: str
+    inductance: float
+    deviation: float
+    is_valid: bool
+    validity: str
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Everything electrical about a layout. `inductance_matrix` (H) is for currents entering each coil at its outer end
+    on layer 1; `gaps` are distances in metres by name; `notes` say what the numbers leave out.
+    """
+
+    coils: tuple[CoilEstimate, ...]
+    inductance_matrix: tuple[tuple[float, ...], ...]
+    readout: ReadoutEstimate
+    compression: Compression | None
+    gaps: Mapping[str, float]
+    cross_checks: tuple[CrossCheck, ...]
+    notes: tuple[str, ...]
+
+    def as_json(self, spec_path: str) -> dict[str, Any]:
+        """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
+        from sitscad import __version__
+
+        return {
+            "sitscad": __version__,
+            "spec": spec_path,
+            "coils": [_coil_document(coil) for coil in self.coils],
+            "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
+            "readout": _readout_document(self.readout),
+            "gaps_m": {name: _number(value) for name, value in self.gaps.items()},
+            "cross_checks": [
+                {"coil": c.coil, "method": c.method, "inductance_H": _number(c.inductance), "valid": c.is_valid}
+                for c in self.cross_checks
+            ],
+            "notes": list(self.notes),
+        }
+
+
+def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
+    return {
+        "name": coil.name,
+        "centre_m": [_number(coil.centre[0]), _number(coil.centre[1])],
+        "winding_inductance_H": _number(coil.winding_inductance),
+        "terminal_inductance_H": _number(coil.terminal_inductance),
+        "inductance_error": _number(coil.inductance_error),
+        "method": coil.method,
+        "lead_inductance_H": _number(coil.lead_inductance),
+        "resistance_dc_ohm": _number(coil.resistance_dc),
+        "resistance_ac_ohm": _number(coil.resistance_ac),
+        "terminal_resistance_dc_ohm": _number(coil.terminal_resistance_dc),
+        "capacitance_F": _number(coil.capacitance),
+        "self_capacitance_F": _number(coil.self_capacitance),
+        "sensor_frequency_Hz": _number(coil.sensor_frequency),
+        "parallel_resistance_ohm": _number(coil.parallel_resistance),
+        "quality_factor": _number(coil.quality_factor),
+        "self_resonance_Hz": _number(coil.self_resonance),
+        "trace_length_m": _number(coil.trace_length),
+        "states": {name: _state_document(state) for name, state in coil.states.items()},
+    }
+
+
+def _state_document(state: StateEstimate) -> dict[str, Any]:
+    return {
+        "inductance_H": _number(state.inductance),
+        "resistance_ohm": _number(state.resistance),
+        "frequency_Hz": _number(state.frequency),
+        "parallel_resistance_ohm": _number(state.parallel_resistance),
+        "quality_factor": _number(state.quality_factor),
+        "amplitude_V": _number(state.amplitude),
+    }
+
+
+def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
+    return {
+        "capacitance_F": _number(readout.capacitance),
+        "capacitance_reason": readout.capacitance_reason,
+        "drive_code": readout.drive_code,
+        "drive_current_A": _number(readout.drive_current),
+        "reference_divider": readout.reference_divider,
+        "reference_frequency_Hz": _number(readout.reference_frequency),
+        "input_divider": readout.input_divider,
+        "rcount": readout.rcount,
+        "settle_count": readout.settle_count,
+        "dwell_time_s": _number(readout.dwell_time),
+        "scan_rate_Hz": _number(readout.scan_rate),
+        "high_current": readout.high_current,
+    }
+
+
+def _number(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None

@@ -1,0 +1,239 @@
+"""The windings of a layout as the kernels want them, and the METHODS that turn them into inductance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.layout.board import Coil
+from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.rings import ring_winding_inductance
+from sitscad.physics.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
+from sitscad.physics.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
+from sitscad.spec.sensor import CoilSpec
+
+CHORD = 1e-6
+"""Arcs of a path that has no closed spiral form are flattened within this distance (m)."""
+
+
+@dataclass(frozen=True, eq=False)
+class WindingGeometry:
+    """One coil's layers about its own centre: as spirals (circles only) and as straight tracks (all other shapes)."""
+
+    spec: CoilSpec
+    spirals: tuple[SpiralLayer, ...]
+    tracks: tuple[PolylineTrack, ...]
+
+    @property
+    def turns(self) -> float:
+        """Turns per layer."""
+        return self.spec.turns
+
+    @property
+    def inner_radius(self) -> float:
+        """Distance (m) of the innermost centre line from the centre, never below half a track."""
+        return max((self.spec.outer_diameter - self.spec.trace_width) / 2 - self.spec.pitch * self.turns,
+                   self.spec.trace_width / 2)  # fmt: skip
+
+    @property
+    def outline(self) -> SpiralOutline:
+        """What the closed formulas know of a layer."""
+        return SpiralOutline(self.turns, self.spec.outer_diameter, self.spec.trace_width, self.spec.trace_spacing)
+
+
+def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
+    """The geometry of a drawn coil, moved to its own centre."""
+    if spec.shape == "circle":
+        radius = (spec.outer_diameter - spec.trace_width) / 2
+        spirals = tuple(
+            SpiralLayer(
+                radius, spec.pitch, spec.turns, w.outer_angle, w.sense, w.inward, w.z, spec.trace_width, w.thickness
+            )
+            for w in coil.windings
+        )
+        return WindingGeometry(spec, spirals, ())
+    centre = np.array(coil.centre)
+    tracks = tuple(
+        PolylineTrack(np.array(w.path.flattened(CHORD)) - centre, spec.trace_width, w.thickness, w.z)
+        for w in coil.windings
+    )
+    return WindingGeometry(spec, (), tracks)
+
+
+def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLayer, ...]:
+    """Round layers with the same cross-sections, turn-to-turn pitch and perimeter, for the loss of other shapes."""
+    if geometry.spirals:
+        return geometry.spirals
+    spec = geometry.spec
+    built = []
+    for w, track in zip(coil.windings, geometry.tracks, strict=True):
+        mean = track.length / (2.0 * math.pi * spec.turns)
+        radius = max(mean + 0.5 * spec.pitch * spec.turns, spec.pitch * spec.turns + 0.5 * spec.trace_width)
+        built.append(SpiralLayer(radius, spec.pitch, spec.turns, w.outer_angle, w.sense, w.inward, w.z,
+                                 spec.trace_width, w.thickness))  # fmt: skip
+    return tuple(built)
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to the winding's inductance: for which shapes, its stated relative error, its rough cost (s).
+
+    `solve` returns henries or None where the source has no constants; `error` is a bound where `is_valid`; `validity`
+    says in words where that is. A closed formula is a cross-check: it is used only when asked for by name.
+    """
+
+    name: str
+    shapes: frozenset[str]
+    solve: Callable[[WindingGeometry], float | None]
+    error: Callable[[WindingGeometry], float]
+    is_valid: Callable[[WindingGeometry], bool]
+    validity: str
+    cost: float
+    source: str
+    is_cross_check: bool = False
+
+
+def _spirals(geometry: WindingGeometry) -> float:
+    return float(spiral_inductance_matrix(list(geometry.spirals), Resolution(12, 8, 2)).sum())
+
+
+def _spirals_coarse(geometry: WindingGeometry) -> float:
+    return float(spiral_inductance_matrix(list(geometry.spirals), Resolution(10, 7, 1)).sum())
+
+
+def _rings(geometry: WindingGeometry) -> float:
+    return ring_winding_inductance(geometry.spirals)
+
+
+def _strands(count: int) -> Callable[[WindingGeometry], float]:
+    def solve(geometry: WindingGeometry) -> float:
+        return float(track_inductance_matrix(geometry.tracks, count).sum())
+
+    return solve
+
+
+def track_inductance_matrix(tracks: tuple[PolylineTrack, ...], strands: int) -> NDArray[np.float64]:
+    """Inductance matrix (H) of straight-sided layers in series."""
+    count = len(tracks)
+    matrix = np.empty((count, count))
+    for i in range(count):
+        for j in range(i + 1):
+            matrix[i, j] = matrix[j, i] = track_mutual_inductance(tracks[i], tracks[j], strands)
+    return matrix
+
+
+def _spiral_error(geometry: WindingGeometry) -> float:
+    crowding = geometry.spec.trace_width / geometry.inner_radius
+    return (5e-5 if geometry.turns >= 2.0 else 2e-4) * (1.0 + 10.0 * crowding**2)
+
+
+def _coarse_error(geometry: WindingGeometry) -> float:
+    crowding = geometry.spec.trace_width / geometry.inner_radius
+    return 3e-4 + 0.05 * crowding**2
+
+
+def _ring_error(geometry: WindingGeometry) -> float:
+    if geometry.turns < 5.0:
+        return 0.03
+    return 2e-3 + 0.05 * (geometry.spec.trace_width / geometry.inner_radius) ** 2
+
+
+def _corner_crowding(geometry: WindingGeometry) -> float:
+    # Corners are where strands lose: wide tracks on short inner sides, few turns.
+    corners = {"hexagon": 6, "octagon": 8}.get(geometry.spec.shape, 4)
+    share = geometry.spec.trace_width / geometry.inner_radius / max(1.0, 0.5 * geometry.turns)
+    return 0.25 * corners * share
+
+
+def _strand_error(geometry: WindingGeometry) -> float:
+    return 5e-5 + 4e-3 * _corner_crowding(geometry) + _inclined_error(geometry)
+
+
+def _filament_error(geometry: WindingGeometry) -> float:
+    return 3e-4 + 0.03 * _corner_crowding(geometry) + _inclined_error(geometry)
+
+
+def _inclined_error(geometry: WindingGeometry) -> float:
+    # Sides that meet at other than right angles, and flattened arcs, go through Gauss points: not yet bounded closely.
+    right_angled = geometry.spec.shape in ("square", "rectangle") and geometry.spec.corner_radius == 0.0
+    return 0.0 if right_angled else 2e-3
+
+
+def _always(geometry: WindingGeometry) -> bool:
+    return True
+
+
+def _formula(name: str) -> Callable[[WindingGeometry], float | None]:
+    functions = {"current-sheet": current_sheet, "modified-wheeler": modified_wheeler, "monomial": monomial}
+
+    def solve(geometry: WindingGeometry) -> float | None:
+        if geometry.outline.inner_diameter <= 0.0 or geometry.outline.fill <= 0.0:
+            return None
+        single = functions[name](geometry.spec.shape, geometry.outline)
+        return None if single is None else single * len(geometry.spec.layers) ** 2
+
+    return solve
+
+
+def _formula_error(geometry: WindingGeometry) -> float:
+    return 0.08 if len(geometry.spec.layers) == 1 else 0.35
+
+
+def _formula_valid(geometry: WindingGeometry) -> bool:
+    return geometry.outline.is_covered and len(geometry.spec.layers) == 1
+
+
+_ROUND = frozenset({"circle"})
+_STRAIGHT = frozenset({"square", "rectangle", "hexagon", "octagon", "racetrack"})
+_TABULATED = frozenset({"circle", "square", "hexagon", "octagon"})
+_MOHAN = "Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10) 1999"
+_ONE_LAYER = "one layer, 1 to 20 turns, spacing up to 3 widths, fill 0.1 to 0.9; more layers as if fully coupled"
+
+METHODS: tuple[Method, ...] = (
+    Method("spiral-neumann", _ROUND, _spirals, _spiral_error, _always,
+           "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
+           "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
+    Method("spiral-filament", _ROUND, _spirals_coarse, _coarse_error, _always,
+           "tracks narrow against the inner radius", 2e-3, "the same with one filament a track"),
+    Method("rings", _ROUND, _rings, _ring_error, lambda g: g.turns >= 5.0,
+           "five turns or more", 2e-2, "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
+    Method("strands", _STRAIGHT, _strands(2), _strand_error, _always,
+           "straight sides, mitred corners", 1e-2, "Neumann's closed form for parallel filaments (Grover 1946)"),
+    Method("filaments", _STRAIGHT, _strands(1), _filament_error, _always,
+           "straight sides, tracks narrow against the inner side", 4e-3, "the same with one filament a track"),
+    Method("current-sheet", _TABULATED, _formula("current-sheet"), _formula_error, _formula_valid,
+           _ONE_LAYER, 1e-5, _MOHAN, True),
+    Method("modified-wheeler", _TABULATED, _formula("modified-wheeler"), _formula_error, _formula_valid,
+           _ONE_LAYER, 1e-5, _MOHAN, True),
+    Method("monomial", _TABULATED, _formula("monomial"), _formula_error, _formula_valid,
+           _ONE_LAYER, 1e-5, _MOHAN, True),
+)  # fmt: skip
+"""Every way to the winding's inductance; a new one is a row."""
+
+DEFAULT_TOLERANCE = 5e-4
+
+
+def choose_method(geometry: WindingGeometry, name: str | None = None, tolerance: float | None = None) -> Method:
+    """The method of that name, or the cheapest one whose stated error meets the tolerance, or else the most accurate.
+
+    Raises ValueError for a name that does not exist or does not serve the shape; the text lists those that do.
+    """
+    fitting = [method for method in METHODS if geometry.spec.shape in method.shapes]
+    if name is not None:
+        chosen = next((method for method in fitting if method.name == name), None)
+        if chosen is None or chosen.solve(geometry) is None:
+            known = ", ".join(m.name for m in fitting if not m.is_cross_check or m.solve(geometry) is not None)
+            raise ValueError(f"no method {name!r} for shape {geometry.spec.shape!r}: choose one of {known}")
+        return chosen
+    if tolerance is not None and not tolerance > 0.0:
+        raise ValueError("the tolerance must be positive")
+    solvers = [method for method in fitting if not method.is_cross_check and method.is_valid(geometry)]
+    if not solvers:
+        raise ValueError(f"no method for shape {geometry.spec.shape!r}")
+    wanted = DEFAULT_TOLERANCE if tolerance is None else tolerance
+    good = [method for method in solvers if method.error(geometry) <= wanted]
+    return min(good, key=lambda m: m.cost) if good else min(solvers, key=lambda m: m.error(geometry))

@@ -1,0 +1,240 @@
+"""Finished Gerber and Excellon files read back as exact areas: what the fabricator's machine would expose and drill.
+
+The files are found by their X2 ``.FileFunction``, never by their names, and read by gerbonara, which wrote none of
+them. All shapes are shapely geometries in metres.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from gerbonara import ExcellonFile, GerberFile
+from gerbonara import graphic_primitives as primitives
+from gerbonara.graphic_objects import Flash as FlashedObject
+from gerbonara.utils import MM
+from shapely import LineString, Point, Polygon
+from shapely.geometry.base import BaseGeometry
+
+SAGITTA = 5e-8
+"""Largest distance (m) between an arc and the chords that stand for it."""
+
+QUARTER_SEGMENTS = 16
+"""Chords of a quarter of a round end: 0.05 um at a radius of 50 um."""
+
+_FILE_FUNCTION = re.compile(r"(?:%|^;\s*#@!\s*)TF\.FileFunction,([^*%\r\n]*)", re.MULTILINE)
+
+
+class ExtractionError(ValueError):
+    """Files that cannot be read, or that do not make up one board."""
+
+
+@dataclass(frozen=True)
+class Flash:
+    """A flashed pad: copper layer (from 1 at the top), centre and area."""
+
+    layer: int
+    x: float
+    y: float
+    shape: BaseGeometry
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A drilled hole: centre, diameter and area (m, m2), and the copper layers that it goes through."""
+
+    x: float
+    y: float
+    diameter: float
+    shape: BaseGeometry
+    is_plated: bool
+    layers: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Artwork:
+    """A board as its files draw it.
+
+    ``copper`` holds the area of each layer, top first; ``openings`` the coverlay's openings by side (``Top``, ``Bot``),
+    where a file says what they are; ``sources`` the copper files, in the order of ``copper``.
+    """
+
+    copper: tuple[BaseGeometry, ...]
+    flashes: tuple[Flash, ...]
+    holes: tuple[Hole, ...]
+    openings: dict[str, BaseGeometry]
+    sources: tuple[Path, ...]
+
+
+def read_artwork(directory: Path) -> Artwork:
+    """Every copper layer, drilled hole and coverlay opening of the files in a directory (not in its folders).
+
+    Raises ExtractionError when a file cannot be read or the copper layers are not complete.
+    """
+    functions = dict(sorted(_file_functions(directory)))
+    sources = _copper_files(directory, functions)
+    copper, flashes = [], []
+    for layer, source in enumerate(sources, start=1):
+        objects = _gerber(source).objects
+        copper.append(_area(objects))
+        flashes += [_flash(layer, thing) for thing in objects if isinstance(thing, FlashedObject)]
+    holes = [
+        hole
+        for path, fields in functions.items()
+        if fields[0] in ("Plated", "NonPlated")
+        for hole in _holes(path, fields, len(sources))
+    ]
+    openings = {
+        fields[1]: _area(_gerber(path).objects) for path, fields in functions.items() if fields[0] == "Soldermask"
+    }
+    return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources)
+
+
+def _file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
+    if not directory.is_dir():
+        raise ExtractionError(f"{directory} is not a directory")
+    for path in directory.iterdir():
+        if path.is_file() and (found := _FILE_FUNCTION.search(path.read_text(encoding="utf-8", errors="replace"))):
+            yield path, found[1].split(",")
+
+
+def _copper_files(directory: Path, functions: dict[Path, list[str]]) -> tuple[Path, ...]:
+    layers: dict[int, Path] = {}
+    for path, fields in functions.items():
+        if fields[0] == "Copper":
+            number = _layer_number(path, fields[1])
+            if number in layers:
+                raise ExtractionError(f"{path.name} and {layers[number].name} both claim to be copper layer {number}")
+            layers[number] = path
+    if not layers:
+        raise ExtractionError(f"no Gerber file in {directory} calls itself a copper layer")
+    if missing := sorted(set(range(1, max(layers) + 1)) - set(layers)):
+        raise ExtractionError(f"copper layers {missing} are missing in {directory}")
+    return tuple(layers[number] for number in sorted(layers))
+
+
+def _layer_number(path: Path, field: str) -> int:
+    if not re.fullmatch(r"L[1-9][0-9]*", field):
+        raise ExtractionError(f"{path.name}: a copper layer called {field!r}, where L1, L2, ... is expected")
+    return int(field[1:])
+
+
+def _gerber(path: Path) -> Any:
+    return _read(path, GerberFile.open)
+
+
+def _read(path: Path, opener: Any) -> Any:
+    """The file, with whatever the reader warns of taken as an error: a file for money has no doubtful commands."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", message=".*header statement found after end of header")  # as KiCad writes it
+        try:
+            return opener(path)
+        except (SyntaxError, Warning, ValueError, KeyError, IndexError, TypeError) as error:
+            raise ExtractionError(f"{path.name}: {error}") from error
+
+
+def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[Hole]:
+    plated = fields[0] == "Plated"
+    try:
+        first, last = int(fields[1]), int(fields[2])
+    except (IndexError, ValueError) as error:
+        raise ExtractionError(f"{path.name}: no layer span in its file function {','.join(fields)!r}") from error
+    if not 1 <= first <= last <= layer_count:
+        raise ExtractionError(f"{path.name} drills layers {first} to {last} of a board with {layer_count}")
+    for thing in _read(path, ExcellonFile.open).objects:
+        shape = _shape(thing)
+        centre = shape.centroid
+        diameter = 1e-3 * thing.tool.unit.convert_to(MM, thing.tool.diameter)
+        yield Hole(centre.x, centre.y, diameter, shape, plated, tuple(range(first, last + 1)))
+
+
+def _flash(layer: int, thing: Any) -> Flash:
+    x, y = (1e-3 * thing.unit.convert_to(MM, value) for value in (thing.x, thing.y))
+    return Flash(layer, x, y, _shape(thing))
+
+
+def _area(objects: list[Any]) -> BaseGeometry:
+    """What is left dark when the objects are drawn one over the other, clear ones taking away what lies below them."""
+    area: BaseGeometry = Polygon()
+    for dark, group in groupby(objects, key=lambda thing: bool(thing.polarity_dark)):
+        shapes = shapely.union_all([_shape(thing) for thing in group])
+        area = area.union(shapes) if dark else area.difference(shapes)
+    return area
+
+
+def _shape(thing: Any) -> BaseGeometry:
+    """The area of one object, whichever polarity it is drawn in; an aperture's hole stays out of it."""
+    drawn = list(thing.to_primitives(unit=MM))
+    dark = bool(getattr(thing, "polarity_dark", True))
+    solid = shapely.union_all([_primitive(p) for p in drawn if bool(p.polarity_dark) == dark])
+    pierced = [_primitive(p) for p in drawn if bool(p.polarity_dark) != dark]
+    return solid.difference(shapely.union_all(pierced)) if pierced else solid
+
+
+def _primitive(p: Any) -> BaseGeometry:
+    match p:
+        case primitives.Circle():
+            return Point(1e-3 * p.x, 1e-3 * p.y).buffer(1e-3 * p.r, quad_segs=QUARTER_SEGMENTS)
+        case primitives.Line():
+            return _stroke(1e-3 * np.array([(p.x1, p.y1), (p.x2, p.y2)]), p.width)
+        case primitives.Arc():
+            ends = 1e-3 * np.array([(p.x1, p.y1), (p.x2, p.y2), (p.cx, p.cy)])
+            return _stroke(_arc_points(*ends, clockwise=p.clockwise), p.width)
+        case primitives.Rectangle():
+            return _rectangle(p)
+        case primitives.ArcPoly():
+            return _contour(p)
+    raise ExtractionError(f"a graphic of a kind that is not understood: {type(p).__name__}")
+
+
+def _stroke(points: np.ndarray, width_mm: float) -> BaseGeometry:
+    radius = 0.5e-3 * width_mm
+    if np.ptp(points, axis=0).max() == 0.0:
+        return Point(points[0]).buffer(radius, quad_segs=QUARTER_SEGMENTS)
+    return LineString(points).buffer(radius, quad_segs=QUARTER_SEGMENTS)
+
+
+def _rectangle(p: Any) -> BaseGeometry:
+    corners = np.array([(-p.w, -p.h), (p.w, -p.h), (p.w, p.h), (-p.w, p.h)]) * 0.5e-3
+    cos, sin = math.cos(p.rotation), math.sin(p.rotation)
+    return Polygon(corners @ np.array([(cos, sin), (-sin, cos)]) + 1e-3 * np.array((p.x, p.y)))
+
+
+def _contour(p: Any) -> BaseGeometry:
+    points: list[np.ndarray] = []
+    for start, end, (clockwise, centre) in p.segments:
+        if clockwise is None:
+            points.append(1e-3 * np.array([start]))
+        else:
+            ends = 1e-3 * np.array([start, end, centre])
+            points.append(_arc_points(*ends, clockwise=clockwise)[:-1])
+    polygon = Polygon(np.concatenate(points))
+    return polygon if polygon.is_valid else shapely.make_valid(polygon, method="structure", keep_collapsed=False)
+
+
+def _arc_points(start: np.ndarray, end: np.ndarray, centre: np.ndarray, *, clockwise: bool) -> np.ndarray:
+    """Points [n, 2] on an arc with chords within `SAGITTA`; start = end is a full circle, as in the Gerber format."""
+    from_centre, to_centre = start - centre, end - centre
+    radii = np.hypot(*from_centre), np.hypot(*to_centre)
+    angle = math.atan2(from_centre[1], from_centre[0])
+    sweep = (math.atan2(to_centre[1], to_centre[0]) - angle) % (2.0 * math.pi)
+    if np.array_equal(start, end):
+        sweep = 2.0 * math.pi
+    elif clockwise:
+        sweep -= 2.0 * math.pi
+    step = 2.0 * math.acos(max(0.0, 1.0 - SAGITTA / max(*radii, SAGITTA)))
+    fraction = np.linspace(0.0, 1.0, max(2, math.ceil(abs(sweep) / step)) + 1)
+    radius = radii[0] + fraction * (radii[1] - radii[0])
+    angles = angle + fraction * sweep
+    points = centre + radius[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    points[0], points[-1] = start, end
+    return points

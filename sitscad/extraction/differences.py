@@ -1,0 +1,153 @@
+"""What the finished files make, held against what they say: shorts, opens, loops, holes that miss their pads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from sitscad.extraction.artwork import Hole
+from sitscad.extraction.intent import Source
+from sitscad.extraction.nets import ExtractedBoard, ExtractedNet
+
+
+class Kind(StrEnum):
+    """What is wrong."""
+
+    SHORT = "short"
+    OPEN = "open"
+    LOOP = "loop"
+    NO_COPPER = "no-copper"
+    NO_NET = "no-net"
+    NO_INTENT = "no-intent"
+    NO_HOLE = "no-hole"
+    HOLE_OFF_PAD = "hole-off-pad"
+    NETLISTS = "netlists-differ"
+    COVERED = "covered-contact"
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One difference between the files' copper and the files' intent, and where it stands (m, layer from 1)."""
+
+    kind: Kind
+    message: str
+    nets: tuple[str, ...] = ()
+    x: float | None = None
+    y: float | None = None
+    layer: int | None = None
+
+
+def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
+    """Every difference between the extracted nets and the intended ones; nothing when the files keep their word.
+
+    A coil is copper from one contact to the other, so both contacts belong to one net; turns that touch do not change
+    that, but they close a loop, which no net of a coil may have.
+    """
+    return (
+        *_without_intent(board),
+        *_shorts_and_loops(board),
+        *_opens(board),
+        *_astray(board),
+        *_holes(board),
+        *_vias_without_hole(board),
+        *_netlists(board),
+        *_covered(board),
+    )
+
+
+def _without_intent(board: ExtractedBoard) -> Iterator[Difference]:
+    if not board.marks:
+        yield Difference(Kind.NO_INTENT, "no file names a net: there is nothing to compare the copper with")
+
+
+def _shorts_and_loops(board: ExtractedBoard) -> Iterator[Difference]:
+    for net in board.nets:
+        x, y, layer = _somewhere(net)
+        if len(net.names) > 1:
+            yield Difference(Kind.SHORT, f"{' and '.join(net.names)} are joined", net.names, x, y, layer)
+        if not net.names:
+            yield Difference(Kind.NO_NET, f"copper at {_place(x, y, layer)} belongs to no net", (), x, y, layer)
+        for loop in net.loops:
+            what = f"round {loop.area * 1e6:.4g} mm2" if loop.layer else "through the hole there and another one"
+            place = _place(loop.x, loop.y, loop.layer)
+            message = f"{', '.join(net.names) or 'copper'} closes a loop at {place}, {what}"
+            yield Difference(Kind.LOOP, message, net.names, loop.x, loop.y, loop.layer)
+
+
+def _opens(board: ExtractedBoard) -> Iterator[Difference]:
+    for name in sorted({mark.net for mark in board.marks}):
+        parts = [net for net in board.nets if name in net.names]
+        if len(parts) > 1:
+            places = "; ".join(_place(*_somewhere(net)) for net in parts)
+            x, y, layer = _somewhere(parts[1])
+            yield Difference(Kind.OPEN, f"{name} is in {len(parts)} parts: {places}", (name,), x, y, layer)
+
+
+def _astray(board: ExtractedBoard) -> Iterator[Difference]:
+    for mark in board.astray:
+        what = f"contact {mark.pin} of {mark.net}" if mark.pin else mark.net
+        message = f"{what} should have copper at {_place(mark.x, mark.y, mark.layer)} ({mark.source})"
+        yield Difference(Kind.NO_COPPER, message, (mark.net,), mark.x, mark.y, mark.layer)
+
+
+def _holes(board: ExtractedBoard) -> Iterator[Difference]:
+    for hole in board.artwork.holes:
+        for layer in hole.layers:
+            if complaint := _off_pad(hole, board.artwork.copper[layer - 1]):
+                message = f"the {hole.diameter * 1e6:.0f} um hole at {_place(hole.x, hole.y, layer)} {complaint}"
+                yield Difference(Kind.HOLE_OFF_PAD, message, (), hole.x, hole.y, layer)
+
+
+def _off_pad(hole: Hole, copper: BaseGeometry) -> str:
+    """What is wrong with a hole on one layer: a plated one belongs inside a pad, an unplated one outside copper."""
+    if not hole.is_plated:
+        return "is not plated and cuts into copper" if shapely.intersects(copper, hole.shape) else ""
+    if shapely.covers(copper, hole.shape):
+        return ""
+    return "breaks out of its pad" if shapely.intersects(copper, hole.shape) else "has no pad"
+
+
+def _vias_without_hole(board: ExtractedBoard) -> Iterator[Difference]:
+    plated = [hole for hole in board.artwork.holes if hole.is_plated]
+    places = dict.fromkeys((mark.net, mark.x, mark.y) for mark in board.marks if mark.is_via)
+    for net, x, y in places:
+        point = shapely.Point(x, y)
+        if not any(shapely.intersects(hole.shape, point) for hole in plated):
+            yield Difference(Kind.NO_HOLE, f"the via of {net} at {_place(x, y, None)} is not drilled", (net,), x, y)
+
+
+def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
+    by_source: dict[Source, set[str]] = {}
+    for mark in board.marks:
+        by_source.setdefault(mark.source, set()).add(mark.net)
+    if len(by_source) < 2:
+        return
+    for name in sorted(by_source[Source.X2] ^ by_source[Source.IPC_D_356]):
+        where = next(source for source, names in by_source.items() if name in names)
+        yield Difference(Kind.NETLISTS, f"{name} is named by the {where} only", (name,))
+
+
+def _covered(board: ExtractedBoard) -> Iterator[Difference]:
+    sides = {len(board.artwork.copper): "Bot", 1: "Top"}
+    for contact in (contact for net in board.nets for contact in net.contacts):
+        opening = board.artwork.openings.get(sides.get(contact.layer, ""))
+        if opening is not None and not shapely.intersects(opening, contact.shape):
+            place = _place(contact.x, contact.y, contact.layer)
+            message = f"contact {contact.pin} at {place} is under the coverlay"
+            yield Difference(Kind.COVERED, message, (contact.net,), contact.x, contact.y, contact.layer)
+
+
+def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:
+    if not net.pieces:
+        return net.holes[0].x, net.holes[0].y, None
+    point = net.pieces[0].shape.representative_point()
+    return float(point.x), float(point.y), net.pieces[0].layer
+
+
+def _place(x: float, y: float, layer: int | None) -> str:
+    where = f"x {x * 1e3:.4g} mm, y {y * 1e3:.4g} mm"
+    return f"{where}, layer {layer}" if layer else where

@@ -1,0 +1,231 @@
+"""From areas and holes to nets: which copper hangs together, which contacts it joins, whether it closes on itself."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import shapely
+from shapely import Polygon, STRtree
+from shapely.geometry.base import BaseGeometry
+
+from sitscad.extraction.artwork import Artwork, Flash, Hole, read_artwork
+from sitscad.extraction.intent import Mark, read_marks
+
+REACH = 1e-6
+"""How far (m) from its copper a mark may stand: the resolution of an IPC-D-356 coordinate."""
+
+SMALLEST_LOOP = 1e-12
+"""Holes in the copper of a smaller area (m2) are the reader's own chords, not a loop: 1 um x 1 um."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One connected area of copper on one layer (from 1 at the top)."""
+
+    layer: int
+    shape: Polygon
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A pad that an outside conductor meets: pin, function and intended net as the files name them, and its area."""
+
+    pin: str
+    function: str | None
+    net: str
+    layer: int
+    x: float
+    y: float
+    shape: BaseGeometry
+
+    def touched(self) -> Contact:
+        """The same contact met by a spring: in its middle only, on a spot half as wide as the pad is narrow."""
+        x0, y0, x1, y1 = self.shape.bounds
+        return replace(self, shape=shapely.Point(self.x, self.y).buffer(min(x1 - x0, y1 - y0) / 4.0))
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A closed way round in the copper of one net.
+
+    Either a hole in one layer's copper, ``layer`` and the ``area`` inside it (m2), or a way through several layers that
+    the hole at (x, y) closes (``layer`` None, ``area`` nan).
+    """
+
+    x: float
+    y: float
+    layer: int | None = None
+    area: float = math.nan
+
+
+@dataclass(frozen=True)
+class ExtractedNet:
+    """Copper that hangs together: its pieces and plated holes, the intended nets and contacts met on it, its loops.
+
+    The number of loops is the first Betti number of the net: holes in the pieces, and independent cycles of the graph
+    whose nodes are pieces and plated holes.
+    """
+
+    pieces: tuple[Piece, ...]
+    holes: tuple[Hole, ...]
+    names: tuple[str, ...]
+    contacts: tuple[Contact, ...]
+    loops: tuple[Loop, ...]
+
+
+@dataclass(frozen=True)
+class ExtractedBoard:
+    """A board as its finished files make it, and what they say that it should be (``marks``)."""
+
+    artwork: Artwork
+    marks: tuple[Mark, ...]
+    astray: tuple[Mark, ...]
+    nets: tuple[ExtractedNet, ...]
+
+    @property
+    def copper_areas(self) -> tuple[float, ...]:
+        """The copper's area on each layer, top first (m2)."""
+        return tuple(float(layer.area) for layer in self.artwork.copper)
+
+    def net(self, name: str) -> ExtractedNet:
+        """The one extracted net on which an intended net was met. Raises KeyError when there is none or several."""
+        found = [net for net in self.nets if name in net.names]
+        if len(found) != 1:
+            raise KeyError(f"{len(found)} extracted nets carry {name!r}")
+        return found[0]
+
+
+def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
+    """The nets of the Gerber and drill files in a directory, or in its ``fpc`` folder if it has one.
+
+    ``growth`` (m) is added on every side of the copper before it is joined: with almost half the least spacing, copper
+    that stands too close counts as touching. Raises ExtractionError when the files do not make up a board.
+    """
+    directory = Path(directory)
+    directory = directory / "fpc" if (directory / "fpc").is_dir() else directory
+    artwork = read_artwork(directory)
+    marks = read_marks(directory, artwork.sources)
+    pieces = [
+        Piece(layer, shape)
+        for layer, area in enumerate(artwork.copper, start=1)
+        for shape in _polygons(area.buffer(growth) if growth else area)
+    ]
+    return _joined(artwork, marks, pieces)
+
+
+def _polygons(area: BaseGeometry) -> list[Polygon]:
+    return [part for part in shapely.get_parts(area) if isinstance(part, Polygon) and not part.is_empty]
+
+
+def _joined(artwork: Artwork, marks: tuple[Mark, ...], pieces: list[Piece]) -> ExtractedBoard:
+    holes = [hole for hole in artwork.holes if hole.is_plated]
+    trees = {layer: _LayerTree(layer, pieces) for layer in range(1, len(artwork.copper) + 1)}
+    parts = _DisjointSets(len(pieces) + len(holes))
+    closing: dict[int, list[Loop]] = defaultdict(list)
+    for number, hole in enumerate(holes, start=len(pieces)):
+        for layer in hole.layers:
+            for piece in trees[layer].near(hole.shape, 0.0):
+                if not parts.join(number, piece):
+                    closing[piece].append(Loop(hole.x, hole.y))
+    names: dict[int, set[str]] = defaultdict(set)
+    contacts: dict[int, list[Contact]] = defaultdict(list)
+    astray = []
+    flashes = _by_place(artwork.flashes)
+    for mark in marks:
+        met = {parts.root(piece) for piece in _pieces_under(mark, trees)}
+        if not met:
+            astray.append(mark)
+        for root in met:
+            names[root].add(mark.net)
+            contacts[root] += _contacts(mark, flashes)
+    groups: dict[int, list[int]] = defaultdict(list)
+    for number in range(len(pieces) + len(holes)):
+        groups[parts.root(number)].append(number)
+    nets = []
+    for root, members in groups.items():
+        own = [pieces[n] for n in members if n < len(pieces)]
+        loops = [loop for piece in own for loop in _windows(piece)] + [loop for n in members for loop in closing[n]]
+        own_holes = tuple(holes[n - len(pieces)] for n in members if n >= len(pieces))
+        nets.append(
+            ExtractedNet(tuple(own), own_holes, tuple(sorted(names[root])), _once(contacts[root]), tuple(loops))
+        )
+    return ExtractedBoard(artwork, marks, tuple(astray), tuple(nets))
+
+
+def _windows(piece: Piece) -> list[Loop]:
+    """The holes in one piece's area, as loops."""
+    inside = [Polygon(ring) for ring in piece.shape.interiors]
+    points = [window.representative_point() for window in inside]
+    return [
+        Loop(point.x, point.y, piece.layer, window.area)
+        for window, point in zip(inside, points, strict=True)
+        if window.area > SMALLEST_LOOP
+    ]
+
+
+def _pieces_under(mark: Mark, trees: dict[int, _LayerTree]) -> list[int]:
+    layers = trees if mark.layer is None else [mark.layer]
+    point = shapely.Point(mark.x, mark.y)
+    return [piece for layer in layers if layer in trees for piece in trees[layer].near(point, REACH)]
+
+
+def _by_place(flashes: Iterable[Flash]) -> dict[tuple[int, int, int], Flash]:
+    return {(flash.layer, *_cell(flash.x, flash.y)): flash for flash in flashes}
+
+
+def _cell(x: float, y: float) -> tuple[int, int]:
+    return round(x * 1e9), round(y * 1e9)
+
+
+def _contacts(mark: Mark, flashes: dict[tuple[int, int, int], Flash]) -> list[Contact]:
+    """The contact that a mark names, where a pad is flashed at just that place."""
+    if mark.pin is None or mark.layer is None:
+        return []
+    flash = flashes.get((mark.layer, *_cell(mark.x, mark.y)))
+    if flash is None:
+        return []
+    return [Contact(mark.pin, mark.function, mark.net, mark.layer, flash.x, flash.y, flash.shape)]
+
+
+def _once(contacts: list[Contact]) -> tuple[Contact, ...]:
+    """One contact a pad: the same pad is named by both sources, and the Gerber file knows more of it."""
+    first: dict[tuple[int, int, int], Contact] = {}
+    for contact in contacts:
+        first.setdefault((contact.layer, *_cell(contact.x, contact.y)), contact)
+    return tuple(first.values())
+
+
+class _LayerTree:
+    """The pieces of one layer, to be asked for by place."""
+
+    def __init__(self, layer: int, pieces: list[Piece]) -> None:
+        self._numbers = [number for number, piece in enumerate(pieces) if piece.layer == layer]
+        self._tree = STRtree([pieces[number].shape for number in self._numbers])
+
+    def near(self, shape: BaseGeometry, distance: float) -> list[int]:
+        """The numbers of the pieces within a distance (m) of a shape."""
+        return sorted(self._numbers[i] for i in self._tree.query(shape, predicate="dwithin", distance=distance))
+
+
+class _DisjointSets:
+    """Sets of numbers that grow together (union-find)."""
+
+    def __init__(self, count: int) -> None:
+        self._parent = list(range(count))
+
+    def root(self, number: int) -> int:
+        """The number that stands for the whole set."""
+        while self._parent[number] != number:
+            self._parent[number] = self._parent[self._parent[number]]
+            number = self._parent[number]
+        return number
+
+    def join(self, a: int, b: int) -> bool:
+        """Join the sets of two numbers; False when they were one already."""
+        a, b = self.root(a), self.root(b)
+        self._parent[max(a, b)] = min(a, b)
+        return a != b

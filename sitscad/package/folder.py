@@ -1,0 +1,200 @@
+"""A package's folder on disk: one writer at a time, staged beside the target, replaced as a whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import errno
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+PACKAGE_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
+FILE_NAME = re.compile(r"[A-Za-z0-9_+-][A-Za-z0-9._+-]*(/[A-Za-z0-9_+-][A-Za-z0-9._+-]*)*")
+
+_AT_FDCWD = -100
+_RENAME_EXCHANGE = 2
+
+
+class PackageError(Exception):
+    """A package that cannot be written or read; the text says why, and what to do about it."""
+
+
+def require_package_name(name: str) -> str:
+    """`name` itself if it can be a folder beside others; `PackageError` otherwise."""
+    if not PACKAGE_NAME.fullmatch(name):
+        raise PackageError(f"{name!r} cannot name a package: small letters, digits and . _ - only, 64 at most")
+    return name
+
+
+def require_inside(path: str) -> str:
+    """`path` itself if it stays inside a package whatever the system; `PackageError` otherwise."""
+    if not FILE_NAME.fullmatch(path):
+        raise PackageError(f"{path!r} is not a file name that a package may hold")
+    return path
+
+
+@contextlib.contextmanager
+def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
+    """Hold the package `parent/name` for one build and yield an empty staging folder beside it.
+
+    Leftovers of builds that were killed are cleaned first. The staging folder is gone afterwards, whatever happens.
+
+    Raises
+    ------
+    PackageError
+        when another build holds the package, or the folder cannot be written.
+    """
+    with explained(f"cannot build in {parent}"):
+        parent.mkdir(parents=True, exist_ok=True)
+        lock = _lock(parent, name)
+    try:
+        with explained(f"cannot build in {parent}"):
+            _recover(parent, name)
+            staged = parent / f".{name}.new-{secrets.token_hex(6)}"
+            staged.mkdir()
+        try:
+            yield staged
+        finally:
+            shutil.rmtree(staged, ignore_errors=True)
+    finally:
+        _unlock(parent, name, lock)
+
+
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files below `folder` (keys are checked names) and make sure that they have reached the disk."""
+    with explained(f"cannot write into {folder.parent}"):
+        for name in sorted(files):
+            target = folder / require_inside(name)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with open(target, "xb") as stream:
+                stream.write(files[name])
+                stream.flush()
+                os.fsync(stream.fileno())
+
+
+def put_in_place(staged: Path, target: Path) -> None:
+    """Let the staged folder take the target's place in one step, and remove what stood there.
+
+    Where the system cannot exchange two folders, the old one is moved aside first; a build killed between the two
+    moves is put right by the next one.
+    """
+    with explained(f"cannot replace {target}"):
+        for folder in (staged, *(path for path in staged.rglob("*") if path.is_dir())):
+            _sync_folder(folder)
+        if not target.exists():
+            os.rename(staged, target)
+        elif not _exchange(staged, target):
+            aside = target.parent / f".{target.name}.old-{secrets.token_hex(6)}"
+            os.rename(target, aside)
+            os.rename(staged, target)
+            shutil.rmtree(aside, ignore_errors=True)
+        _sync_folder(target.parent)
+
+
+def set_aside(target: Path, files: list[str]) -> Path | None:
+    """Copy files that somebody else made or changed to ``NAME.kept-1`` (2, 3 ...) before a package is replaced."""
+    if not files:
+        return None
+    number = 1
+    while (kept := target.parent / f"{target.name}.kept-{number}").exists():
+        number += 1
+    partial = target.parent / f".{target.name}.new-{secrets.token_hex(6)}"
+    with explained(f"cannot keep the changed files of {target}"):
+        for name in files:
+            copy = partial / name
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(target / name, copy, follow_symlinks=False)
+        os.rename(partial, kept)
+    return kept
+
+
+def list_files(folder: Path) -> list[str]:
+    """Names of all files below `folder`, sorted, relative to it, with forward slashes; links count as files."""
+    found = []
+    for root, folders, files in os.walk(folder):
+        links = [entry for entry in folders if os.path.islink(os.path.join(root, entry))]
+        found += [Path(root, entry).relative_to(folder).as_posix() for entry in (*files, *links)]
+    return sorted(found)
+
+
+@contextlib.contextmanager
+def explained(what: str) -> Iterator[None]:
+    """Turn the system's refusal into one sentence."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        where = f" ({error.filename})" if error.filename else ""
+        raise PackageError(f"{what}: {reason}{where}; nothing was changed") from error
+
+
+def _lock(parent: Path, name: str) -> int | None:
+    """Descriptor of an advisory lock that dies with its process; None where the system has none.
+
+    Without locks the staging names still keep two builds apart, and the one that ends last wins.
+    """
+    try:
+        import fcntl
+    except ImportError:  # pragma: no cover - not a POSIX system
+        return None
+    path = parent / f".{name}.lock"
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            os.close(descriptor)
+            if error.errno not in (errno.EWOULDBLOCK, errno.EACCES):
+                return None  # a file system without locks
+            message = f"another build of {name} is writing to {parent}; wait for it, or give another -o folder"
+            raise PackageError(message) from None
+        if _is_same_file(descriptor, path):
+            return descriptor
+        os.close(descriptor)  # its owner removed it between our opening and locking it
+
+
+def _unlock(parent: Path, name: str, lock: int | None) -> None:
+    if lock is not None:
+        with contextlib.suppress(OSError):
+            (parent / f".{name}.lock").unlink()
+        os.close(lock)
+
+
+def _is_same_file(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
+def _recover(parent: Path, name: str) -> None:
+    """Put right what a killed build left behind; the lock is held, so nobody else uses these folders."""
+    target = parent / name
+    ours = re.compile(re.escape(f".{name}.") + "(new|old)-[0-9a-f]{12}")
+    for leftover in sorted(path for path in parent.iterdir() if ours.fullmatch(path.name)):
+        if leftover.name.startswith(f".{name}.old-") and not target.exists():
+            os.rename(leftover, target)
+        else:
+            shutil.rmtree(leftover, ignore_errors=True)
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Swap two folders in one step of the file system (Linux renameat2); False where that cannot be done."""
+    try:
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError, TypeError):
+        return False
+    return rename(_AT_FDCWD, os.fsencode(one), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE) == 0
+
+
+def _sync_folder(folder: Path) -> None:
+    with contextlib.suppress(OSError):  # not every system opens folders
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

@@ -1,0 +1,163 @@
+"""What a package says of itself: every file with its hash, the stage that made it, and what it was made from."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import sitscad
+from sitscad.package.folder import PackageError, list_files, require_inside
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.source import SpecSource
+
+MANIFEST = "manifest.json"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One file: its SHA-256, its stage, and the hash of everything that it was made from."""
+
+    sha256: str
+    stage: str
+    made_from: str
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """The contents of a package.
+
+    `forced` is set when it was built in spite of errors; `nets` names the pins that every net of the layout joins.
+    """
+
+    version: str = sitscad.__version__
+    spec: Mapping[str, str] = field(default_factory=dict)
+    forced: bool = False
+    nets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    files: Mapping[str, Entry] = field(default_factory=dict)
+
+    def as_bytes(self) -> bytes:
+        """The text of ``manifest.json``, files in order of their names."""
+        files = {name: dataclasses.asdict(self.files[name]) for name in sorted(self.files)}
+        nets = {net: list(self.nets[net]) for net in sorted(self.nets)}
+        document = {
+            "sitscad": self.version,
+            "spec": dict(self.spec),
+            "forced": self.forced,
+            "nets": nets,
+            "files": files,
+        }
+        return (json.dumps(document, indent=1) + "\n").encode("ascii")
+
+    def of_stage(self, stage: str) -> dict[str, Entry]:
+        """The files of one stage."""
+        return {name: entry for name, entry in self.files.items() if entry.stage == stage}
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """The manifest of a package.
+
+    Raises
+    ------
+    PackageError
+        when there is none, when it is not one of ours, or when it names a file outside the package.
+    """
+    try:
+        document = json.loads((folder / MANIFEST).read_bytes())
+        files = {require_inside(name): Entry(**_texts(entry)) for name, entry in document["files"].items()}
+        nets = {str(net): tuple(map(str, pins)) for net, pins in document.get("nets", {}).items()}
+        forced = document.get("forced") is True
+        return Manifest(str(document["sitscad"]), _texts(document["spec"]), forced, nets, files)
+    except OSError as error:
+        raise PackageError(f"{folder} is not a package of sitscad: {MANIFEST}: {error.strerror or error}") from error
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise PackageError(f"{folder / MANIFEST} is not a manifest of sitscad: {error}") from error
+
+
+def sha256(content: bytes) -> str:
+    """SHA-256 of a file's bytes, hexadecimal."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def intact(folder: Path, entries: Mapping[str, Entry]) -> dict[str, bytes] | None:
+    """The bytes of all these files, or None when one is missing, a link, or not what the manifest says."""
+    contents = {}
+    for name, entry in entries.items():
+        path = folder / name
+        if path.is_symlink() or not path.is_file():
+            return None
+        contents[name] = path.read_bytes()
+        if sha256(contents[name]) != entry.sha256:
+            return None
+    return contents
+
+
+def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
+    """Files that sitscad did not write, or that were changed since; what KiCad leaves lying does not count."""
+    found = []
+    for name in list_files(folder):
+        entry = manifest.files.get(name)
+        if name == MANIFEST or _is_left_by_kicad(name):
+            continue
+        if entry is None or intact(folder, {name: entry}) is None:
+            found.append(name)
+    return found
+
+
+def made_from(*ingredients: object) -> str:
+    """Hash of everything that a stage's files depend on: values, this sitscad, and the date that the build is given."""
+    setting = (sitscad.__version__, _code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
+    text = json.dumps([_plain(value) for value in (*setting, *ingredients)], separators=(",", ":"))
+    return sha256(text.encode("ascii"))
+
+
+def without_text(spec: SensorSpec) -> SensorSpec:
+    """The spec's values alone: comments and file name gone, so that what is drawn cannot depend on them."""
+    return dataclasses.replace(spec, source=SpecSource("", "", defaults=spec.source.defaults))
+
+
+def _is_left_by_kicad(name: str) -> bool:
+    last = name.rpartition("/")[2]
+    return last.endswith((".kicad_prl", ".lck")) or last == "fp-info-cache" or "-backups/" in name
+
+
+def _texts(mapping: Mapping[str, Any]) -> dict[str, str]:
+    if not all(isinstance(value, str) for value in mapping.values()):
+        raise ValueError("an entry is not text")
+    return dict(mapping)
+
+
+def _plain(value: object) -> object:
+    """Frozen values as nested lists that JSON writes in one way only: floats exactly, mappings in order of keys."""
+    if dataclasses.is_dataclass(value):
+        fields = [_plain(getattr(value, f.name)) for f in dataclasses.fields(value)]
+        return [type(value).__name__, *fields]
+    if isinstance(value, Mapping):
+        named = {repr(key): _plain(entry) for key, entry in value.items()}
+        return [[name, named[name]] for name in sorted(named)]
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, enum.Enum):
+        return value.name
+    if value is None or isinstance(value, (str, int, float)):
+        return value
+    raise TypeError(f"a {type(value).__name__} has no place in a hash")
+
+
+@cache
+def _code() -> str:
+    """Hash of sitscad's own modules and data, so that a changed installation never reuses what an older one made."""
+    root = Path(sitscad.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(p for p in root.rglob("*") if p.suffix in {".py", ".csv", ".yaml", ".json"} and p.is_file()):
+        name = path.relative_to(root).as_posix()
+        if not name.startswith("templates/"):
+            digest.update(name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()

@@ -1,0 +1,69 @@
+"""Handing out the example specs that come with sitscad."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from pathlib import Path
+
+from sitscad.package.folder import PackageError
+from sitscad.spec import templates
+
+DEFAULT_TEMPLATE = "grasper_4layer"
+
+
+def list_templates() -> dict[str, str]:
+    """Every template's name with its one-line description: the first comment line of the file."""
+    return {name: _description(templates.read(name)) for name in templates.names()}
+
+
+def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None, force: bool = False) -> Path:
+    """Write a template as a new spec and return its path (``NAME.yaml`` in the working directory by default).
+
+    Hyphens and underscores in `name` count as equal.
+
+    Raises
+    ------
+    PackageError
+        for an unknown template, an existing file (unless `force`), or a file that cannot be written.
+    """
+    found = _find(name)
+    target = Path(f"{found}.yaml" if path is None else path)
+    text = templates.read(found)
+    try:
+        if force:
+            _write_over(target, text)
+        else:
+            with open(target, "x", encoding="utf-8", newline="\n") as stream:
+                stream.write(text)
+    except FileExistsError:
+        raise PackageError(f"{target} exists and was not touched; --force writes over it, -o names another") from None
+    except OSError as error:
+        raise PackageError(f"cannot write {target}: {error.strerror or error}") from error
+    return target
+
+
+def _find(name: str) -> str:
+    """The template that is meant, or a `PackageError` with the nearest name."""
+    names = templates.names()
+    wanted = name.removesuffix(".yaml").replace("-", "_").lower()
+    if wanted in names:
+        return wanted
+    near = difflib.get_close_matches(wanted, names, n=1)
+    meant = f" Did you mean {near[0]}?" if near else ""
+    raise PackageError(f"There is no template {name!r}.{meant} There are: {', '.join(names)}.")
+
+
+def _write_over(target: Path, text: str) -> None:
+    """Replace a file in one step, so that an interruption leaves the old one."""
+    partial = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        partial.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _description(text: str) -> str:
+    comments = (line.strip("# ") for line in text.splitlines() if line.startswith("#"))
+    return next((comment for comment in comments if comment), "")

@@ -1,0 +1,28 @@
+"""Solids and meshes of the sensor: board body, elastomer, target, encapsulation, shield, jaw and mount.
+
+Importing this package is light: build123d, cadquery, manifold3d, trimesh and gmsh are imported by the functions that
+need them, and a missing one is a `MissingExtra` with the command that mends it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sitscad.parts.extras import MissingExtra
+from sitscad.parts.solid import PartsError, Solid, SolidRole
+
+if TYPE_CHECKING:
+    from sitscad.layout.board import Layout
+
+__all__ = ["MissingExtra", "PartsError", "Solid", "SolidRole", "solids"]
+
+
+def solids(layout: Layout) -> tuple[Solid, ...]:
+    """Every solid that the spec contains, in place: jaw first, then upwards to the encapsulation.
+
+    Raises `MissingExtra` without a CAD kernel, `PartsError` where a part cannot exist (a shield that does not fit into
+    the standoff).
+    """
+    from sitscad.parts.assembly import assemble
+
+    return assemble(layout)

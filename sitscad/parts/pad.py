@@ -1,0 +1,77 @@
+"""What stands on the board: the elastomer pad, the target on it, and the film that seals both."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sitscad.layout.board import Layout
+from sitscad.parts.prism import MM, box, one_solid, plate_outline, prism, top_edges
+from sitscad.parts.solid import Solid, SolidRole
+from sitscad.parts.stack import FILM_ROUNDING, Stack, stack
+
+
+def elastomer(layout: Layout) -> Solid | None:
+    """The soft pad at its nominal size (the laser's kerf is the cut file's business), over the middle of the array."""
+    pad, levels = layout.spec.elastomer, stack(layout)
+    if pad is None or levels.elastomer is None:
+        return None
+    shape = prism(plate_outline(pad.shape, pad.size, levels.centre), *levels.elastomer)
+    return Solid("elastomer", shape, pad.material.name, "#e8d8c8", SolidRole.ELASTOMER)
+
+
+def target(layout: Layout) -> Solid | None:
+    """The conducting plate on the elastomer; on the board's face where there is no elastomer."""
+    plate, levels = layout.spec.target, stack(layout)
+    if plate is None or levels.target is None:
+        return None
+    shape = prism(plate_outline(plate.shape, plate.size, levels.centre), *levels.target)
+    return Solid("target", shape, plate.material.name, "#d98a4b", SolidRole.TARGET)
+
+
+def encapsulation(layout: Layout) -> Solid | None:
+    """The film over the board's body, round the elastomer and over the target, its outer edges rounded.
+
+    It is nowhere thinner than the spec's thickness over elastomer and target; contacts on the body stay open, the
+    board's own edges and its bottom face are not covered.
+    """
+    film = layout.spec.encapsulation
+    if film is None:
+        return None
+    shape = _board_film(layout, film.thickness)
+    for cover in _covers(layout, stack(layout)):
+        shape = one_solid(shape + cover, "encapsulation")
+    for inside in (elastomer(layout), target(layout)):
+        if inside is not None:
+            shape = one_solid(shape - inside.shape, "encapsulation")
+    return Solid("encapsulation", shape, film.material.name, "#9fc5e8", SolidRole.ENCAPSULATION)
+
+
+def _board_film(layout: Layout, thickness: float) -> Any:
+    """The film on the body's top face, cut back to the body where the tail leaves it and open over contacts."""
+    x0, y0, x1, y1 = layout.body
+    film = prism(layout.outline, 0.0, thickness) & box(x0, y0, 0.0, x1, y1, thickness)
+    for opening in layout.top_openings:
+        film = film - prism(opening, -thickness, 2 * thickness)
+    return one_solid(film, "encapsulation")
+
+
+def _covers(layout: Layout, levels: Stack) -> list[Any]:
+    """Rounded blocks that leave the film's thickness around elastomer and target (one block where they are equal)."""
+    pad, plate, film = layout.spec.elastomer, layout.spec.target, levels.film
+    if pad and plate and (pad.shape, pad.size) == (plate.shape, plate.size):
+        return [_rounded_block(plate.shape, plate.size, levels.centre, 0.0, levels.top, film)]
+    blocks = []
+    if pad and levels.elastomer:
+        blocks.append(_rounded_block(pad.shape, pad.size, levels.centre, 0.0, levels.elastomer[1] + film, film))
+    if plate and levels.target:
+        lower = max(0.0, levels.target[0] - film)
+        blocks.append(_rounded_block(plate.shape, plate.size, levels.centre, lower, levels.top, film))
+    return blocks
+
+
+def _rounded_block(
+    shape: str, size: tuple[float, float], centre: tuple[float, float], lower: float, upper: float, film: float
+) -> Any:
+    block = prism(plate_outline(shape, size, centre, film), lower, upper)
+    return block.fillet(FILM_ROUNDING * film * MM, top_edges(block))
+

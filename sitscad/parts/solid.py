@@ -1,0 +1,57 @@
+"""A solid: one named, coloured piece of the sensor or of what carries it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+
+class PartsError(ValueError):
+    """A part that the spec asks for cannot exist; the text says why and what to change."""
+
+
+class SolidRole(StrEnum):
+    """What a solid is in the sensor."""
+
+    JAW = "jaw"
+    MOUNT = "mount"
+    SHIELD = "shield"
+    STIFFENER = "stiffener"
+    BOARD = "board"
+    ELASTOMER = "elastomer"
+    TARGET = "target"
+    ENCAPSULATION = "encapsulation"
+    OPPOSING_JAW = "opposing-jaw"
+    OPPOSING_PAD = "opposing-pad"
+
+
+@dataclass(frozen=True)
+class Solid:
+    """One piece in its place in the sensor.
+
+    ``shape`` is a build123d ``Solid`` in **millimetres**, CAD's unit (all else in sitscad is SI): x along the jaw
+    towards the handle, y across it, z = 0 at the board's top face. ``colour`` is ``#rrggbb``.
+    """
+
+    name: str
+    shape: Any
+    material: str
+    colour: str
+    role: SolidRole
+
+    @property
+    def volume(self) -> float:
+        """Exact volume in cubic metres."""
+        return float(self.shape.volume) * 1e-9
+
+    @property
+    def rgb(self) -> tuple[float, float, float]:
+        """The colour as three numbers from 0 to 1."""
+        red, green, blue = (int(self.colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+        return red, green, blue
+
+
+def of_role(solids: tuple[Solid, ...], *roles: SolidRole) -> tuple[Solid, ...]:
+    """The solids that have one of the roles, in their order."""
+    return tuple(solid for solid in solids if solid.role in roles)

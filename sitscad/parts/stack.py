@@ -1,0 +1,105 @@
+"""The sensor's stack in section: how high and how wide every piece is. Plain numbers in metres, no CAD kernel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sitscad.layout.board import Layout
+from sitscad.parts.solid import PartsError
+from sitscad.spec.sensor import Jaw
+
+# Rounding of the film's outer edges as a share of its thickness: below 1, so that the film is nowhere too thin.
+FILM_ROUNDING = 0.8
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Heights of the faces (m), z = 0 at the board's top face: pairs (lower, upper), None where there is no such part.
+
+    ``seat`` reaches from the jaw's metal face to the board's bottom face; ``centre`` (x, y) is where elastomer and
+    target stand, ``axis`` (x, y) the middle of the board's body, over which the jaw is centred.
+    """
+
+    board: tuple[float, float]
+    elastomer: tuple[float, float] | None
+    target: tuple[float, float] | None
+    shield: tuple[float, float] | None
+    seat: tuple[float, float] | None
+    film: float
+    top: float
+    centre: tuple[float, float]
+    axis: tuple[float, float]
+
+
+def stack(layout: Layout) -> Stack:
+    """The heights of a layout's stack; raises `PartsError` where shield and standoff contradict each other."""
+    spec = layout.spec
+    board = (-spec.fpc.stackup.thickness, 0.0)
+    elastomer = (0.0, spec.elastomer.thickness) if spec.elastomer else None
+    under = elastomer[1] if elastomer else 0.0
+    target = (under, under + spec.target.thickness) if spec.target else None
+    film = spec.encapsulation.thickness if spec.encapsulation else 0.0
+    shield = _shield(layout)
+    seat = (board[0] - spec.mount.standoff, board[0]) if spec.mount else None
+    x0, y0, x1, y1 = layout.body
+    return Stack(
+        board=board,
+        elastomer=elastomer,
+        target=target,
+        shield=shield,
+        seat=seat,
+        film=film,
+        top=(target or elastomer or board)[1] + film,
+        centre=_array_centre(layout),
+        axis=((x0 + x1) / 2, (y0 + y1) / 2),
+    )
+
+
+def fitted_jaw(layout: Layout) -> Jaw | None:
+    """The jaw of the spec's mount, if it has one."""
+    return layout.spec.mount.jaw if layout.spec.mount else None
+
+
+def closed_span(layout: Layout) -> tuple[float, float] | None:
+    """The heights (m) of the backs of the jaw and of the opposing jaw, closed without force; None without a jaw.
+
+    The hinge keeps both jaws level, so the closed pair's axis lies half way between these heights.
+    """
+    jaw, levels = fitted_jaw(layout), stack(layout)
+    if jaw is None or levels.seat is None:
+        return None
+    return levels.seat[0] - jaw.height, levels.top + jaw.opposing_pad_thickness + jaw.height
+
+
+def half_width(layout: Layout, z: float) -> float:
+    """Half the width (m) of what lies below the board at height z: the body's, or what the closed pair's port leaves.
+
+    Seat and shield are made to measure, so they are narrowed where a body's width would stand out of the port's circle.
+    """
+    half, jaw, span = layout.body_size[1] / 2, fitted_jaw(layout), closed_span(layout)
+    if jaw is None or span is None:
+        return half
+    radius, aside = jaw.port_diameter / 2, z - (span[0] + span[1]) / 2
+    return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
+
+
+def _shield(layout: Layout) -> tuple[float, float] | None:
+    sheet, mount = layout.spec.shield, layout.spec.mount
+    if sheet is None:
+        return None
+    if mount and mount.jaw and sheet.gap + sheet.thickness > mount.standoff + 1e-9:
+        gap, thickness = sheet.gap * 1e3, sheet.thickness * 1e3
+        raise PartsError(
+            f"the shield ({gap:g} mm gap, {thickness:g} mm thick) does not fit into the {mount.standoff * 1e3:g} mm "
+            f"standoff: give mount.standoff at least {gap + thickness:g} mm"
+        )
+    upper = -layout.spec.fpc.stackup.thickness - sheet.gap
+    return upper - sheet.thickness, upper
+
+
+def _array_centre(layout: Layout) -> tuple[float, float]:
+    """The mean of the coils' centres: the target stands over the middle of the array."""
+    centres = [placement.centre for placement in layout.spec.array.placements]
+    count = len(centres)
+    return math.fsum(x for x, _ in centres) / count, math.fsum(y for _, y in centres) / count

@@ -1,0 +1,227 @@
+"""Straight filaments: closed Neumann integrals for parallel ones, a Gauss sum for inclined ones, tracks of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.mean_distance import gauss, strand_clearance
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+FAR = 12.0
+"""Distance, in lengths of the longer filament, from which a pair of parallel ones is summed by Gauss points."""
+
+TOUCHING = 1e-12
+"""Least distance (m) that filaments are taken apart: crossing ones meet in a point, not in a division by zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolylineTrack:
+    """A track along straight sides: corners (n, 2) in metres along the current, cross-section, mid-plane z."""
+
+    corners: Array
+    width: float
+    thickness: float
+    z: float
+
+    @property
+    def length(self) -> float:
+        """Length of the centre line (m)."""
+        return float(np.sum(np.hypot(*np.diff(self.corners, axis=0).T)))
+
+    def shifted(self, dx: float, dy: float) -> PolylineTrack:
+        """The track moved by (dx, dy) metres."""
+        return PolylineTrack(self.corners + np.array([dx, dy]), self.width, self.thickness, self.z)
+
+    def strand(self, offset: float) -> Array:
+        """Corners (n, 2) of the parallel line `offset` metres to the left, mitred at corners, square at the ends."""
+        sides = np.diff(self.corners, axis=0)
+        tangents = sides / np.hypot(sides[:, 0], sides[:, 1])[:, None]
+        normals = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
+        before, after = np.vstack([normals[:1], normals]), np.vstack([normals, normals[-1:]])
+        mitre = (before + after) / (1.0 + np.sum(before * after, axis=1))[:, None]
+        return self.corners + offset * mitre
+
+
+def parallel_filaments(length: Array, start: Array, end: Array, distance_squared: Array) -> Array:
+    """Mutual inductance (H) of parallel straight filaments; arrays that broadcast together, metres.
+
+    The first runs from 0 to `length` along an axis, the second from `start` to `end` along the same axis (end < start
+    for opposite current) at a distance whose square is given (> 0; the squared geometric mean distance for tracks).
+    Neumann's integral in closed form (Grover 1946, chapter 6), by Gauss points where its four terms would cancel.
+    """
+    length, start, end, square = np.broadcast_arrays(length, start, end, distance_squared)
+    reach = np.maximum(np.abs(length), np.abs(end - start))
+    gap = np.maximum(np.maximum(np.minimum(start, end) - length, -np.maximum(start, end)), 0.0)
+    far = square + gap * gap > (FAR * reach) ** 2
+    rho = np.sqrt(square)
+    result = _twice(end, rho) - _twice(start, rho) - _twice(end - length, rho) + _twice(start - length, rho)
+    if far.any():
+        result = np.where(far, _parallel_far(length, start, end, square), result)
+    return MU0 / (4.0 * math.pi) * result
+
+
+def _twice(u: Array, rho: Array) -> Array:
+    # Second integral of 1 / sqrt(u^2 + rho^2); the sum of four of them needs no constant.
+    return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)
+
+
+def _parallel_far(length: Array, start: Array, end: Array, square: Array) -> Array:
+    nodes, weights = gauss(4)
+    u = 0.5 * length[..., None, None] * (1.0 + nodes[:, None])
+    v = 0.5 * (start + end)[..., None, None] + 0.5 * (end - start)[..., None, None] * nodes
+    product = weights[:, None] * weights
+    return (
+        0.25 * length * (end - start) * np.sum(product / np.sqrt((u - v) ** 2 + square[..., None, None]), axis=(-1, -2))
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentSet:
+    """Straight tracks of one cross-section on one layer: starts and ends (n, 2) in metres along the current."""
+
+    starts: Array
+    ends: Array
+    width: float
+    thickness: float
+    z: float
+
+
+def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
+    """All sides of tracks that share width, thickness and mid-plane."""
+    first = tracks[0]
+    starts = np.concatenate([track.corners[:-1] for track in tracks])
+    ends = np.concatenate([track.corners[1:] for track in tracks])
+    return SegmentSet(starts, ends, first.width, first.thickness, first.z)
+
+
+def segment_sets_inductance(first: SegmentSet, second: SegmentSet) -> float:
+    """Sum of the partial mutual inductances (H) of every segment of one set with every one of the other.
+
+    Of a set with itself this is its partial inductance. One filament a track, the geometric mean distance kept.
+    """
+    table = _table(first.z - second.z, (first.width, second.width), (first.thickness, second.thickness), 1)
+    p, q = (first.starts, first.ends), (second.starts, second.ends)
+    return _segments_mutual(p, q, first.z - second.z, np.interp(_side_distances(p, q), *table))
+
+
+def track_mutual_inductance(first: PolylineTrack, second: PolylineTrack, strands: int = 2) -> float:
+    """Mutual inductance (H) of two tracks (the self one for the same track), uniform current over the cross-sections.
+
+    Strands at the Gauss points of the width follow the mitred corners; parallel sides in closed form with the
+    rectangles' geometric mean distance kept, inclined sides by Gauss points against the closed potential of a filament.
+    """
+    nodes, weights = gauss(strands)
+    height = first.z - second.z
+    table = _table(height, (first.width, second.width), (first.thickness, second.thickness), strands)
+    p, q = first.corners, second.corners
+    clearance = np.interp(_side_distances((p[:-1], p[1:]), (q[:-1], q[1:])), *table)
+    total = 0.0
+    for a in range(strands):
+        p = first.strand(0.5 * first.width * nodes[a])
+        for b in range(strands):
+            q = second.strand(0.5 * second.width * nodes[b])
+            share = 0.25 * weights[a] * weights[b]
+            total += share * _segments_mutual((p[:-1], p[1:]), (q[:-1], q[1:]), height, clearance)
+    return total
+
+
+Segments = tuple[Array, Array]
+
+
+def _side_distances(p: Segments, q: Segments) -> Array:
+    # Distance of the line through each segment of p from the middle of each segment of q (n, m).
+    t, _ = _directions(p)
+    normal = np.stack([-t[:, 1], t[:, 0]], axis=1)
+    middle = 0.5 * (q[0] + q[1])
+    return np.abs(normal @ middle.T - np.sum(normal * p[0], axis=1)[:, None])
+
+
+def _directions(p: Segments) -> tuple[Array, Array]:
+    sides = p[1] - p[0]
+    lengths = np.hypot(sides[:, 0], sides[:, 1])
+    return sides / lengths[:, None], lengths
+
+
+def _segments_mutual(p: Segments, q: Segments, height: float, clearance: Array) -> float:
+    t, lengths = _directions(p)
+    other, _ = _directions(q)
+    parallel = np.abs(t[:, :1] * other[:, 1] - t[:, 1:] * other[:, 0]) < 1e-9
+    i, j = np.nonzero(parallel)
+    total = float(np.sum(_parallel_sides(p, q, t[i], lengths[i], i, j, height, clearance[i, j])))
+    cosine = t @ other.T
+    i, j = np.nonzero(~parallel & (np.abs(cosine) > 1e-9))
+    if i.size:
+        total += float(
+            np.sum(cosine[i, j] * _inclined_sides(p, q, other[j], lengths[i], i, j, height, clearance[i, j]))
+        )
+    return total
+
+
+def _parallel_sides(
+    p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, height: float, clearance: Array
+) -> Array:
+    to_start, to_end = q[0][j] - p[0][i], q[1][j] - p[0][i]
+    start, end = np.sum(axis * to_start, axis=1), np.sum(axis * to_end, axis=1)
+    lateral = axis[:, 0] * to_start[:, 1] - axis[:, 1] * to_start[:, 0]
+    return parallel_filaments(lengths, start, end, np.maximum(lateral**2 + height**2 + clearance, TOUCHING**2))
+
+
+def _inclined_sides(
+    p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, height: float, clearance: Array
+) -> Array:
+    # Gauss points on the first segment in the potential asinh(end / rho) - asinh(start / rho) of the second.
+    # The points crowd towards both ends (x = 3 t^2 - 2 t^3), where segments that touch have a logarithm.
+    nodes, weights = gauss(12)
+    t = 0.5 * (1.0 + nodes)
+    weights = weights * 6.0 * t * (1.0 - t)
+    point = p[0][i][:, None, :] + (t * t * (3.0 - 2.0 * t))[:, None] * (p[1][i] - p[0][i])[:, None, :]
+    away = q[0][j][:, None, :] - point
+    start = np.sum(away * axis[:, None, :], axis=2)
+    end = np.sum((q[1][j][:, None, :] - point) * axis[:, None, :], axis=2)
+    lateral = away[..., 0] * axis[:, None, 1] - away[..., 1] * axis[:, None, 0]
+    rho = np.sqrt(lateral**2 + height**2 + np.clip(clearance, TOUCHING**2, None)[:, None])
+    potential = np.arcsinh(end / rho) - np.arcsinh(start / rho)
+    return MU0 / (4.0 * math.pi) * 0.5 * lengths * np.sum(weights * potential, axis=1)
+
+
+@lru_cache(maxsize=64)
+def _table(
+    height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int
+) -> tuple[Array, Array]:
+    across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
+    return across, strand_clearance(across, height, widths, thicknesses, strands)
+
+
+def sampled_mutual_inductance(first: tuple[Array, Array], second: tuple[Array, Array], chunk: int = 400_000) -> float:
+    """Mutual inductance (H) of two filamentary curves far apart against the spacing of their nodes.
+
+    Each curve is (points (n, 3), elements dl (n, 2)) in metres, the elements already weighted by the quadrature.
+    """
+    (p, dp), (q, dq) = first, second
+    middle = 0.5 * (p.mean(axis=0) + q.mean(axis=0))
+    p, q = p - middle, q - middle
+    rows = max(1, chunk // max(1, len(q)))
+    total = 0.0
+    for k in range(0, len(p), rows):
+        part = p[k : k + rows]
+        square = np.sum(part * part, axis=1)[:, None] + np.sum(q * q, axis=1) - 2.0 * (part @ q.T)
+        total += float(np.sum((dp[k : k + rows] @ dq.T) / np.sqrt(square)))
+    return MU0 / (4.0 * math.pi) * total
+
+
+def via_inductance(length: float, diameter: float) -> float:
+    """Partial self-inductance (H) of a plated hole's barrel: a tube with its current on the surface (Grover 1946).
+
+    mu0/(2 pi) h (asinh(h/r) + r/h - sqrt(1 + (r/h)^2)), lengths in metres.
+    """
+    ratio = 0.5 * diameter / length
+    return MU0 / (2.0 * math.pi) * length * (math.asinh(1.0 / ratio) + ratio - math.sqrt(1.0 + ratio * ratio))

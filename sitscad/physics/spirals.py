@@ -1,0 +1,209 @@
+"""Neumann's integral over Archimedean spirals: the winding itself, with its slope, its ends and its crossing layers.
+
+With the difference of azimuths as one variable, the integrand over the other one (how far in the pair stands) has no
+peak for layers of one sense and one known peak for crossing layers. So the double integral costs a few hundred points
+per turn, growing linearly with the turns, instead of the square of the number of nodes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.mean_distance import gauss, strand_clearance
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SpiralLayer:
+    """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis.
+
+    Its azimuth is angle + sense * theta (sense +1 or -1); `inward` says whether the current runs with theta. Lengths in
+    metres; `width` and `thickness` are the track's cross-section, `z` its mid-plane.
+    """
+
+    radius: float
+    pitch: float
+    turns: float
+    angle: float
+    sense: int
+    inward: bool
+    z: float
+    width: float
+    thickness: float
+
+    @property
+    def span(self) -> float:
+        """The angle that the layer runs through (rad)."""
+        return 2.0 * math.pi * self.turns
+
+    @property
+    def inner_radius(self) -> float:
+        """Radius of the centre line at the inner end (m)."""
+        return self.radius - self.pitch * self.turns
+
+    @property
+    def circulation(self) -> int:
+        """+1 when the current runs counter-clockwise, -1 otherwise."""
+        return self.sense if self.inward else -self.sense
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Gauss points of the Neumann integral: around each near approach, along the spiral, strands across the width."""
+
+    around: int = 14
+    along: int = 10
+    strands: int = 2
+
+
+def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution: Resolution = Resolution()) -> float:
+    """Mutual inductance (H) of two coaxial spiral layers of one pitch and number of turns; the self one when identical.
+
+    Uniform current over the real cross-sections (strands at the Gauss points of the width whose distances keep the
+    rectangles' geometric mean distance). Neumann 1845 for the integral; Grover 1946 chapter 3 for the mean distance.
+    """
+    unit = first.radius
+    if first.sense == second.sense:
+        total = _along_each_other(first, second, unit, resolution)
+    else:
+        total = _crossing(first, second, unit, resolution)
+    sign = (1 if first.inward else -1) * (1 if second.inward else -1)
+    return sign * MU0 / (4.0 * math.pi) * unit * total
+
+
+def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution = Resolution()) -> Array:
+    """Inductance matrix (H) of the layers, each pair that is alike by symmetry computed once."""
+    count = len(layers)
+    matrix = np.empty((count, count))
+    known: dict[tuple[object, ...], float] = {}
+    for i in range(count):
+        for j in range(i + 1):
+            key = _likeness(layers[i], layers[j])
+            if key not in known:
+                known[key] = spiral_mutual_inductance(layers[i], layers[j], resolution)
+            matrix[i, j] = matrix[j, i] = known[key]
+    return matrix
+
+
+def _likeness(a: SpiralLayer, b: SpiralLayer) -> tuple[object, ...]:
+    # Pairs that a rotation, a mirror or an exchange turns into each other have one inductance.
+    turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
+    turn = min(turn, 2.0 * math.pi - turn) if a.sense == b.sense else turn
+    section = tuple(sorted(((a.width, a.thickness), (b.width, b.thickness))))
+    return (a.sense == b.sense, round(turn, 9) % round(2.0 * math.pi, 9), round(abs(a.z - b.z), 12), section,
+            a.radius, b.radius, a.pitch, a.turns, a.inward == b.inward)  # fmt: skip
+
+
+def _strands(first: SpiralLayer, second: SpiralLayer, count: int) -> list[tuple[float, float, float]]:
+    nodes, weights = gauss(count)
+    return [
+        (0.5 * first.width * nodes[a], 0.5 * second.width * nodes[b], 0.25 * weights[a] * weights[b])
+        for a in range(count)
+        for b in range(count)
+    ]
+
+
+def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
+    # Gauss points on [low, high] crowded about 0 with x = scale * sinh(t); arrays (panels, count).
+    nodes, weights = gauss(count)
+    a, b = np.arcsinh(low / scale)[:, None], np.arcsinh(high / scale)[:, None]
+    t = 0.5 * (a + b) + 0.5 * (b - a) * nodes
+    return scale[:, None] * np.sinh(t), 0.5 * (b - a) * weights * scale[:, None] * np.cosh(t)
+
+
+def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple[Array, Array, Array]:
+    # Panels of [low, high]: each belongs to the nearest centre, ends at it, half-way to the next, or at a cut.
+    edges = {low, high, *(c for c in cuts if low < c < high)}
+    halves = np.concatenate([centres, centres - math.pi, centres + math.pi])
+    edges.update(float(e) for e in halves if low < e < high)
+    ordered = np.array(sorted(edges))
+    ordered = ordered[np.concatenate([[True], np.diff(ordered) > 1e-12])]
+    middle = 0.5 * (ordered[1:] + ordered[:-1])
+    owner = np.argmin(np.abs(middle[:, None] - centres[None, :]), axis=1)
+    return ordered[:-1], ordered[1:], owner
+
+
+def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+    b = first.pitch / (2.0 * math.pi * unit)
+    ra, rb, span = first.radius / unit, second.radius / unit, first.span
+    height = (first.z - second.z) / unit
+    offset = first.sense * (first.angle - second.angle)
+    count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
+    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1)
+    apart = np.abs(rb - ra - b * centres)
+    clearance = strand_clearance(apart, height, (first.width / unit, second.width / unit),
+                                 (first.thickness / unit, second.thickness / unit), resolution.strands)  # fmt: skip
+    low, high, owner = _panels(centres, -span, span, [0.0])
+    mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
+    reach = apart**2 + height**2 + clearance
+    smallest = 0.02 * (first.width / unit) ** 2
+    scale = np.sqrt(np.maximum(reach, smallest))[owner] / mean_radius
+    v, weight = _graded(low - centres[owner], high - centres[owner], scale, resolution.around)
+    u = v + centres[owner][:, None]
+    start, end = np.maximum(0.0, -u), np.minimum(span, span - u)
+    nodes, along = gauss(resolution.along)
+    theta = (0.5 * (start + end))[..., None] + (0.5 * (end - start))[..., None] * nodes
+    weight = (weight * 0.5 * (end - start))[..., None] * along
+    extra = height**2 + clearance[owner][:, None, None]
+    cosine, sine = np.cos(v)[..., None], -np.sin(v)[..., None]
+    half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
+    r1, step = ra - b * theta, (rb - ra - b * u)[..., None]
+    total = 0.0
+    for x1, x2, share in _strands(first, second, resolution.strands):
+        p = r1 + x1 / unit
+        difference = step + (x2 - x1) / unit
+        q = p + difference
+        product = p * q
+        dot = (b * b + product) * cosine + b * (p - q) * sine
+        total += share * float(np.sum(weight * dot / np.sqrt(difference**2 + 2.0 * product * half + extra)))
+    return total
+
+
+def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+    b = first.pitch / (2.0 * math.pi * unit)
+    ra, rb, span = first.radius / unit, second.radius / unit, first.span
+    height = (first.z - second.z) / unit
+    offset = -first.sense * (first.angle - second.angle)
+    count = math.ceil(span / math.pi) + 2
+    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-1, count)
+    widths = (first.width / unit, second.width / unit)
+    table = _clearance_table(height, widths, (first.thickness / unit, second.thickness / unit), resolution.strands)
+    mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
+    grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
+    low, high, owner = _panels(centres, 0.0, 2.0 * span, [span])
+    v, weight = _graded(low - centres[owner], high - centres[owner], np.full(owner.shape, grade / mean_radius),
+                        resolution.around)  # fmt: skip
+    total_angle = v + centres[owner][:, None]
+    reach = b * np.minimum(total_angle, 2.0 * span - total_angle)
+    width = np.sqrt(grade**2 + (mean_radius * 2.0 * np.sin(0.5 * v)) ** 2)
+    gap, gap_weight = _graded(-reach.ravel(), reach.ravel(), width.ravel(), 2 * resolution.along)
+    shape = (*reach.shape, 2 * resolution.along)
+    gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
+    gap = gap + (ra - rb)
+    extra = height**2 + np.interp(np.abs(gap), *table)
+    cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
+    half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
+    both = (ra + rb - b * total_angle)[..., None]
+    total = 0.0
+    for x1, x2, share in _strands(first, second, resolution.strands):
+        p, q = 0.5 * (both + gap) + x1 / unit, 0.5 * (both - gap) + x2 / unit
+        product = p * q
+        dot = (b * b - product) * cosine + b * (p + q) * sine
+        squared = (gap + (x1 - x2) / unit) ** 2 + 2.0 * product * half + extra
+        total += share * float(np.sum(weight * dot / np.sqrt(squared)))
+    return total
+
+
+@lru_cache(maxsize=64)
+def _clearance_table(
+    height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int
+) -> tuple[Array, Array]:
+    across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
+    return across, strand_clearance(across, height, widths, thicknesses, strands)

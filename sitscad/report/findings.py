@@ -1,0 +1,196 @@
+"""Findings as text for a person and as JSON for a program. A new format is one function and one row of the table."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from sitscad import __version__
+from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.source import SpecSource
+
+
+@dataclass(frozen=True)
+class CheckedSpec:
+    """One spec after its checks: the path as typed, the text that findings point into, and what was found."""
+
+    path: str
+    text: str
+    findings: tuple[Finding, ...]
+    not_checked: tuple[NotChecked, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether no error was found."""
+        return not self.count(Severity.ERROR)
+
+    @property
+    def exit_code(self) -> int:
+        """2 when the spec itself is at fault (an error of SIT0xx), else 1 with any error, else 0."""
+        errors = [finding for finding in self.findings if finding.severity == Severity.ERROR]
+        return 2 if any(finding.rule.startswith("SIT0") for finding in errors) else 1 if errors else 0
+
+    def count(self, severity: Severity) -> int:
+        """How many findings have this severity."""
+        return sum(finding.severity == severity for finding in self.findings)
+
+    def line(self, number: int | None) -> str | None:
+        """A line of the spec's text, counted from 1; None where there is none."""
+        lines = self.text.splitlines()
+        return lines[number - 1] if number and 0 < number <= len(lines) else None
+
+
+def checked_spec(spec: SensorSpec, findings: Sequence[Finding], not_checked: Sequence[NotChecked]) -> CheckedSpec:
+    """A spec with its findings, each given its place in the text where it has none yet."""
+    source = spec.source
+    return CheckedSpec(source.path, source.text, tuple(_placed(source, f) for f in findings), tuple(not_checked))
+
+
+def _placed(source: SpecSource, finding: Finding) -> Finding:
+    if finding.line is not None:
+        return finding
+    line, column = source.locate(finding.key)
+    return replace(finding, line=line, column=column)
+
+
+def as_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
+    """``file:line:column rule severity message``, the offending line under it, a hint, and a summary in the end."""
+    blocks = [_finding_text(spec, finding, colour) for spec in checked for finding in in_order(spec.findings)]
+    left_out = [line for spec in checked for line in _not_checked_text(spec, len(checked) > 1, colour)]
+    return "\n".join([*blocks, *left_out, summary(checked, colour)]) + "\n"
+
+
+def as_json(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
+    """The JSON document of ``check`` (see the README): one entry a spec, absent numbers null."""
+    return to_json(json_document(checked))
+
+
+FINDING_FORMATS: Mapping[str, Callable[[Sequence[CheckedSpec], bool], str]] = {"text": as_text, "json": as_json}
+"""How ``check`` can print what it found: each takes the checked specs and whether colours may be used."""
+
+
+def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
+    """The findings as plain values for JSON."""
+    return {
+        "sitscad": __version__,
+        "ok": all(spec.ok for spec in checked),
+        "specs": [
+            {
+                "spec": spec.path,
+                "ok": spec.ok,
+                "findings": [finding_json(finding) for finding in spec.findings],
+                "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
+            }
+            for spec in checked
+        ],
+    }
+
+
+def to_json(document: object) -> str:
+    """JSON text with every number that is not finite as null, and pure ASCII for every terminal and locale."""
+    return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
+
+
+def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
+    """One line: how many errors, warnings and notes there are, and how many rules were not checked."""
+    counts = [(severity, sum(spec.count(severity) for spec in checked)) for severity in Severity]
+    words = [_number(count, severity.value) for severity, count in counts if count]
+    skipped = sum(len(spec.not_checked) for spec in checked)
+    ok = all(spec.ok for spec in checked)
+    verdict = styled("ok" if ok else "not ok", "green" if ok else "red", colour)
+    tail = f"; {_number(skipped, 'rule')} not checked" if skipped else ""
+    files = f" in {len(checked)} specs" if len(checked) > 1 else ""
+    return f"{verdict}: {', '.join(words) or 'no findings'}{files}{tail}"
+
+
+def in_order(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings in the order of the spec's text."""
+    return sorted(findings, key=lambda f: (f.line or 0, f.column or 0, f.rule))
+
+
+_COLOURS = {"red": "31;1", "yellow": "33;1", "cyan": "36", "green": "32;1", "dim": "2", "bold": "1"}
+SEVERITY_COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cyan"}
+
+
+def styled(text: str, colour: str, on: bool = True) -> str:
+    """`text` in a colour of the terminal, or as it is."""
+    return f"\033[{_COLOURS[colour]}m{text}\033[0m" if on else text
+
+
+def printable(text: str) -> str:
+    """`text` with tabs as spaces and without anything that could steer a terminal."""
+    return "".join(" " if c == "\t" else c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def _finding_text(spec: CheckedSpec, finding: Finding, colour: bool) -> str:
+    where = ":".join(str(part) for part in (printable(spec.path), finding.line, finding.column) if part)
+    severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], colour)
+    lines = [f"{styled(where, 'bold', colour)} {finding.rule} {severity} {printable(finding.message)}"]
+    text = spec.line(finding.line)
+    if text is not None:
+        margin = f"{finding.line:>5} | "
+        caret = " " * (len(margin) - 2) + "| " + " " * ((finding.column or 1) - 1)
+        lines += [f"{margin}{printable(text)}", caret + styled("^", SEVERITY_COLOURS[finding.severity], colour)]
+    if finding.hint:
+        lines.append(f"      hint: {printable(finding.hint)}")
+    return "\n".join(lines)
+
+
+def _not_checked_text(spec: CheckedSpec, name_it: bool, colour: bool) -> list[str]:
+    """The rules that were not checked, one line a reason."""
+    reasons: dict[str, list[str]] = {}
+    for skipped in spec.not_checked:
+        reasons.setdefault(skipped.reason, []).append(skipped.rule)
+    prefix = f"{printable(spec.path)}: " if name_it else ""
+    grouped = ((", ".join(_in_runs(rules)), printable(reason)) for reason, rules in reasons.items())
+    return [styled(f"{prefix}not checked: {rules} ({reason})", "dim", colour) for rules, reason in grouped]
+
+
+def _in_runs(rules: list[str]) -> list[str]:
+    """Identifiers with runs of three and more neighbours drawn together: ``SIT101-SIT117``."""
+    runs: list[list[str]] = []
+    for rule in sorted(set(rules)):
+        if runs and rule[:3] == runs[-1][-1][:3] and rule[3:].isdigit() and int(rule[3:]) == int(runs[-1][-1][3:]) + 1:
+            runs[-1].append(rule)
+        else:
+            runs.append([rule])
+    return [text for run in runs for text in ([f"{run[0]}-{run[-1]}"] if len(run) > 2 else run)]
+
+
+def finding_json(finding: Finding) -> dict[str, Any]:
+    """One finding as plain values for JSON."""
+    entry: dict[str, Any] = {
+        "rule": finding.rule,
+        "name": finding.name,
+        "severity": finding.severity.value,
+        "message": finding.message,
+        "hint": finding.hint,
+        "key": finding.key,
+        "line": finding.line,
+        "column": finding.column,
+        "measured": finding.measured,
+        "limit": finding.limit,
+        "unit": finding.unit,
+        "source": finding.source,
+    }
+    if finding.place is not None:
+        entry["place"] = {"x_m": finding.place.x, "y_m": finding.place.y, "layer": finding.place.layer}
+    return entry
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _number(count: int, word: str) -> str:
+    return f"{count} {word}{'' if count == 1 else 's'}"

@@ -1,0 +1,192 @@
+"""An estimate as text for a person and as JSON for a program. A new format is one function and one row of the table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from sitscad import __version__
+from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
+from sitscad.units import show
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+
+STATES = {"free": "free (coil alone)", "rest": "at rest (assembled)", "pressed": "pressed (required force)"}
+"""What the states of an estimate are called."""
+
+NONE = "-"
+
+
+def as_text(path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False) -> str:
+    """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
+    if estimates is None:
+        return styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour) + "\n"
+    blocks = [
+        _titled("Coils", table(["", *(coil.name for coil in estimates.coils)], coil_rows(estimates)), colour),
+        _titled("At the contacts, leads included", table(STATE_HEAD, state_rows(estimates)), colour),
+        _matrix(estimates, colour),
+        _titled("Readout (LDC1614)", table([], readout_rows(estimates)), colour),
+        _titled("Gaps", table([], gap_rows(estimates)), colour),
+        _titled("Elastomer under the required force", table([], compression_rows(estimates)), colour),
+        _titled("Cross-checks", table(CROSS_HEAD, cross_check_rows(estimates)), colour),
+        *(f"note: {printable(str(note))}" for note in estimates.notes),
+    ]
+    return "\n\n".join([styled(printable(path), "bold", colour), *(block for block in blocks if block)]) + "\n"
+
+
+def as_json(path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False) -> str:
+    """The JSON document of ``estimate``; an unreadable spec gives no coils, and ``findings`` that say why."""
+    if estimates is None:
+        findings = [finding_json(finding) for finding in checked.findings]
+        nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
+        return to_json(nothing | {"findings": findings})
+    return to_json(estimates.as_json(path))
+
+
+ESTIMATE_FORMATS: Mapping[str, Callable[[str, Estimates | None, CheckedSpec, bool], str]] = {
+    "text": as_text,
+    "json": as_json,
+}
+"""How ``estimate`` can print: each takes the path as typed, the estimate (None: no spec), findings, colour or not."""
+
+
+def coil_rows(estimates: Estimates) -> list[list[str]]:
+    """Each quantity of the coils with one value a coil."""
+    rows = (
+        ("winding inductance, free", lambda c: quantity(c.winding_inductance, "H")),
+        ("its relative error, at most", lambda c: f"{c.inductance_error:.1e}"),
+        ("method", lambda c: str(c.method)),
+        ("terminal inductance", lambda c: quantity(c.terminal_inductance, "H")),
+        ("of that, leads and tail", lambda c: quantity(c.lead_inductance, "H")),
+        ("winding resistance, direct current, 20 C", lambda c: quantity(c.resistance_dc, "ohm")),
+        ("winding resistance, sensor frequency", lambda c: quantity(c.resistance_ac, "ohm")),
+        ("contact to contact, direct current", lambda c: quantity(c.terminal_resistance_dc, "ohm")),
+        ("tank capacitance, in all", lambda c: quantity(c.capacitance, "F")),
+        ("of that, the coil's own", lambda c: quantity(c.self_capacitance, "F")),
+        ("sensor frequency, free", lambda c: quantity(c.sensor_frequency, "Hz")),
+        ("self-resonance", lambda c: quantity(c.self_resonance, "Hz")),
+        ("length of the track", lambda c: quantity(c.trace_length, "m")),
+    )
+    return [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
+
+
+STATE_HEAD = ("coil", "state", "inductance", "resistance", "frequency", "Rp", "Q", "amplitude")
+
+
+def state_rows(estimates: Estimates) -> list[list[str]]:
+    """One row a coil and state."""
+    return [
+        [
+            coil.name,
+            STATES.get(state.state, state.state),
+            quantity(state.inductance, "H"),
+            quantity(state.resistance, "ohm"),
+            quantity(state.frequency, "Hz"),
+            quantity(state.parallel_resistance, "ohm"),
+            quantity(state.quality_factor, "", 3),
+            quantity(state.amplitude, "V", 3),
+        ]
+        for coil in estimates.coils
+        for state in coil.states.values()
+    ]
+
+
+def matrix_rows(estimates: Estimates) -> list[list[str]]:
+    """The inductance matrix, one row a coil."""
+    names = (coil.name for coil in estimates.coils)
+    matrix = zip(names, estimates.inductance_matrix, strict=True)
+    return [[name, *(quantity(float(value), "H") for value in row)] for name, row in matrix]
+
+
+def readout_rows(estimates: Estimates) -> list[list[str]]:
+    """The settings of the converter, with the reason for the capacitor."""
+    r = estimates.readout
+    return [
+        ["tank capacitor", quantity(r.capacitance, "F")],
+        ["why this one", str(r.capacitance_reason)],
+        ["drive current", f"{quantity(r.drive_current, 'A')} (code {r.drive_code})"],
+        ["reference clock", f"{quantity(r.reference_frequency, 'Hz')} (divider {r.reference_divider})"],
+        ["input divider", str(r.input_divider)],
+        ["RCOUNT", str(r.rcount)],
+        ["SETTLECOUNT", str(r.settle_count)],
+        ["time on one coil", quantity(r.dwell_time, "s")],
+        ["scans of all coils a second", quantity(r.scan_rate, "")],
+        ["high-current drive", "yes" if r.high_current else "no"],
+    ]
+
+
+def gap_rows(estimates: Estimates) -> list[list[str]]:
+    """The gaps by their names."""
+    return [[STATES.get(name, name.replace("_", " ")), quantity(gap, "m")] for name, gap in estimates.gaps.items()]
+
+
+def compression_rows(estimates: Estimates) -> list[list[str]]:
+    """How far the required force presses the elastomer; none without an elastomer and a force."""
+    pressed = estimates.compression
+    if pressed is None:
+        return []
+    return [
+        ["strain", f"{100.0 * pressed.strain:.1f} %"],
+        ["thickness left", quantity(pressed.gap, "m")],
+        ["shape factor", f"{pressed.shape_factor:.3g}"],
+        ["apparent modulus", quantity(pressed.apparent_modulus, "Pa")],
+        ["formula within its range", "yes" if pressed.valid else "NO"],
+        *([["remark", pressed.note]] if pressed.note else []),
+    ]
+
+
+CROSS_HEAD = ("coil", "formula", "inductance", "against ours", "in its range", "range")
+
+
+def cross_check_rows(estimates: Estimates) -> list[list[str]]:
+    """The closed formulas beside the estimate, each with its range of validity."""
+    return [
+        [
+            check.coil,
+            check.method,
+            quantity(check.inductance, "H"),
+            f"{100.0 * check.deviation:+.1f} %" if math.isfinite(check.deviation) else NONE,
+            "yes" if check.is_valid else "no",
+            check.validity,
+        ]
+        for check in estimates.cross_checks
+    ]
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Lines of aligned columns, numbers to the right and words to the left; none without rows."""
+    body = [[printable(str(cell)) for cell in row] for row in rows]
+    if not body:
+        return []
+    cells = [list(head), *body] if head else body
+    widths = [max(len(row[i]) for row in cells) for i in range(len(cells[0]))]
+    aligned = [">" if is_number else "<" for is_number in number_columns(body)]
+    pairs = list(zip(aligned, widths, strict=True))
+    lines = ([f"{cell:{side}{width}}" for cell, (side, width) in zip(row, pairs, strict=True)] for row in cells)
+    return ["  ".join(line).rstrip() for line in lines]
+
+
+def number_columns(rows: Sequence[Sequence[str]]) -> list[bool]:
+    """For every column whether all its cells are numbers or dashes."""
+    return [all(cell[:1] in _NUMERIC for cell in column) for column in zip(*rows, strict=True)]
+
+
+_NUMERIC = frozenset("0123456789+-")
+
+
+def quantity(value: float | None, unit: str, digits: int = 4) -> str:
+    """A number with its unit, or a dash for what is absent or not finite."""
+    return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
+
+
+def _titled(title: str, lines: Sequence[str], colour: bool) -> str:
+    return "\n".join([styled(title, "bold", colour), *(f"  {line}" for line in lines)]) if lines else ""
+
+
+def _matrix(estimates: Estimates, colour: bool) -> str:
+    if len(estimates.coils) < 2:
+        return ""
+    names = ["", *(coil.name for coil in estimates.coils)]
+    return _titled("Inductance matrix of the windings", table(names, matrix_rows(estimates)), colour)

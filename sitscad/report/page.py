@@ -1,0 +1,225 @@
+"""The page that a person reads: one self-contained HTML file with the verdict, the pictures and every number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+from sitscad import __version__
+from sitscad.finding import Finding, Severity
+from sitscad.report.findings import CheckedSpec
+from sitscad.report.numbers import (
+    CROSS_HEAD,
+    NONE,
+    STATE_HEAD,
+    coil_rows,
+    compression_rows,
+    cross_check_rows,
+    gap_rows,
+    matrix_rows,
+    number_columns,
+    quantity,
+    readout_rows,
+    state_rows,
+)
+from sitscad.report.section import section
+from sitscad.report.style import STYLE
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+
+ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
+FORCED = "This package was built with --force in spite of errors. It is known not to meet its own checks."
+
+
+def render(
+    checked: CheckedSpec,
+    spec: SensorSpec,
+    estimates: Estimates,
+    pictures: Mapping[str, str],
+    files: Mapping[str, int],
+) -> str:
+    """The page as HTML text.
+
+    `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
+    files with their sizes in bytes. Everything that comes from the spec is escaped, nothing is loaded from outside.
+    """
+    parts = [
+        _head(checked, spec),
+        _tiles(estimates),
+        _part("Findings", _findings(checked)),
+        _part("Layout", "".join(_figure(caption, svg) for caption, svg in pictures.items())),
+        _part("Electrical numbers", _electrical(estimates)),
+        _part("Readout settings", _readout(estimates)),
+        _part("Stack", _stack(spec, estimates)),
+        _part("Cross-checks", _cross_checks(estimates)),
+        _part("Defaults assumed", _list(spec.source.defaults)),
+        _part("Not checked", _not_checked(checked)),
+        _part("Files", _files(files)),
+    ]
+    digest = f"spec {escape(_file_name(checked))}, SHA-256 {spec.source.sha256}"
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escape(spec.name)}: report</title><style>{STYLE}</style></head>\n<body><main>\n"
+        + "\n".join(part for part in parts if part)
+        + f"\n<footer>sitscad {escape(__version__)} \u00b7 {digest}</footer>\n</main></body></html>\n"
+    )
+
+
+def _head(checked: CheckedSpec, spec: SensorSpec) -> str:
+    counts = [_counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
+    errors = _counted(checked.count(Severity.ERROR), "error")
+    verdict = "No errors found" if checked.ok else f"{errors}: do not order this"
+    coil = spec.coil
+    turns = f"{coil.turns:g} turns on {_counted(len(coil.layers), 'layer')}"
+    what = (
+        f"{_counted(len(spec.array.placements), coil.shape + ' coil')} of {show(coil.outer_diameter, 'm')}, {turns}, "
+        f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
+    )
+    banner = "" if checked.ok else f"<p class='banner'>{FORCED}</p>"
+    skipped = len(checked.not_checked)
+    not_made = f"{_counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
+    return (
+        f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(what)}</p>"
+        f"<p class='verdict {'good' if checked.ok else 'bad'}'>{verdict}</p>"
+        f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"
+    )
+
+
+def _tiles(estimates: Estimates) -> str:
+    """The numbers that decide, as the range over all coils and states."""
+    states = [state for coil in estimates.coils for state in coil.states.values()]
+    if not states:
+        return ""
+    rows = (
+        ("inductance at the contacts", [s.inductance for s in states], "H"),
+        ("sensor frequency", [s.frequency for s in states], "Hz"),
+        ("parallel resistance", [s.parallel_resistance for s in states], "ohm"),
+        ("quality factor", [s.quality_factor for s in states], ""),
+        ("amplitude (peak)", [s.amplitude for s in states], "V"),
+        ("scans of all coils", [estimates.readout.scan_rate], "Hz"),
+    )
+    tiles = (f"<div class='tile'><b>{_range(values, unit)}</b><span>{name}</span></div>" for name, values, unit in rows)
+    note = "<p class='soft'>Ranges run over all coils and over all states below.</p>"
+    return f"<div class='tiles'>{''.join(tiles)}</div>{note}"
+
+
+def _findings(checked: CheckedSpec) -> str:
+    ordered = sorted(checked.findings, key=lambda f: (ORDER.index(f.severity), f.line or 0, f.rule))
+    return "".join(_finding(checked, finding) for finding in ordered) or "<p>Nothing was found.</p>"
+
+
+def _finding(checked: CheckedSpec, finding: Finding) -> str:
+    line = checked.line(finding.line)
+    quoted = f"<pre>{finding.line:>4} | {escape(line)}</pre>" if line is not None else ""
+    hint = f"<p><b>To mend it:</b> {escape(finding.hint)}</p>" if finding.hint else ""
+    unit = finding.unit or ""
+    numbers = [
+        f"{word} {escape(quantity(value, unit))}"
+        for word, value in (("measured", finding.measured), ("limit", finding.limit))
+        if value is not None
+    ]
+    tail = [*numbers, *([f"source: {escape(finding.source)}"] if finding.source else [])]
+    return (
+        f"<article class='finding {finding.severity.value}'><p><span class='kind'>{finding.severity.value} "
+        f"{escape(finding.rule)}</span> <span class='soft'>{escape(finding.name)}</span></p>"
+        f"<p>{escape(finding.message)}</p>{quoted}{hint}"
+        + (f"<p class='soft'>{'; '.join(tail)}</p>" if tail else "")
+        + "</article>"
+    )
+
+
+def _electrical(estimates: Estimates) -> str:
+    if not estimates.coils:
+        return "<p>No coil could be estimated.</p>"
+    names = ["", *(coil.name for coil in estimates.coils)]
+    matrix = _table(names, matrix_rows(estimates), "Inductance matrix of the windings")
+    return (
+        _table(STATE_HEAD, state_rows(estimates), "At the contacts, leads included")
+        + _table(names, coil_rows(estimates), "Each coil")
+        + (matrix if len(estimates.coils) > 1 else "")
+        + _list(estimates.notes)
+    )
+
+
+def _readout(estimates: Estimates) -> str:
+    return _table(["setting", "value"], readout_rows(estimates), "LDC1614")
+
+
+def _stack(spec: SensorSpec, estimates: Estimates) -> str:
+    drawn = "Section from the film to the jaw; heights to scale, widths not."
+    figure = f"<figure>{section(spec)}<figcaption>{drawn}</figcaption></figure>"
+    stackup = spec.fpc.stackup
+    total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."
+    pressed = _table(["under the required force", ""], compression_rows(estimates), "Elastomer")
+    return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), "Gaps") + pressed
+
+
+def _cross_checks(estimates: Estimates) -> str:
+    return _table(CROSS_HEAD, cross_check_rows(estimates), "Closed formulas beside the estimate")
+
+
+def _not_checked(checked: CheckedSpec) -> str:
+    if not checked.not_checked:
+        return "<p>Every rule was checked.</p>"
+    rows = [[skipped.rule, skipped.reason] for skipped in checked.not_checked]
+    return _table(["rule", "why it was not checked"], rows, "")
+
+
+def _files(files: Mapping[str, int]) -> str:
+    rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
+    return _table(["file", "size"], rows, "")
+
+
+def _part(title: str, body: str) -> str:
+    return f"<section><h2>{title}</h2>{body}</section>" if body else ""
+
+
+def _figure(caption: str, svg: str) -> str:
+    drawing = svg[svg.index("<svg") :]
+    return f"<figure><div class='paper'>{drawing}</div><figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def _list(entries: Iterable[object]) -> str:
+    items = "".join(f"<li>{escape(str(entry))}</li>" for entry in entries)
+    return f"<ul>{items}</ul>" if items else ""
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
+    """A table, its numbers to the right; every cell is escaped here. Nothing for a table without rows."""
+    lines = [[str(cell) for cell in row] for row in rows]
+    if not lines:
+        return ""
+    kinds = [" class=number" if is_number else "" for is_number in number_columns(lines)]
+
+    def cells(entries: Sequence[str], tag: str) -> str:
+        return "".join(f"<{tag}{kind}>{escape(entry)}</{tag}>" for kind, entry in zip(kinds, entries, strict=True))
+
+    body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in lines)
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    heading = f"<thead><tr>{cells(head, 'th')}</tr></thead>"
+    return f"<div class='scroll'><table>{title}{heading}<tbody>{body}</tbody></table></div>"
+
+
+def _range(values: Iterable[float | None], unit: str) -> str:
+    finite = [value for value in values if value is not None and math.isfinite(value)]
+    if not finite:
+        return NONE
+    low, high = show(min(finite), unit, 3), show(max(finite), unit, 3)
+    if low == high:
+        return low
+    (a, _, one), (b, _, other) = low.partition(" "), high.partition(" ")
+    return f"{a} to {b} {other}".strip() if one == other else f"{low} to {high}"
+
+
+def _counted(count: int, word: str) -> str:
+    return f"{count} {word}{'' if count == 1 else 's'}"
+
+
+def _file_name(checked: CheckedSpec) -> str:
+    return checked.path.replace("\\", "/").rpartition("/")[2]

@@ -1,0 +1,127 @@
+"""The sensor in section: every layer from the jaw to the film over the target, heights to scale."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from html import escape
+
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.stackup import LayerKind
+from sitscad.units import show
+
+WIDTH, LEFT, RIGHT, LABEL = 900.0, 20.0, 470.0, 520.0
+HEIGHT, ROW = 380.0, 22.0
+
+COLOURS = {
+    "jaw": "#8d949b",
+    "shield": "#c98a4b",
+    "standoff": "#dfe5ea",
+    LayerKind.COVERLAY: "#d9a441",
+    LayerKind.COPPER: "#c46a2b",
+    LayerKind.DIELECTRIC: "#f0dfb0",
+    "elastomer": "#a9cfe0",
+    "target": "#b8602a",
+    "film": "#cfe3cf",
+}
+JAW_SHOWN = 0.6e-3
+
+
+@dataclass(frozen=True)
+class Slice:
+    """One layer of the section: heights in metres, z = 0 at the board's top face, its colour and what it is."""
+
+    bottom: float
+    top: float
+    colour: str
+    label: str
+    inset: float = 0.0
+
+
+def section(spec: SensorSpec) -> str:
+    """The section as an inline SVG that takes its text colours from the page."""
+    slices = list(_slices(spec))
+    low, high = min(s.bottom for s in slices), max(s.top for s in slices)
+    scale = HEIGHT / (high - low)
+    rows = _spread([HEIGHT - ((s.bottom + s.top) / 2 - low) * scale for s in slices])
+    height = max(HEIGHT, rows[-1] + ROW) + 20.0
+    box = f'viewBox="0 0 {WIDTH:.0f} {height:.1f}"'
+    parts = [f'<svg class="section" {box} role="img"><title>Section of the sensor</title>']
+    for piece, row in zip(slices, rows, strict=True):
+        y, tall = 10.0 + (high - piece.top) * scale, (piece.top - piece.bottom) * scale
+        middle = y + tall / 2
+        wide = RIGHT - LEFT - 2 * piece.inset
+        size = f'width="{wide:.1f}" height="{tall:.2f}"'
+        parts.append(f'<rect x="{LEFT + piece.inset:.1f}" y="{y:.2f}" {size} fill="{piece.colour}"/>')
+        end = f"H{RIGHT + 10:.0f}L{LABEL - 12:.0f} {10 + row:.2f}H{LABEL - 4:.0f}"
+        parts.append(f'<path class="leader" d="M{RIGHT - piece.inset:.1f} {middle:.2f}{end}"/>')
+        parts.append(f'<text x="{LABEL:.0f}" y="{14.5 + row:.2f}">{escape(piece.label)}</text>')
+    return "".join([*parts, "</svg>"])
+
+
+def _slices(spec: SensorSpec) -> Iterator[Slice]:
+    """The layers from the top down."""
+    top = 0.0
+    above: list[Slice] = []
+    if spec.elastomer is not None:
+        label = f"elastomer, {spec.elastomer.material.name}, {show(spec.elastomer.thickness, 'm')}"
+        above.append(Slice(top, top + spec.elastomer.thickness, COLOURS["elastomer"], label, 40.0))
+        top += spec.elastomer.thickness
+    if spec.target is not None:
+        label = f"target, {spec.target.material.name}, {show(spec.target.thickness, 'm')}"
+        above.append(Slice(top, top + spec.target.thickness, COLOURS["target"], label, 40.0))
+        top += spec.target.thickness
+    if spec.encapsulation is not None:
+        label = f"encapsulation, {spec.encapsulation.material.name}, {show(spec.encapsulation.thickness, 'm')}"
+        above.append(Slice(top, top + spec.encapsulation.thickness, COLOURS["film"], label, 20.0))
+    yield from reversed(above)
+    yield from _board(spec)
+    yield from _behind(spec)
+
+
+def _board(spec: SensorSpec) -> Iterator[Slice]:
+    depth, copper = 0.0, 0
+    for layer in spec.fpc.stackup.layers:
+        copper += layer.kind is LayerKind.COPPER
+        name = f"copper {copper}" if layer.kind is LayerKind.COPPER else layer.kind.value
+        made = f", {layer.material}" if layer.material not in ("", "copper") else ""
+        label = f"{name}{made}, {show(layer.thickness, 'm')}"
+        yield Slice(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
+        depth += layer.thickness
+
+
+def _behind(spec: SensorSpec) -> Iterator[Slice]:
+    """Stand-off, shield and jaw under the board; without a jaw only the gap to the shield."""
+    bottom = -spec.fpc.stackup.thickness
+    shield, mount = spec.shield, spec.mount
+    here = bottom
+    if shield is not None:
+        yield Slice(here - shield.gap, here, COLOURS["standoff"], f"gap to the shield, {show(shield.gap, 'm')}")
+        here -= shield.gap
+        label = f"shield, {shield.material.name}, {show(shield.thickness, 'm')}"
+        yield Slice(here - shield.thickness, here, COLOURS["shield"], label)
+        here -= shield.thickness
+    if mount is None:
+        return
+    face = bottom - mount.standoff
+    if here - face > 1e-9:
+        what = "rest of the stand-off" if shield is not None else "stand-off (mount)"
+        yield Slice(face, here, COLOURS["standoff"], f"{what}, {show(here - face, 'm')}")
+    if mount.jaw is not None:
+        shown = min(JAW_SHOWN, mount.jaw.height)
+        label = f"jaw, {mount.jaw.material.name} ({show(mount.jaw.height, 'm')} high, cut off here)"
+        yield Slice(face - shown, face, COLOURS["jaw"], label)
+
+
+def _spread(wanted: list[float]) -> list[float]:
+    """Rows for the labels near where they are wanted (top down), never closer than one row."""
+    rows: list[float] = []
+    for y in wanted:
+        rows.append(max(y, rows[-1] + ROW) if rows else max(y, 4.0))
+    excess = rows[-1] - max(HEIGHT, (len(rows) - 1) * ROW + 4.0)
+    for i in range(len(rows) - 1, -1, -1):
+        if excess <= 0:
+            break
+        limit = rows[i + 1] - ROW if i + 1 < len(rows) else rows[i] - excess
+        rows[i] = min(rows[i], limit)
+    return rows

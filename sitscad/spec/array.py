@@ -1,0 +1,100 @@
+"""The array as written to `ArraySpec`: a pattern's own keys, the coils' places and the gaps between them."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+
+from sitscad.spec import positions
+from sitscad.spec.document import ArrayDocument
+from sitscad.spec.remarks import Remarks
+from sitscad.spec.sensor import ArraySpec, CoilSpec
+from sitscad.units import show
+
+_MOST_COILS = 64
+_DEFAULT_GAP = 0.5e-3
+_COUNTS = {"line": (2,), "grid": (2, 2), "triangle": (3,), "single": (1,)}
+_PATTERN_KEYS = {
+    "single": (),
+    "line": ("count", "pitch"),
+    "triangle": ("pitch",),
+    "grid": ("count", "pitch"),
+    "explicit": ("centres",),
+}
+
+
+def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> ArraySpec:
+    """The coils' places; unfit ones fall back on a single coil, with a flaw."""
+    pattern = document.pattern or _implied_pattern(document)
+    if document.pattern is None:
+        remarks.default("array.pattern", pattern, "the default" if pattern == "single" else "after the keys given")
+    _check_keys(document, pattern, remarks)
+    pitch = _pitch(document, pattern, coil, remarks)
+    centres = _centres(document, pattern, pitch or 0.0, remarks)
+    if not 1 <= len(centres) <= _MOST_COILS:
+        key = "array.centres" if pattern == "explicit" else "array.count"
+        message, limit = f"{len(centres)} coils are out of range: 1 to {_MOST_COILS}", _MOST_COILS if centres else 1
+        remarks.flaw("SIT006", key, message, measured=float(len(centres)), limit=float(limit))
+        return ArraySpec(pattern, positions.named(((0.0, 0.0),)), pitch)
+    array = ArraySpec(pattern, positions.named(centres), pitch)
+    _check_gaps(array, coil, remarks)
+    return array
+
+
+def _implied_pattern(document: ArrayDocument) -> str:
+    if document.centres is not None:
+        return "explicit"
+    if document.count is not None and len(document.count) == 2:
+        return "grid"
+    return "line" if document.count is not None or document.pitch is not None else "single"
+
+
+def _check_keys(document: ArrayDocument, pattern: str, remarks: Remarks) -> None:
+    wanted = _PATTERN_KEYS[pattern]
+    for name in ("count", "pitch", "centres"):
+        value = getattr(document, name)
+        if value is None or name in wanted or (name == "count" and value == _COUNTS.get(pattern)):
+            continue
+        hint = f"it takes {', '.join(wanted) or 'no other key'}"
+        remarks.flaw("SIT009", f"array.{name}", f"{name} means nothing with pattern {pattern}", hint)
+    if "centres" in wanted and document.centres is None:
+        message = "centres are missing: pattern explicit needs them"
+        remarks.flaw("SIT003", "array.centres", message, "add centres: [[-2, 0], [2, 0]] to array")
+    if document.count is not None and "count" in wanted and len(document.count) != len(_COUNTS[pattern]):
+        form = "[nx, ny]" if pattern == "grid" else "one number"
+        remarks.flaw("SIT009", "array.count", f"pattern {pattern} takes {form} as count", "line: 2; grid: [2, 2]")
+
+
+def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remarks) -> float | None:
+    if document.pitch is not None or "pitch" not in _PATTERN_KEYS[pattern]:
+        return document.pitch
+    size = coil.size[0] if pattern == "line" else max(coil.size)
+    pitch = size + max(_DEFAULT_GAP, coil.trace_spacing)
+    remarks.default("array.pitch", show(pitch, "m"), "the coil's size and a gap, the default")
+    return pitch
+
+
+def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remarks) -> tuple[tuple[float, float], ...]:
+    if pattern == "explicit":
+        return ((0.0, 0.0),) if document.centres is None else tuple(document.centres)
+    if pattern == "single":
+        return ((0.0, 0.0),)
+    if pattern == "triangle":
+        return positions.triangle(pitch)
+    count = document.count if document.count and len(document.count) == len(_COUNTS[pattern]) else _COUNTS[pattern]
+    if document.count is None:
+        remarks.default("array.count", str(list(count) if len(count) > 1 else count[0]))
+    return positions.line(count[0], pitch) if len(count) == 1 else positions.grid(count[0], count[1], pitch)
+
+
+def _check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
+    pairs = combinations(array.placements, 2)
+    found = ((positions.gap(coil.shape, coil.size, a.centre, b.centre), a.name, b.name) for a, b in pairs)
+    smallest, first, second = min(found, default=(math.inf, "", ""))
+    if smallest >= coil.trace_spacing * (1 - 1e-6):
+        return
+    what = f"overlap by {show(-smallest, 'm')}" if smallest < 0 else f"stand {show(smallest, 'm')} apart"
+    key = "array.centres" if array.pattern == "explicit" else "array.pitch"
+    message = f"{first} and {second} {what}: at least the trace spacing, {show(coil.trace_spacing, 'm')}, is wanted"
+    hint = f"move them {show(coil.trace_spacing - smallest, 'm')} further apart"
+    remarks.flaw("SIT014", key, message, hint, measured=smallest, limit=coil.trace_spacing, unit="m")

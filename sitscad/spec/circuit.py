@@ -1,0 +1,102 @@
+"""The flexible circuit as written to `FpcSpec`: stack-up, design rules and tail, presets or written out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from sitscad.spec import presets
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.document import FpcDocument, LayerDocument, RulesDocument
+from sitscad.spec.remarks import Remarks
+from sitscad.spec.sensor import CoilSpec, FpcSpec, Tail
+from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+
+_DEFAULT_STACKUP = {1: "flex-2l-18um", 2: "flex-2l-18um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
+_LARGEST_STACKUP = "flex-8l"
+_WRITTEN = "written out"
+
+
+def resolve_fpc(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> FpcSpec:
+    """The flexible circuit; a stack-up that lacks the coil's layers is a flaw."""
+    stackup = _stackup(document, coil, remarks)
+    copper = len(stackup.copper)
+    if max(coil.layers) > copper:
+        message = f"the coil uses copper layer {max(coil.layers)}, stack-up {stackup.name} has {copper}"
+        facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
+        remarks.flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper", **facts)
+    return FpcSpec(stackup, _rules(document.rules), _tail(document, copper, remarks))
+
+
+def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
+    if isinstance(document.stackup, str):
+        return presets.stackup(document.stackup)
+    if document.stackup is not None:
+        return _written_stackup(document.stackup, remarks)
+    name = _DEFAULT_STACKUP.get(max(coil.layers), _LARGEST_STACKUP)
+    layers = f"{len(coil.layers)} coil layer{'s' if len(coil.layers) > 1 else ''}"
+    remarks.default("fpc.stackup", name, f"the default for {layers}")
+    return presets.stackup(name)
+
+
+def _written_stackup(layers: list[LayerDocument], remarks: Remarks) -> Stackup:
+    found = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(layers)]
+    kinds = [layer.kind for layer in found]
+    if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(found) > 40:
+        message = (
+            f"{kinds.count(LayerKind.COPPER)} copper layers in {len(found)} are out of range: 1 to 8 in at most 40"
+        )
+        remarks.flaw("SIT006", "fpc.stackup", message, "write the layers from top to bottom")
+    for index, kind in enumerate(kinds):
+        if kind is LayerKind.COVERLAY and 0 < index < len(kinds) - 1:
+            remarks.flaw(
+                "SIT009", f"fpc.stackup.{index}", "coverlay lies inside the stack-up", "inside, write dielectric"
+            )
+        if kind is LayerKind.COPPER and index and kinds[index - 1] is LayerKind.COPPER:
+            message = "two copper layers touch"
+            remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "put a dielectric between them")
+    return Stackup(_WRITTEN, tuple(found), "the spec")
+
+
+def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer:
+    given = [(kind, getattr(layer, kind)) for kind in ("coverlay", "copper", "dielectric")]
+    given = [(kind, thickness) for kind, thickness in given if thickness is not None]
+    if len(given) != 1:
+        message = "a layer is exactly one of coverlay, copper and dielectric"
+        remarks.flaw("SIT009" if given else "SIT003", key, message, "like {copper: 18 um}")
+        return StackLayer(LayerKind.DIELECTRIC, 1e-6, "polyimide", 1.0)
+    kind, thickness = LayerKind(given[0][0]), given[0][1]
+    if kind is LayerKind.COPPER:
+        if layer.material is not None or layer.permittivity is not None:
+            remarks.flaw("SIT009", key, "copper takes no material and no permittivity", "like {copper: 18 um}")
+        return StackLayer(kind, thickness, "copper")
+    material = layer.material or ("polyimide-coverlay" if kind is LayerKind.COVERLAY else "polyimide")
+    if layer.material is None:
+        remarks.default(f"{key}.material", material)
+    permittivity = presets.permittivity(material) if layer.permittivity is None else layer.permittivity
+    return StackLayer(kind, thickness, material, permittivity)
+
+
+def _rules(document: str | RulesDocument) -> DesignRules:
+    if isinstance(document, str):
+        return presets.design_rules(document)
+    base = presets.design_rules(document.based_on)
+    own = ("name", "based_on", "source")
+    written = {name: value for name, value in document.values().items() if name not in own and value is not None}
+    coil_rules = any(name.startswith("coil_") for name in written)
+    sources = {**base.sources, **dict.fromkeys(written, document.source)}
+    source = f"{document.source}; the rest from {document.based_on}"
+    binding = coil_rules or base.coil_rule_binding
+    return replace(base, **written, name=document.name, source=source, sources=sources, coil_rule_binding=binding)
+
+
+def _tail(document: FpcDocument, copper: int, remarks: Remarks) -> Tail | None:
+    if document.tail is None:
+        return None
+    layers = document.tail.layers
+    if layers is None:
+        layers = min(2, copper)
+        remarks.default("fpc.tail.layers", str(layers))
+    if layers > copper:
+        message = f"the tail has {layers} copper layers, the stack-up has {copper}"
+        remarks.flaw("SIT009", "fpc.tail.layers", message, "", measured=float(layers), limit=float(copper))
+    return Tail(document.tail.length, presets.connector(document.tail.connector), layers, document.tail.bend)

@@ -1,0 +1,72 @@
+"""The coil as written to `CoilSpec`, with its turns held against its shape and size."""
+
+from __future__ import annotations
+
+from sitscad.spec.document import CoilDocument
+from sitscad.spec.remarks import Remarks
+from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.turns import is_whole, most_turns, nearest_turns, turn_fraction
+from sitscad.units import show
+
+
+def resolve_coil(document: CoilDocument, remarks: Remarks) -> CoilSpec:
+    """The coil, with its turns held against its shape and size."""
+    turns = nearest_turns(document.shape, document.turns)
+    coil = CoilSpec(
+        shape=document.shape,
+        size=document.outer_diameter,
+        turns=turns if is_whole(document.shape, document.turns) else document.turns,
+        layers=document.layers,
+        trace_width=document.trace_width,
+        trace_spacing=document.trace_spacing,
+        start_angle=document.start_angle,
+        clockwise=document.sense == "clockwise",
+        corner_radius=document.corner_radius,
+    )
+    _check_size(coil, remarks)
+    _check_turns(coil, remarks)
+    _check_corner(coil, remarks)
+    return coil
+
+
+def _check_size(coil: CoilSpec, remarks: Remarks) -> None:
+    x, y = coil.size
+    if coil.shape not in ("rectangle", "racetrack") and x != y:
+        hint = "write one number, or choose rectangle or racetrack"
+        remarks.flaw("SIT009", "coil.outer_diameter", f"a {coil.shape} has one size, not [x, y]", hint)
+    if coil.shape == "racetrack" and x <= y:
+        message = f"a racetrack's x ({show(x, 'm')}) must be larger than its y ({show(y, 'm')})"
+        remarks.flaw(
+            "SIT009", "coil.outer_diameter", message, "its straight sides run along x: write [x, y] with x > y"
+        )
+
+
+def _check_turns(coil: CoilSpec, remarks: Remarks) -> None:
+    parts = turn_fraction(coil.shape)
+    if parts and not is_whole(coil.shape, coil.turns):
+        nearest = nearest_turns(coil.shape, coil.turns)
+        message = f"{coil.turns:g} turns of a {coil.shape} do not end at a corner: a multiple of 1/{parts} is wanted"
+        if coil.shape == "racetrack":
+            message = f"{coil.turns:g} turns of a racetrack do not end at a side: a multiple of 1/2 is wanted"
+        remarks.flaw(
+            "SIT015", "coil.turns", message, f"the nearest is {nearest:.7g}", measured=coil.turns, limit=nearest
+        )
+    most = most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
+    if most <= 0:
+        message = f"a trace of {show(coil.trace_width, 'm')} leaves no inside in {show(coil.outer_diameter, 'm')}"
+        remarks.flaw("SIT016", "coil.outer_diameter", message, "make the coil larger or the trace finer")
+    elif coil.turns > most * (1 + 1e-9):
+        fits = f"{int(most * 100) / 100:g}" if parts is None else f"{most:.7g}"
+        message = f"{coil.turns:g} turns do not fit in {show(coil.outer_diameter, 'm')}: at most {fits}"
+        hint = "fewer turns, a finer trace and spacing, more layers, or a larger coil"
+        remarks.flaw("SIT016", "coil.turns", message, hint, measured=coil.turns, limit=float(fits))
+
+
+def _check_corner(coil: CoilSpec, remarks: Remarks) -> None:
+    if coil.corner_radius and coil.shape in ("circle", "racetrack"):
+        message = f"a {coil.shape} has no corners to round"
+        remarks.flaw("SIT009", "coil.corner_radius", message, "leave corner_radius out")
+    elif coil.corner_radius > coil.outer_diameter / 2:
+        limit = coil.outer_diameter / 2
+        message = f"a corner radius of {show(coil.corner_radius, 'm')} is more than half the size ({show(limit, 'm')})"
+        remarks.flaw("SIT009", "coil.corner_radius", message, "", measured=coil.corner_radius, limit=limit, unit="m")

@@ -1,0 +1,35 @@
+"""What resolving a spec has to say besides its values: what does not fit, and what was filled in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Flaw:
+    """Something that does not fit, under a dotted key, with the facts of the finding to be."""
+
+    rule: str
+    key: str
+    message: str
+    hint: str = ""
+    measured: float | None = None
+    limit: float | None = None
+    unit: str | None = None
+
+
+@dataclass
+class Remarks:
+    """What resolving has to say besides its values: flaws, and the defaults it filled in."""
+
+    flaws: list[Flaw] = field(default_factory=list)
+    defaults: list[str] = field(default_factory=list)
+
+    def flaw(self, rule: str, key: str, message: str, hint: str = "", **facts: Any) -> None:
+        """Note something that does not fit."""
+        self.flaws.append(Flaw(rule, key, message, hint, **facts))
+
+    def default(self, key: str, value: str, why: str = "the default") -> None:
+        """Note a value that was filled in."""
+        self.defaults.append(f"{key}: {value}, {why}")

@@ -1,0 +1,194 @@
+"""The written spec to the frozen `SensorSpec`: presets looked up, defaults noted, pieces held against each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from sitscad.spec import presets
+from sitscad.spec.array import resolve_array
+from sitscad.spec.circuit import resolve_fpc
+from sitscad.spec.coil import resolve_coil
+from sitscad.spec.document import CableDocument, ConductorDocument, ElastomerDocument, JawDocument, SpecDocument
+from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.remarks import Remarks
+from sitscad.spec.section import Section
+from sitscad.spec.sensor import (
+    Cable,
+    ElastomerPad,
+    Encapsulation,
+    Jaw,
+    Mount,
+    ReadoutSpec,
+    Requirements,
+    SensorSpec,
+    Shield,
+    Target,
+)
+from sitscad.spec.source import SpecSource
+from sitscad.units import show
+
+_DEFAULT_STANDOFF = 1e-3
+_CABLE_PER_METRE = {"inductance": 600e-9, "capacitance": 100e-12, "resistance": 1.0}
+_WRITTEN = "written out"
+
+
+def resolve(document: SpecDocument, source: SpecSource) -> tuple[SensorSpec | None, Remarks]:
+    """The sensor in SI values, or None where the pieces do not fit each other; and what there is to say about it."""
+    remarks = Remarks()
+    coil = resolve_coil(document.coil, remarks)
+    array = resolve_array(document.array, coil, remarks)
+    fpc = resolve_fpc(document.fpc, coil, remarks)
+    side = max(coil.outer_diameter, array.pitch or 0.0)
+    target = resolve_target(document, side, remarks)
+    shield = resolve_shield(document)
+    spec = SensorSpec(
+        name=document.name,
+        coil=coil,
+        array=array,
+        fpc=fpc,
+        target=target,
+        elastomer=resolve_elastomer(document, target.size if target else (side, side), remarks),
+        encapsulation=resolve_encapsulation(document),
+        mount=resolve_mount(document, shield, remarks),
+        shield=shield,
+        readout=resolve_readout(document, remarks),
+        requirements=Requirements(**document.requirements.values()),
+        source=source,
+    )
+    _note_plain_defaults(document, "", source.keys, remarks)
+    return (None if remarks.flaws else spec), remarks
+
+
+def _note_plain_defaults(section: Section, path: str, written: Mapping[str, Any], remarks: Remarks) -> None:
+    """Note every default that is written in the format itself; the others were noted where they were worked out."""
+    for name, key in section.keys.items():
+        value = getattr(section, name)
+        if isinstance(value, Section):
+            _note_plain_defaults(value, f"{path}{name}.", written, remarks)
+        elif f"{path}{name}" not in written and key.default not in (None, "", _WRITTEN):
+            is_bare_length = isinstance(key.default, (int, float)) and getattr(key.kind, "dimension", "") == "length"
+            remarks.default(f"{path}{name}", f"{key.default} mm" if is_bare_length else str(key.default))
+
+
+def _plate(part: Any, key: str, size: tuple[float, float], remarks: Remarks) -> tuple[str, tuple[float, float]]:
+    """Shape and size of a plate, with its defaults."""
+    if part.size is None:
+        shown = show(size[0], "m") if size[0] == size[1] else f"[{show(size[0], 'm')}, {show(size[1], 'm')}]"
+        remarks.default(f"{key}.size", shown, "after what lies under it")
+    size = part.size or size
+    shape = part.shape or ("square" if size[0] == size[1] else "rectangle")
+    if part.shape is None:
+        remarks.default(f"{key}.shape", shape, "after its size")
+    if shape != "rectangle" and size[0] != size[1]:
+        remarks.flaw(
+            "SIT009", f"{key}.size", f"a {shape} has one size, not [x, y]", "write one number, or shape: rectangle"
+        )
+    return shape, size
+
+
+def resolve_target(document: SpecDocument, side: float, remarks: Remarks) -> Target | None:
+    """The target; by default a square as wide as the coils are far apart, at least as wide as a coil."""
+    part = document.target
+    if part is None:
+        return None
+    shape, size = _plate(part, "target", (side, side), remarks)
+    return Target(shape, size, part.thickness, _conductor(part.material), part.kerf)
+
+
+def resolve_elastomer(document: SpecDocument, size: tuple[float, float], remarks: Remarks) -> ElastomerPad | None:
+    """The elastomer pad; by default as large as the target."""
+    part = document.elastomer
+    if part is None:
+        return None
+    shape, size = _plate(part, "elastomer", size, remarks)
+    return ElastomerPad(_elastomer(part.material), shape, size, part.thickness, part.kerf)
+
+
+def resolve_encapsulation(document: SpecDocument) -> Encapsulation | None:
+    """The encapsulating film."""
+    part = document.encapsulation
+    return None if part is None else Encapsulation(_elastomer(part.material), part.thickness)
+
+
+def resolve_shield(document: SpecDocument) -> Shield | None:
+    """The shield behind the board."""
+    part = document.shield
+    return None if part is None else Shield(_conductor(part.material), part.thickness, part.gap)
+
+
+def resolve_mount(document: SpecDocument, shield: Shield | None, remarks: Remarks) -> Mount | None:
+    """The mount; the shield has to fit between board and metal."""
+    part = document.mount
+    if part is None:
+        return None
+    needed = shield.gap + shield.thickness if shield else 0.0
+    standoff = part.standoff
+    if standoff is None:
+        standoff = max(_DEFAULT_STANDOFF, needed)
+        remarks.default("mount.standoff", show(standoff, "m"))
+    if standoff < needed * (1 - 1e-9):
+        message = f"the shield ends {show(needed, 'm')} below the board, the metal begins at {show(standoff, 'm')}"
+        hint = "a standoff of at least shield.gap plus shield.thickness"
+        remarks.flaw("SIT009", "mount.standoff", message, hint, measured=standoff, limit=needed, unit="m")
+    if part.kind == "bench-plate":
+        if part.jaw is not None:
+            remarks.flaw("SIT009", "mount.jaw", "a bench plate has no jaw", "leave jaw out, or kind: grasper-pad")
+        return Mount(part.kind, None, standoff)
+    if part.jaw is None:
+        remarks.default("mount.jaw", "generic-5mm")
+    return Mount(part.kind, _jaw(part.jaw or "generic-5mm"), standoff)
+
+
+def _jaw(document: str | JawDocument) -> Jaw:
+    if isinstance(document, str):
+        return presets.jaw(document)
+    return Jaw(
+        name=document.name,
+        width=document.width,
+        length=document.length,
+        height=document.height,
+        port_diameter=document.port_diameter,
+        material=_conductor(document.material),
+        opposing_pad_thickness=document.opposing_pad_thickness,
+        source="the spec",
+    )
+
+
+def _conductor(document: str | ConductorDocument) -> Conductor:
+    if isinstance(document, str):
+        return presets.conductor(document)
+    return Conductor(**document.values(), source="the spec")
+
+
+def _elastomer(document: str | ElastomerDocument) -> ElastomerMaterial:
+    if isinstance(document, str):
+        return presets.elastomer(document)
+    return ElastomerMaterial(
+        name=document.name,
+        shear_modulus=document.shear_modulus,
+        shear_modulus_sigma=document.uncertainty,
+        bulk_modulus=document.bulk_modulus,
+        hardness=document.hardness,
+        source="the spec",
+    )
+
+
+def resolve_readout(document: SpecDocument, remarks: Remarks) -> ReadoutSpec:
+    """The converter and its cable."""
+    part = document.readout
+    cable = None if part.cable is None else _cable(part.cable, remarks)
+    return ReadoutSpec(part.device, part.capacitance, part.capacitor_at, cable, part.clock, part.scan_rate)
+
+
+def _cable(document: CableDocument, remarks: Remarks) -> Cable:
+    """The cable; what is left out is a thin flexible pair's, in proportion to its length."""
+    units = {"inductance": "H", "capacitance": "F", "resistance": "ohm"}
+    values = {}
+    for name, per_metre in _CABLE_PER_METRE.items():
+        given = getattr(document, name)
+        values[name] = per_metre * document.length if given is None else given
+        if given is None:
+            why = f"the default for {show(document.length, 'm')} of cable (unverified: measure yours)"
+            remarks.default(f"readout.cable.{name}", show(values[name], units[name]), why)
+    return Cable(document.length, **values)

@@ -1,0 +1,32 @@
+"""The JSON Schema of the spec, for editors: made from the same declarations that read it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sitscad.spec.document import SpecDocument
+from sitscad.spec.section import Key, Section, sections_in
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def json_schema() -> dict[str, Any]:
+    """The schema (draft 2020-12) of what may be written, with descriptions and the names of the installed presets."""
+    inner = {name: section for name, section in sections_in(SpecDocument).items() if section is not SpecDocument}
+    definitions = {name: _object(section) for name, section in sorted(inner.items())}
+    return {"$schema": DIALECT, "title": "sitscad spec", **_object(SpecDocument), "$defs": definitions}
+
+
+def _object(section: type[Section]) -> dict[str, Any]:
+    return {
+        "type": "object",
+        "description": section.__doc__,
+        "additionalProperties": False,
+        "required": [name for name, key in section.keys.items() if key.is_required],
+        "properties": {name: _property(key) for name, key in section.keys.items()},
+    }
+
+
+def _property(key: Key) -> dict[str, Any]:
+    has_default = not key.is_required and key.default is not None
+    return {"description": key.about, **key.kind.schema(), **({"default": key.default} if has_default else {})}

@@ -1,0 +1,141 @@
+"""Sections of the spec: classes whose attributes declare keys, read by pydantic's core.
+
+pydantic's model layer is left out on purpose: it more than doubles the start-up time of `check`, and the core alone
+validates, collects every error at once, and says where each one is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, NoReturn
+
+from pydantic_core import SchemaValidator, core_schema
+
+from sitscad.spec.kinds import Kind, Preset
+
+NAME = "<name>"
+WRITTEN = "<written out>"
+REQUIRED: Any = object()
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key of a section: the kind of its value, its default as a person would write it, and what it is for."""
+
+    kind: Kind
+    default: Any
+    about: str
+
+    @property
+    def is_required(self) -> bool:
+        """Whether a spec without the key is refused."""
+        return self.default is REQUIRED
+
+
+def key(kind: Kind, about: str, default: Any = REQUIRED) -> Any:
+    """Declare a key. A default of None means that there is no value; any other is read like a written one."""
+    return Key(kind, default, about)
+
+
+class Section:
+    """A section of the spec, read-only: `keys` are those declared in the class, each an attribute of the instance."""
+
+    keys: ClassVar[dict[str, Key]] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Collect the keys that the class declares."""
+        cls.keys = {name: value for name, value in vars(cls).items() if isinstance(value, Key)}
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        """Refuse: a section is what was written."""
+        raise AttributeError(f"{type(self).__name__} is read-only")
+
+    def values(self) -> dict[str, Any]:
+        """The values of all keys, defaults included."""
+        return {name: getattr(self, name) for name in self.keys}
+
+
+@dataclass(frozen=True)
+class Part(Kind):
+    """A section inside another one."""
+
+    section: type[Section]
+
+    def validator(self) -> core_schema.CoreSchema:
+        """An instance of the section; unknown keys are refused."""
+        fields = [core_schema.dataclass_field(name, _with_default(k)) for name, k in self.section.keys.items()]
+        arguments = core_schema.dataclass_args_schema(self.section.__name__, fields)
+        config = core_schema.CoreConfig(extra_fields_behavior="forbid")
+        return core_schema.dataclass_schema(self.section, arguments, list(self.section.keys), config=config)
+
+    def schema(self) -> dict[str, Any]:
+        """A reference to the section's own schema."""
+        return {"$ref": f"#/$defs/{self.section.__name__}"}
+
+
+def _with_default(k: Key) -> core_schema.CoreSchema:
+    inner = k.kind.validator()
+    if k.is_required:
+        return inner
+    return core_schema.with_default_schema(inner, default=k.default, validate_default=k.default is not None)
+
+
+@dataclass(frozen=True)
+class ListOf(Kind):
+    """A list whose entries are all of one kind."""
+
+    entry: Kind
+
+    def validator(self) -> core_schema.CoreSchema:
+        """A list, each entry read on its own."""
+        return core_schema.list_schema(self.entry.validator(), strict=True)
+
+    def schema(self) -> dict[str, Any]:
+        """An array."""
+        return {"type": "array", "items": self.entry.schema()}
+
+
+@dataclass(frozen=True)
+class NameOr(Kind):
+    """The name of a preset, or the same thing written out."""
+
+    preset: Preset
+    written: Kind
+
+    def validator(self) -> core_schema.CoreSchema:
+        """Decides by what is written, so that complaints are about the form that was meant."""
+        form = "a list" if isinstance(self.written, ListOf) else "a section"
+        return core_schema.tagged_union_schema(
+            {NAME: self.preset.validator(), WRITTEN: self.written.validator()},
+            lambda value: NAME if isinstance(value, str) else WRITTEN if isinstance(value, (dict, list)) else None,
+            custom_error_type="SIT004",
+            custom_error_message=f"neither a preset's name nor {form} that writes it out",
+        )
+
+    def schema(self) -> dict[str, Any]:
+        """Either form."""
+        return {"anyOf": [self.preset.schema(), self.written.schema()]}
+
+
+def validator_of(section: type[Section]) -> SchemaValidator:
+    """What reads a whole document; its `validate_python` raises pydantic's ValidationError with all errors."""
+    return SchemaValidator(Part(section).validator())
+
+
+def sections_in(section: type[Section]) -> dict[str, type[Section]]:
+    """The section and all that can stand inside it, by class name."""
+    found = {section.__name__: section}
+    for k in section.keys.values():
+        inner = section_of(k.kind)
+        if inner is not None and inner.__name__ not in found:
+            found |= sections_in(inner)
+    return found
+
+
+def section_of(kind: Kind) -> type[Section] | None:
+    """The section that a kind of value is, or may be when written out; None for single values."""
+    if isinstance(kind, Part):
+        return kind.section
+    if isinstance(kind, ListOf):
+        return section_of(kind.entry)
+    return section_of(kind.written) if isinstance(kind, NameOr) else None

@@ -1,0 +1,183 @@
+"""Quantities as people write them ("0.15 mm", "4 mil", "330 pF") to SI floats, and back.
+
+The only place where units are converted: everything behind it is metres, henries, farads, ohms, hertz, newtons and
+pascals.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from decimal import Decimal
+
+
+def _prefixed(unit: str, prefixes: str) -> dict[str, Decimal]:
+    exponents = {"p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "M": 6, "G": 9, "1": 0}
+    factors = {("" if p == "1" else p) + unit: Decimal(1).scaleb(exponents[p]) for p in prefixes}
+    if "u" in prefixes:
+        factors |= {sign + unit: Decimal(1).scaleb(-6) for sign in ("\N{MICRO SIGN}", "\N{GREEK SMALL LETTER MU}")}
+    return factors
+
+
+_MIL = Decimal("25.4e-6")
+
+UNITS: dict[str, dict[str, Decimal]] = {
+    "length": _prefixed("m", "num1") | {"cm": Decimal("0.01"), "mil": _MIL, "thou": _MIL, "in": Decimal("0.0254")},
+    "inductance": _prefixed("H", "pnum1"),
+    "capacitance": _prefixed("F", "pnum1"),
+    "resistance": _prefixed("ohm", "um1kM") | _prefixed("\N{GREEK CAPITAL LETTER OMEGA}", "um1kM"),
+    "frequency": _prefixed("Hz", "m1kMG"),
+    "force": _prefixed("N", "um1k"),
+    "pressure": _prefixed("Pa", "m1kMG"),
+    "conductivity": _prefixed("S/m", "m1kM"),
+    "angle": {"deg": Decimal(repr(math.pi / 180)), "\N{DEGREE SIGN}": Decimal(repr(math.pi / 180)), "rad": Decimal(1)},
+    "temperature coefficient": {"1/K": Decimal(1), "/K": Decimal(1), "ppm/K": Decimal("1e-6")},
+}
+"""For every dimension its units and their factors to SI; a unit written here is a unit accepted."""
+
+EXAMPLES = {
+    "length": "0.1 mm, 100 um or 4 mil",
+    "inductance": "180 nH",
+    "capacitance": "330 pF",
+    "resistance": "0.3 ohm",
+    "frequency": "40 MHz",
+    "force": "4.8 N",
+    "pressure": "300 kPa",
+    "conductivity": "58 MS/m",
+    "angle": "90 deg",
+    "temperature coefficient": "3930 ppm/K",
+}
+
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,4})?")
+_LONGEST = 64
+
+
+class UnitError(ValueError):
+    """A quantity that cannot be read; the text says what was read and what is allowed.
+
+    ``reason`` is ``"unit"`` (missing, unknown or of another dimension), ``"number"`` (no number), ``"range"`` (not
+    finite or absurdly large) or ``"type"`` (neither a text nor a number).
+    """
+
+    def __init__(self, message: str, reason: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.reason = reason
+        self.hint = hint
+
+
+def parse_quantity(value: str | int | float, dimension: str) -> float:
+    """A quantity in SI units.
+
+    A bare number is millimetres for a length; every other dimension needs its unit (a bare zero angle is let pass: it
+    is the same in every unit). The result is the double nearest to what is written, so that ``100 um``, ``0.1 mm`` and
+    ``0.1`` agree. Raises `UnitError` where there is no finite number, or its unit is missing or of another dimension.
+    """
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise UnitError(f"{_shortened(value)} is no {dimension}", "type", f"write it like {EXAMPLES[dimension]}")
+    number, unit = _split(value, dimension)
+    if not unit:
+        return float(number * _bare_factor(number, dimension))
+    factor = UNITS[dimension].get(unit)
+    if factor is None:
+        raise _unit_error(number, unit, dimension)
+    return _finite(number * factor, value)
+
+
+def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
+    if not isinstance(value, str):
+        if (isinstance(value, int) and abs(value) >= 10**30) or not math.isfinite(value):
+            raise UnitError(
+                f"{_shortened(value)} is not a usable number", "range", f"write it like {EXAMPLES[dimension]}"
+            )
+        return Decimal(value if isinstance(value, int) else repr(float(value))), ""
+    text = value.strip()
+    match = _NUMBER.match(text[:_LONGEST])
+    if match is None or len(text) > _LONGEST:
+        raise UnitError(f"{_shortened(value)} is no {dimension}", "number", f"write it like {EXAMPLES[dimension]}")
+    unit = text[match.end() :].strip()
+    if re.match(r",\d", unit):
+        raise UnitError(f"{_shortened(value)} has a decimal comma", "number", f"write {text.replace(',', '.')}")
+    return Decimal(match.group()), unit
+
+
+def _bare_factor(number: Decimal, dimension: str) -> Decimal:
+    if dimension == "length":
+        return Decimal("1e-3")
+    if dimension == "angle" and number == 0:
+        return Decimal(1)
+    raise UnitError(
+        f"{number} has no unit, and a {dimension} needs one", "unit", f"write it like {EXAMPLES[dimension]}"
+    )
+
+
+def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
+    allowed = ", ".join(name for name in UNITS[dimension] if name.isascii())
+    close = [name for name in UNITS[dimension] if name.casefold() == unit.casefold() and name.isascii()]
+    close = close or difflib.get_close_matches(unit[:12], [n for n in UNITS[dimension] if n.isascii()], 1, 0.6)
+    other = next((name for name, units in UNITS.items() if unit in units), None)
+    meant = f"did you mean {number} {' or '.join(close)}? " if close and other is None else ""
+    what = (
+        f"{unit[:24]} is a unit of {other}, not of {dimension}" if other else f"{unit[:24]!r} is no unit of {dimension}"
+    )
+    return UnitError(what, "unit", f"{meant}allowed: {allowed}")
+
+
+def _finite(number: Decimal, value: object) -> float:
+    result = float(number)
+    if not math.isfinite(result):
+        raise UnitError(f"{_shortened(value)} is not a usable number", "range", "it is too large for any sensor")
+    return result
+
+
+def _shortened(value: object) -> str:
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**30:
+        return "a number of more than thirty digits"
+    text = repr(value)
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+_SHOWN = {
+    "": ((1.0, ""),),
+    "m": ((1e-9, "nm"), (1e-6, "um"), (1e-3, "mm"), (10.0, "m")),
+    "H": ((1e-12, "pH"), (1e-9, "nH"), (1e-6, "uH"), (1e-3, "mH"), (1.0, "H")),
+    "F": ((1e-12, "pF"), (1e-9, "nF"), (1e-6, "uF"), (1e-3, "mF"), (1.0, "F")),
+    "ohm": ((1e-6, "uohm"), (1e-3, "mohm"), (1.0, "ohm"), (1e3, "kohm"), (1e6, "Mohm")),
+    "Hz": ((1e-3, "mHz"), (1.0, "Hz"), (1e3, "kHz"), (1e6, "MHz"), (1e9, "GHz")),
+    "N": ((1e-3, "mN"), (1.0, "N"), (1e3, "kN")),
+    "Pa": ((1.0, "Pa"), (1e3, "kPa"), (1e6, "MPa"), (1e9, "GPa")),
+    "V": ((1e-3, "mV"), (1.0, "V")),
+    "A": ((1e-6, "uA"), (1e-3, "mA"), (1.0, "A")),
+    "s": ((1e-9, "ns"), (1e-6, "us"), (1e-3, "ms"), (1.0, "s")),
+    "S/m": ((1.0, "S/m"), (1e3, "kS/m"), (1e6, "MS/m")),
+}
+
+
+def show(value: float, unit: str, digits: int = 4) -> str:
+    """A quantity for people, from SI: ``show(2.523424e-6, "H")`` is ``"2.523 uH"``.
+
+    `unit` is the SI unit's name (``m``, ``H``, ``F``, ``ohm``, ``Hz``, ``N``, ``Pa``, ``V``, ``A``, ``s``, ``S/m``, or
+    any other, which is then written without a prefix); `digits` are significant digits, trailing zeros are dropped.
+    Lengths stay in millimetres up to 10 m. Does not depend on the locale.
+    """
+    if not math.isfinite(value):
+        return f"{value} {unit}".strip()
+    rounded = float(f"{value:.{max(1, digits) - 1}e}")
+    factor, name = 1.0, unit
+    for threshold, candidate in _SHOWN.get(unit, ()):
+        if abs(rounded) >= threshold or (candidate == _SHOWN[unit][0][1] and rounded != 0):
+            factor, name = (1.0 if candidate == unit else threshold), candidate
+    if value == 0:
+        factor, name = (1e-3, "mm") if unit == "m" else (1.0, unit)
+    return f"{_plain(rounded / factor, digits)} {name}".strip()
+
+
+def _plain(number: float, digits: int) -> str:
+    """Significant digits without an exponent where that stays readable, and without trailing zeros."""
+    text = f"{number:.{max(1, digits)}g}"
+    if "e" in text and 1e-6 <= abs(number) < 1e9:
+        places = max(0, digits - 1 - math.floor(math.log10(abs(number))))
+        text = f"{number:.{places}f}"
+    if "." in text and "e" not in text:
+        text = text.rstrip("0").rstrip(".")
+    return text

@@ -1,0 +1,176 @@
+"""The fabrication set's files: what each layer of a layout is called, and what it is for. One table for all writers."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from sitscad import __version__
+from sitscad.layout.board import Layout
+from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+
+FOLDER = "fpc"
+VENDOR = "sitscad"
+_PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
+
+
+@dataclass(frozen=True)
+class FabricationFile:
+    """One file of the set: its path in the package, its X2 file function and polarity, and what it shows.
+
+    ``layer`` is the copper layer's number (from 1 at the top), None for every other kind of file.
+    """
+
+    path: str
+    function: str
+    polarity: str
+    title: str
+    layer: int | None = None
+
+    @property
+    def name(self) -> str:
+        """The file's name without its folder."""
+        return self.path.rpartition("/")[2]
+
+
+def layer_name(number: int, count: int) -> str:
+    """A copper layer's short name (``F_Cu``, ``In1_Cu`` ..., ``B_Cu``); a single layer is ``F_Cu``."""
+    if number == 1:
+        return "F_Cu"
+    return "B_Cu" if number == count else f"In{number - 1}_Cu"
+
+
+def fabrication_path(layout: Layout, ending: str) -> str:
+    """The path inside the package of one file of the set, such as ``fpc/NAME-F_Cu.gbr``."""
+    return f"{FOLDER}/{layout.spec.name}-{ending}"
+
+
+def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """One file a copper layer, from the top."""
+    count = layout.copper_layers
+    return tuple(
+        FabricationFile(
+            fabrication_path(layout, f"{layer_name(number, count)}.gbr"),
+            f"Copper,L{number},{_side(number, count)}",
+            "Positive",
+            f"copper layer {number} of {count}",
+            number,
+        )
+        for number in range(1, count + 1)
+    )
+
+
+def coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The coverlay openings of each face that has a coverlay."""
+    top, bottom = has_coverlay(layout.spec.fpc.stackup)
+    sides = [("F", "Top", "top")] * top + [("B", "Bot", "bottom")] * bottom
+    return tuple(
+        FabricationFile(
+            fabrication_path(layout, f"{letter}_Mask.gbr"),
+            f"Soldermask,{side}",
+            "Negative",
+            f"openings in the {word} coverlay (what is drawn is cut away)",
+        )
+        for letter, side, word in sides
+    )
+
+
+def stiffener_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The stiffener's outline, where there is one."""
+    if layout.stiffener is None:
+        return ()
+    path = fabrication_path(layout, "B_Stiffener.gbr")
+    return (FabricationFile(path, "Other,Stiffener_Bottom", "Positive", "stiffener on the bottom face"),)
+
+
+def tail_copper(layout: Layout) -> int:
+    """How many copper layers, from the top, run down the tail; all of them where there is no tail."""
+    tail = layout.spec.fpc.tail
+    return min(tail.layers, layout.copper_layers) if tail is not None else layout.copper_layers
+
+
+def tail_layers(layout: Layout) -> tuple[StackLayer, ...]:
+    """The stack-up of the tail: down to its last copper layer, and the bottom coverlay."""
+    layers = layout.spec.fpc.stackup.layers
+    copper = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
+    kept = copper[tail_copper(layout) - 1] + 1
+    below = layers[copper[-1] + 1 :]
+    return layers[:kept] + below
+
+
+def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """Where the layers below the tail's are, for a board whose tail has fewer of them."""
+    first, last = tail_copper(layout) + 1, layout.copper_layers
+    if first > last:
+        return ()
+    names = f"L{first}" if first == last else f"L{first}_to_L{last}"
+    title = (
+        f"extent of copper {names.replace('_', ' ').replace('L', '')} and of what lies between (the tail is without)"
+    )
+    path = fabrication_path(layout, "Body_Layers.gbr")
+    return (FabricationFile(path, f"Other,Extent_of_{names}", "Positive", title),)
+
+
+def profile_file(layout: Layout) -> FabricationFile:
+    """The board's outline."""
+    return FabricationFile(fabrication_path(layout, "Edge_Cuts.gbr"), "Profile,NP", "Positive", "outline of the board")
+
+
+def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """All Gerber files of the set, from the top of the board downwards, the outline last."""
+    return (
+        *copper_files(layout),
+        *coverlay_files(layout),
+        *stiffener_files(layout),
+        *body_files(layout),
+        profile_file(layout),
+    )
+
+
+def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The drill file, where there is a hole: all holes are plated and go through the whole board."""
+    if not layout.vias:
+        return ()
+    function = f"Plated,1,{layout.copper_layers},PTH"
+    return (FabricationFile(fabrication_path(layout, "PTH.drl"), function, "Positive", "plated through holes"),)
+
+
+def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
+    """Whether the top and the bottom face are covered."""
+    return stackup.layers[0].kind is LayerKind.COVERLAY, stackup.layers[-1].kind is LayerKind.COVERLAY
+
+
+def project_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
+    """The X2 file attributes that all files of one set share, each as its name and values.
+
+    The files are in one coordinate system (``.SameCoordinates``); the project's identifier follows from its name alone.
+    The creation date is only written where SOURCE_DATE_EPOCH names one, so that equal specs give equal bytes.
+    """
+    name = layout.spec.name
+    created = creation_date()
+    return (
+        (".GenerationSoftware", VENDOR, VENDOR, __version__),
+        *(((".CreationDate", created),) if created else ()),
+        (".ProjectId", name, project_guid(name), "unnumbered"),
+        (".SameCoordinates", name),
+        (".Part", "Single"),
+    )
+
+
+def project_guid(name: str) -> str:
+    """An RFC 4122 identifier (version 5) that depends on the design's name only."""
+    return str(uuid.uuid5(_PROJECTS, name))
+
+
+def creation_date() -> str | None:
+    """The date of SOURCE_DATE_EPOCH (seconds since 1970) in ISO 8601, UTC; None where it is not set or not a number."""
+    seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
+    return datetime.fromtimestamp(int(seconds), UTC).isoformat() if seconds.isdecimal() else None
+
+
+def _side(number: int, count: int) -> str:
+    if number == 1:
+        return "Top"
+    return "Bot" if number == count else "Inr"

@@ -1,0 +1,253 @@
+"""Pictures of the layout to scale: self-contained SVG without scripts, fonts, identifiers or anything from outside.
+
+The plane is drawn as seen from the top, y upwards; copper layers have colours that stay apart for colour-blind eyes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+from xml.sax.saxutils import escape
+
+from sitscad.geometry.path import Arc, Path, Point, bounding_box
+from sitscad.geometry.region import Region
+from sitscad.layout.board import Layout
+from sitscad.units import show
+from sitscad.writers._fabrication_files import fabrication_path
+
+Window = tuple[float, float, float, float]
+
+COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#8c564b", "#5f5f5f")
+"""One colour a copper layer, from the top (after Okabe and Ito's palette)."""
+
+BOARD, PLATE, CONTACT, RING, EDGE = "#f6e7c1", "#cdb380", "#e6b800", "#8a8a8a", "#222222"
+TOP_OPENING, BOTTOM_OPENING, BEND = "#1b7837", "#762a83", "#666666"
+WIDTH = 1200.0
+"""Width of a picture in user units."""
+FONT = "font-family='Helvetica, Arial, sans-serif'"
+
+
+def render(layout: Layout) -> dict[str, bytes]:
+    """Two pictures by their paths in the package: the whole board, and the body that lies on the jaw."""
+    return {
+        fabrication_path(layout, "board.svg"): picture(layout).encode("utf-8"),
+        fabrication_path(layout, "body.svg"): picture(layout, window=layout.body).encode("utf-8"),
+    }
+
+
+def picture(layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None) -> str:
+    """A picture of the layout as SVG text.
+
+    ``layers`` are the copper layers to show (from 1 at the top; all where left out), ``window`` is what to show of the
+    plane, (x0, y0, x1, y1) in metres (the whole board where left out); a margin is added around it.
+    """
+    shown = sorted(set(layers)) if layers is not None else list(range(1, layout.copper_layers + 1))
+    view = _View(window or bounding_box([layout.outline]), WIDTH)
+    legend = _legend(layout, shown, view)
+    height = view.height + 30.0 * len(legend) + 20.0
+    title = escape(f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top")
+    parts = [
+        f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {_n(WIDTH)} {_n(height)}' width='{_n(WIDTH)}' "
+        f"height='{_n(height)}' role='img'>",
+        f"<title>{title}</title>",
+        f"<rect width='{_n(WIDTH)}' height='{_n(height)}' fill='#ffffff'/>",
+        f"<svg width='{_n(WIDTH)}' height='{_n(view.height)}' viewBox='0 0 {_n(WIDTH)} {_n(view.height)}'>",
+        *_board(layout, shown, view),
+        *_labels(layout, view),
+        "</svg>",
+        *(f"<g transform='translate(0 {_n(view.height + 10.0 + 30.0 * i)})'>{row}</g>" for i, row in enumerate(legend)),
+        "</svg>",
+    ]
+    return "\n".join(parts) + "\n"
+
+
+class _View:
+    """From metres to the picture: a window with a margin around it, y turned over."""
+
+    def __init__(self, window: Window, width: float) -> None:
+        x0, y0, x1, y1 = window
+        margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
+        self.x0, self.y1 = x0 - margin, y1 + margin
+        self.scale = width / (x1 - x0 + 2 * margin)
+        self.height = (y1 - y0 + 2 * margin) * self.scale
+
+    def x(self, metres: float) -> float:
+        return (metres - self.x0) * self.scale
+
+    def y(self, metres: float) -> float:
+        return (self.y1 - metres) * self.scale
+
+    def shows(self, metres: float) -> bool:
+        """Whether an x lies in the picture."""
+        return 0.0 <= self.x(metres) <= WIDTH
+
+    def xy(self, point: tuple[float, float]) -> str:
+        return f"{_n(self.x(point[0]))} {_n(self.y(point[1]))}"
+
+    def path(self, path: Path) -> str:
+        """The path as SVG data; counter-clockwise stays so to the eye, which SVG calls sweep 0."""
+        data = [f"M{self.xy(path.start)}"]
+        for segment in path:
+            if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
+                radius = _n(segment.radius * self.scale)
+                large, sweep = int(abs(segment.sweep) > math.pi + 1e-9), int(not segment.ccw)
+                data.append(f"A{radius} {radius} 0 {large} {sweep} {self.xy(segment.end)}")
+            else:
+                data.append(f"L{self.xy(segment.end)}")
+        return "".join([*data, "Z"] if path.is_closed else data)
+
+    def region(self, region: Region) -> str:
+        return "".join(self.path(path) for path in (region.outline, *region.holes))
+
+
+def _board(layout: Layout, shown: list[int], view: _View) -> Iterator[str]:
+    yield f"<path d='{view.path(layout.outline)}' fill='{BOARD}' stroke='none'/>"
+    if layout.stiffener is not None:
+        outline = view.region(layout.stiffener.outline)
+        yield f"<path d='{outline}' fill='{PLATE}' fill-opacity='0.6' fill-rule='evenodd' stroke='{PLATE}'/>"
+    if layout.bend_zone is not None:
+        yield from _bend(layout, view)
+    for layer in reversed(shown):
+        yield from _copper(layout, layer, view)
+    for via in layout.vias:
+        x, y = _n(view.x(via.centre.x)), _n(view.y(via.centre.y))
+        yield f"<circle cx='{x}' cy='{y}' r='{_n(via.pad / 2 * view.scale)}' fill='{RING}'/>"
+        yield f"<circle cx='{x}' cy='{y}' r='{_n(via.drill / 2 * view.scale)}' fill='#ffffff'/>"
+    yield from _openings(layout.bottom_openings, BOTTOM_OPENING, "2 5", view)
+    yield from _openings(layout.top_openings, TOP_OPENING, "8 4", view)
+    yield f"<path d='{view.path(layout.outline)}' fill='none' stroke='{EDGE}' stroke-width='1.5'/>"
+
+
+def _copper(layout: Layout, layer: int, view: _View) -> Iterator[str]:
+    colour = _colour(layer)
+    ends = "stroke-linecap='round' stroke-linejoin='round'"
+    yield f"<g class='copper-{layer}' fill='none' stroke='{colour}' {ends} opacity='0.8'>"
+    for trace in layout.on_layer(layer):
+        yield f"<path d='{view.path(trace.path)}' stroke-width='{_n(trace.width * view.scale)}'/>"
+    yield "</g>"
+    for pad in (pad for pad in layout.pads if pad.layer == layer):
+        (w, h), (x, y) = pad.size, pad.centre
+        size = f"width='{_n(w * view.scale)}' height='{_n(h * view.scale)}'"
+        corner = f"x='{_n(view.x(x - w / 2))}' y='{_n(view.y(y + h / 2))}'"
+        yield f"<rect {corner} {size} fill='{CONTACT}' stroke='{colour}'/>"
+
+
+def _openings(openings: tuple[Region, ...], colour: str, dashes: str, view: _View) -> Iterator[str]:
+    for opening in openings:
+        data = view.region(opening)
+        yield f"<path d='{data}' fill='none' stroke='{colour}' stroke-width='2' stroke-dasharray='{dashes}'/>"
+
+
+def _bend(layout: Layout, view: _View) -> Iterator[str]:
+    """The bend zone as a band across the board."""
+    assert layout.bend_zone is not None
+    x0, x1 = layout.bend_zone
+    ys = _reach(layout.outline, x0, x1) or [layout.body[1], layout.body[3]]
+    size = f"width='{_n((x1 - x0) * view.scale)}' height='{_n((max(ys) - min(ys)) * view.scale)}'"
+    corner = f"x='{_n(view.x(x0))}' y='{_n(view.y(max(ys)))}'"
+    yield f"<rect {corner} {size} fill='{BEND}' fill-opacity='0.2' stroke='{BEND}' stroke-dasharray='4 4'/>"
+
+
+def _reach(outline: Path, x0: float, x1: float) -> list[float]:
+    """The y of every corner of the outline between two x, and of its crossings with them."""
+    ys = []
+    for a, b in pairwise(outline.flattened(1e-5)):
+        ys += [p.y for p in (a, b) if x0 <= p.x <= x1]
+        ys += [a.y + (x - a.x) / (b.x - a.x) * (b.y - a.y) for x in (x0, x1) if min(a.x, b.x) < x < max(a.x, b.x)]
+    return ys
+
+
+def _labels(layout: Layout, view: _View) -> Iterator[str]:
+    halo = "stroke='#ffffff' stroke-width='4' paint-order='stroke' stroke-linejoin='round'"
+    reach = min(layout.spec.coil.size) / 2
+    size = max(12.0, min(30.0, 0.25 * reach * view.scale))
+    yield f"<g {FONT} fill='#000000' {halo} text-anchor='middle'>"
+    for coil in layout.coils:
+        x, y = _free_place(layout, coil.centre, 0.9 * size / view.scale)
+        place = f"x='{_n(view.x(x))}' y='{_n(view.y(y) + 0.35 * size)}'"
+        yield f"<text {place} font-size='{_n(size)}'>{escape(coil.name)}</text>"
+    for pad in layout.pads:
+        text = min(16.0, 0.9 * max(pad.size[1] * view.scale, 8.0))
+        place = f"x='{_n(view.x(pad.centre.x))}' y='{_n(view.y(pad.centre.y) + 0.35 * text)}'"
+        yield f"<text {place} font-size='{_n(text)}'>{pad.number}: {escape(pad.pin)}</text>"
+    yield "</g>"
+
+
+def _free_place(layout: Layout, centre: Point, step: float) -> Point:
+    """The centre of a coil, or a place one step beside it, whichever is farthest from every via."""
+    places = [centre.shifted(i * step, j * step) for i, j in ((0, 0), (0, 1), (0, -1), (-1, 0), (1, 0))]
+    return max(places, key=lambda p: round(min((p.distance(via.centre) for via in layout.vias), default=0.0), 9))
+
+
+# The legend: rows of text and swatches under the drawing.
+
+
+def _legend(layout: Layout, shown: list[int], view: _View) -> list[str]:
+    """The scale bar, then a key for everything that the window shows."""
+    plate, bend = layout.stiffener, layout.bend_zone
+    keys = [(_swatch(_colour(layer)), f"copper {layer}") for layer in shown]
+    if any(pad.layer in shown and view.shows(pad.centre.x) for pad in layout.pads):
+        keys.append((_swatch(CONTACT), "contacts"))
+    if any(view.shows(via.centre.x) for via in layout.vias):
+        keys.append((_swatch(RING), "vias"))
+    if any(view.shows(opening.outline.start.x) for opening in layout.top_openings):
+        keys.append((_dashes(TOP_OPENING, "8 4"), "top coverlay open"))
+    if any(view.shows(opening.outline.start.x) for opening in layout.bottom_openings):
+        keys.append((_dashes(BOTTOM_OPENING, "2 5"), "bottom coverlay open"))
+    if plate is not None and view.shows(plate.outline.outline.start.x):
+        keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
+    if bend is not None and view.shows(bend[0]):
+        keys.append((_dashes(BEND, "4 4"), "bend zone"))
+    return [_scale_bar(layout, view), *_rows(keys)]
+
+
+def _rows(keys: list[tuple[str, str]]) -> Iterator[str]:
+    """The keys side by side, six to a row."""
+    for start in range(0, len(keys), 6):
+        cells = [
+            f"<g transform='translate({20 + 195 * i} 0)'>{mark}"
+            f"<text x='34' y='17' font-size='16'>{escape(text)}</text></g>"
+            for i, (mark, text) in enumerate(keys[start : start + 6])
+        ]
+        yield f"<g {FONT}>{''.join(cells)}</g>"
+
+
+def _scale_bar(layout: Layout, view: _View) -> str:
+    """A bar of a round length near a sixth of the picture, and the sizes in words."""
+    length = _round_below(WIDTH / view.scale / 6)
+    end = 20.0 + length * view.scale
+    body, board = layout.body_size, bounding_box([layout.outline])
+    sizes = (
+        f"{layout.spec.name}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
+        f"board {show(board[2] - board[0], 'm')} x {show(board[3] - board[1], 'm')}, seen from the top"
+    )
+    return (
+        f"<g {FONT} font-size='16'><path d='M20 8V16M20 12H{_n(end)}M{_n(end)} 8V16' stroke='#000000' fill='none' "
+        f"stroke-width='2'/><text x='{_n(end + 10)}' y='17'>{show(length, 'm')}</text>"
+        f"<text x='{_n(WIDTH - 20)}' y='17' text-anchor='end'>{escape(sizes)}</text></g>"
+    )
+
+
+def _round_below(length: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above `length`."""
+    power = 10.0 ** math.floor(math.log10(length))
+    return max(f * power for f in (1.0, 2.0, 5.0) if f * power <= length * (1 + 1e-9))
+
+
+def _colour(layer: int) -> str:
+    return COLOURS[(layer - 1) % len(COLOURS)]
+
+
+def _swatch(colour: str) -> str:
+    return f"<rect y='4' width='26' height='14' fill='{colour}'/>"
+
+
+def _dashes(colour: str, dashes: str) -> str:
+    return f"<path d='M0 11H26' stroke='{colour}' stroke-width='2' stroke-dasharray='{dashes}'/>"
+
+
+def _n(value: float) -> str:
+    """A number with two decimals at most, never "-0"."""
+    text = f"{value:.2f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text

@@ -1,0 +1,189 @@
+"""Register settings for the LDC1614: a C header with every word explained, and the same as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from sitscad.readout.registers import DEVICE_ID, I2C_ADDRESSES, MANUFACTURER_ID, Channel, Register, registers
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+CHANNELS = 4
+HEADER, TABLE = "firmware/ldc1614_config.h", "firmware/ldc1614_config.json"
+
+
+class _State(Protocol):
+    frequency: float | None
+
+
+class _Coil(Protocol):
+    name: str
+    states: Mapping[str, _State]
+
+
+class _Readout(Protocol):
+    capacitance: float | None
+    drive_code: int | None
+    reference_divider: int | None
+    reference_frequency: float | None
+    input_divider: int | None
+    rcount: int | None
+    settle_count: int | None
+    scan_rate: float | None
+    high_current: bool
+
+
+class Measured(Protocol):
+    """The part of the estimates that the registers follow from."""
+
+    coils: Sequence[_Coil]
+    readout: _Readout
+
+
+@dataclass(frozen=True)
+class Device:
+    """One LDC1614 of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
+
+    address: int
+    coils: tuple[str, ...]
+    registers: tuple[Register, ...]
+
+
+def render(spec: SensorSpec, estimates: Measured) -> dict[str, bytes]:
+    """``firmware/ldc1614_config.h`` and ``.json``, in the order in which the registers must be written.
+
+    Where a setting is unknown or does not fit its field the sensor cannot be read out: then the header is an ``#error``
+    and the JSON a ``refused`` with the reason, so that a forced build carries no settings that look right.
+    """
+    try:
+        found = devices(estimates)
+    except ValueError as error:
+        files = refusal(spec, str(error))
+    else:
+        files = {HEADER: header(spec, estimates, found), TABLE: table(spec, estimates, found)}
+    return {path: text.encode("utf-8") for path, text in files.items()}
+
+
+def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
+    """The two files of a sensor that cannot be read out."""
+    text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
+    value = {"name": spec.name, "device": spec.readout.device, "refused": reason, "converters": []}
+    return {
+        HEADER: f'#error "no LDC1614 settings for {spec.name}: {text}"\n',
+        TABLE: json.dumps(value, indent=2) + "\n",
+    }
+
+
+def devices(estimates: Measured) -> tuple[Device, ...]:
+    """The converters: four coils each, the first at the address with ADDR low, the second with ADDR high.
+
+    Raises ValueError where a setting is unknown or does not fit its field.
+    """
+    groups = [estimates.coils[i : i + CHANNELS] for i in range(0, len(estimates.coils), CHANNELS)]
+    if len(groups) > len(I2C_ADDRESSES):
+        raise ValueError(f"{len(groups)} LDC1614 are needed, and one I2C bus has addresses for {len(I2C_ADDRESSES)}")
+    return tuple(
+        Device(address, tuple(coil.name for coil in group), _registers(group, estimates.readout))
+        for address, group in zip(I2C_ADDRESSES, groups, strict=False)
+    )
+
+
+def _registers(coils: Sequence[_Coil], readout: _Readout) -> tuple[Register, ...]:
+    channel = Channel(
+        rcount=_known("rcount", readout.rcount),
+        settle_count=_known("settle_count", readout.settle_count),
+        input_divider=_known("input_divider", readout.input_divider),
+        reference_divider=_known("reference_divider", readout.reference_divider),
+        drive_code=_known("drive_code", readout.drive_code),
+    )
+    frequencies = [state.frequency for coil in coils for state in coil.states.values() if state.frequency is not None]
+    if not frequencies:
+        raise ValueError("no sensor frequency is known: the converter cannot be set up")
+    return registers((channel,) * len(coils), max(frequencies), high_current=readout.high_current)
+
+
+def _known(name: str, value: int | None) -> int:
+    if value is None:
+        raise ValueError(f"{name} is unknown: the converter cannot be set up for this sensor")
+    return value
+
+
+def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str:
+    """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
+    value: dict[str, Any] = {
+        "name": spec.name,
+        "device": spec.readout.device,
+        "manufacturer_id": MANUFACTURER_ID,
+        "device_id": DEVICE_ID,
+        "reference_frequency_Hz": estimates.readout.reference_frequency,
+        "capacitance_F": estimates.readout.capacitance,
+        "scan_rate_Hz": estimates.readout.scan_rate,
+        "converters": [
+            {
+                "i2c_address": device.address,
+                "channels": list(device.coils),
+                "registers": [
+                    {"address": r.address, "name": r.name, "value": r.value, "meaning": r.meaning}
+                    for r in device.registers
+                ],
+            }
+            for device in found
+        ],
+    }
+    return json.dumps(value, indent=2) + "\n"
+
+
+def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str:
+    """The C header (C99 and C++): one constant table of writes a converter."""
+    readout = estimates.readout
+    lines = [
+        "/*",
+        f" * Register settings of the LDC1614 for the sensor {_comment(spec.name)}.",
+        " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
+        f" * Reference clock {show(spec.readout.clock, 'Hz')} at CLKIN, capacitor {_shown(readout.capacitance, 'F')}.",
+        " * Each value is 16 bits, sent most significant byte first.",
+        " */",
+        "#ifndef LDC1614_CONFIG_H",
+        "#define LDC1614_CONFIG_H",
+        "",
+        "#include <stdint.h>",
+        "",
+        f"#define LDC1614_MANUFACTURER_ID 0x{MANUFACTURER_ID:04X}u",
+        f"#define LDC1614_DEVICE_ID 0x{DEVICE_ID:04X}u",
+        f"#define LDC1614_CONVERTERS {len(found)}u",
+        "",
+        "typedef struct {",
+        "    uint8_t address;",
+        "    uint16_t value;",
+        "} ldc1614_register_t;",
+    ]
+    for number, device in enumerate(found):
+        lines += _device(number, device)
+    return "\n".join([*lines, "", "#endif", ""])
+
+
+def _device(number: int, device: Device) -> list[str]:
+    channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
+    lines = [
+        "",
+        f"/* Converter {number}: {channels}. */",
+        f"#define LDC1614_{number}_I2C_ADDRESS 0x{device.address:02X}u",
+        f"#define LDC1614_{number}_CHANNELS {len(device.coils)}u",
+        f"static const ldc1614_register_t ldc1614_{number}_config[] = {{",
+    ]
+    lines += [
+        f"    {{0x{r.address:02X}u, 0x{r.value:04X}u}}, /* {r.name}: {_comment(r.meaning)} */" for r in device.registers
+    ]
+    return [*lines, "};"]
+
+
+def _shown(value: float | None, unit: str) -> str:
+    return show(value, unit) if value is not None else "unknown"
+
+
+def _comment(text: str) -> str:
+    """Text that cannot end a C comment or open one in it."""
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ")

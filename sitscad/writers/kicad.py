@@ -1,0 +1,34 @@
+"""A KiCad 9 project of the flexible circuit: board, rules, and a library with its one footprint."""
+
+from __future__ import annotations
+
+from sitscad.layout.board import Layout
+from sitscad.writers.kicad_board import board
+from sitscad.writers.kicad_footprint import FOOTPRINT_NAME, library_footprint
+from sitscad.writers.kicad_rules import custom_rules, project
+from sitscad.writers.kicad_sexpr import quoted
+
+
+def render(layout: Layout) -> dict[str, bytes]:
+    """The files of ``kicad/`` by their path in the package: project, board, custom rules, footprint library.
+
+    The board lies where the layout does (millimetres, y negated as KiCad's points down), so plots of it fall on the
+    package's own Gerber files. Raises ValueError for what KiCad cannot hold: a contact on an inner layer, an opening
+    with a hole in it.
+    """
+    name = layout.spec.name
+    files = {
+        f"kicad/{name}.kicad_pro": project(layout),
+        f"kicad/{name}.kicad_pcb": board(layout),
+        f"kicad/{name}.kicad_dru": custom_rules(layout),
+    }
+    if layout.pads:
+        files[f"kicad/{name}.pretty/{FOOTPRINT_NAME}.kicad_mod"] = library_footprint(layout)
+        files["kicad/fp-lib-table"] = _library_table(name)
+    return {path: text.encode("utf-8") for path, text in files.items()}
+
+
+def _library_table(name: str) -> str:
+    uri = quoted(f"${{KIPRJMOD}}/{name}.pretty")
+    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "The contacts of {name}"))'
+    return f"(fp_lib_table\n  (version 7)\n  {row}\n)\n"

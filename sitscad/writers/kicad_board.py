@@ -1,0 +1,171 @@
+"""The ``.kicad_pcb`` of a layout: x as in the layout, y negated, the layout's origin at KiCad's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from sitscad.geometry.path import Point, bounding_box, rectangle
+from sitscad.layout.board import Layout, Role, Trace, Via
+from sitscad.writers.kicad_footprint import board_footprint, contact_openings, filled
+from sitscad.writers.kicad_sexpr import (
+    curve,
+    drawn,
+    grid,
+    identity,
+    length,
+    node,
+    quoted,
+    stroked,
+    uuid_of,
+    xy,
+)
+from sitscad.writers.kicad_stackup import BEND_LAYER, STIFFENER_LAYER, copper_names, layer_table, stackup_section
+
+# Board format of KiCad 9.0; later versions read it.
+FORMAT = 20241229
+_OUTLINE_PEN = 50e-6
+_TEXT_SIZE = 1e-3
+
+
+def board(layout: Layout) -> str:
+    """The whole board file."""
+    nets = net_numbers(layout)
+    stackup = layout.spec.fpc.stackup
+    children = [
+        f"(version {FORMAT})",
+        '(generator "sitscad")',
+        '(generator_version "9.0")',
+        node("general", f"(thickness {length(stackup.thickness)})", "(legacy_teardrops no)"),
+        '(paper "A4")',
+        _title_block(layout),
+        layer_table(layout.copper_layers),
+        _setup(layout),
+        *(f"(net {number} {quoted(name)})" for name, number in nets.items()),
+    ]
+    if layout.pads:
+        children.append(board_footprint(layout, nets))
+    children += [*_graphics(layout), *_tracks(layout, nets)]
+    children += [_via(via, i, layout, nets) for i, via in enumerate(layout.vias)]
+    children += [*_groups(layout), "(embedded_fonts no)"]
+    return node("kicad_pcb", *children) + "\n"
+
+
+def net_numbers(layout: Layout) -> dict[str, int]:
+    """Net names and their numbers in the file; 0 is KiCad's "no net"."""
+    drawn_nets = (*(t.net for t in layout.traces), *(v.net for v in layout.vias), *(p.net for p in layout.pads))
+    return {name: number for number, name in enumerate(dict.fromkeys(("", *layout.nets, *drawn_nets)))}
+
+
+def _title_block(layout: Layout) -> str:
+    fpc = layout.spec.fpc
+    return node(
+        "title_block",
+        f"(title {quoted(layout.spec.name)})",
+        f"(comment 1 {quoted(f'stack-up {fpc.stackup.name}, design rules {fpc.rules.name}')})",
+    )
+
+
+def _setup(layout: Layout) -> str:
+    return node(
+        "setup",
+        stackup_section(layout.spec.fpc.stackup),
+        # Openings are drawn exactly as they are ordered: KiCad adds no margin to them and none of its own.
+        "(pad_to_mask_clearance 0)",
+        "(allow_soldermask_bridges_in_footprints no)",
+        "(tenting front back)",
+    )
+
+
+def _graphics(layout: Layout) -> Iterator[str]:
+    name = layout.spec.name
+    yield from stroked("gr", layout.outline, "Edge.Cuts", _OUTLINE_PEN, (name, "outline"))
+    yield from _free_openings(layout)
+    if layout.stiffener is not None:
+        outline = layout.stiffener.outline
+        for i, path in enumerate((outline.outline, *outline.holes)):
+            yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i))
+    if layout.bend_zone is not None:
+        _, y0, _, y1 = bounding_box([layout.outline])
+        zone = rectangle(layout.bend_zone[0], y0, layout.bend_zone[1], y1)
+        yield from stroked("gr", zone, BEND_LAYER, 0.1e-3, (name, "bend"))
+    yield from _notes(layout)
+
+
+def _free_openings(layout: Layout) -> Iterator[str]:
+    """The coverlay openings that are over no contact."""
+    for layer, openings, number in (
+        ("F.Mask", layout.top_openings, 1),
+        ("B.Mask", layout.bottom_openings, layout.copper_layers),
+    ):
+        taken = contact_openings(openings, [pad for pad in layout.pads if pad.layer == number])
+        for i, region in enumerate(o for o in openings if o not in taken):
+            yield filled("gr", region, layer, (0, 0), (layout.spec.name, layer, "free", i))
+
+
+def _notes(layout: Layout) -> Iterator[str]:
+    """What the fabricator's drawing says, under the board on F.Fab, and what User layers mean, on themselves."""
+    spec = layout.spec
+    x, y, _, _ = bounding_box([layout.outline])
+    lines = [
+        ("F.Fab", spec.name),
+        (
+            "F.Fab",
+            f"{layout.copper_layers} copper layers, {spec.fpc.stackup.name}, "
+            f"{length(spec.fpc.stackup.thickness)} mm without stiffener",
+        ),
+        ("F.Fab", f"design rules {spec.fpc.rules.name}"),
+    ]
+    if layout.stiffener is not None:
+        plate = layout.stiffener
+        lines.append((STIFFENER_LAYER, f"stiffener on the bottom: {plate.material}, {length(plate.thickness)} mm"))
+    if layout.bend_zone is not None:
+        lines.append((BEND_LAYER, f"bend zone ({spec.fpc.tail.bend if spec.fpc.tail else 'none'})"))
+    for i, (layer, text) in enumerate(lines):
+        at = Point(x, y - (2.0 + 1.6 * i) * _TEXT_SIZE)
+        yield _text(text, at, layer, (spec.name, "note", i))
+
+
+def _text(text: str, at: Point, layer: str, names: tuple[object, ...]) -> str:
+    size = length(_TEXT_SIZE)
+    font = f"(effects (font (size {size} {size}) (thickness 0.15)) (justify left))"
+    place = f"{xy('at', grid(at))[:-1]} 0)"
+    return f"(gr_text {quoted(text)} {place} (layer {quoted(layer)}) {identity(*names)} {font})"
+
+
+def _tracks(layout: Layout, nets: Mapping[str, int]) -> Iterator[str]:
+    layers = copper_names(layout.copper_layers)
+    for i, trace in enumerate(layout.traces):
+        rest = f"(width {length(trace.width)}) (layer {quoted(layers[trace.layer - 1])}) (net {nets[trace.net]})"
+        for j, segment in enumerate(drawn(trace.path)):
+            kind, points = curve(segment)
+            head = "segment" if kind == "line" else "arc"
+            yield f"({head} {points} {rest} {identity(*_track_names(layout, i, j))})"
+
+
+def _track_names(layout: Layout, trace: int, segment: int) -> tuple[object, ...]:
+    return layout.spec.name, "track", trace, segment
+
+
+def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int]) -> str:
+    return (
+        f"(via {xy('at', grid(via.centre))} (size {length(via.pad)}) (drill {length(via.drill)}) "
+        f'(layers "F.Cu" "B.Cu") (net {nets[via.net]}) {identity(layout.spec.name, "via", index)})'
+    )
+
+
+def _groups(layout: Layout) -> Iterator[str]:
+    """One group a coil, of its windings: to pick it up as one thing, and for rules to tell windings from leads."""
+    for coil in layout.coils:
+        members = [
+            quoted(uuid_of(*_track_names(layout, i, j)))
+            for i, trace in enumerate(layout.traces)
+            if _is_winding(trace, coil.net)
+            for j, _ in enumerate(drawn(trace.path))
+        ]
+        if members:
+            head = f"group {quoted(f'{coil.name} winding')}"
+            yield node(head, identity(layout.spec.name, "group", coil.name), f"(members {' '.join(sorted(members))})")
+
+
+def _is_winding(trace: Trace, net: str) -> bool:
+    return trace.role is Role.WINDING and trace.net == net

@@ -1,0 +1,70 @@
+"""3MF files of mount and jaw for printing (3MF core specification 1.3), one coloured object each, as repeatable bytes.
+
+Written here because trimesh's and OpenCASCADE's writers put random identifiers in. The archive is stored, not deflated:
+what deflate makes differs between zlib versions, and the files are small.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from io import BytesIO
+from xml.sax.saxutils import quoteattr
+
+from sitscad.parts.mesh import TriangleMesh, tessellate
+from sitscad.parts.solid import Solid, SolidRole, of_role
+from sitscad.spec.sensor import SensorSpec
+
+_XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
+_CONTENT_TYPES = (
+    f'{_XML}<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">\n'
+    ' <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>\n'
+    ' <Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>\n'
+    "</Types>\n"
+)
+_RELATIONS = (
+    f'{_XML}<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">\n'
+    ' <Relationship Id="rel0" Target="/3D/3dmodel.model"'
+    ' Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>\n'
+    "</Relationships>\n"
+)
+
+
+def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
+    """``mount/NAME-<solid>.3mf`` of every piece of mount and jaw; nothing without a mount."""
+    pieces = of_role(solids, SolidRole.MOUNT, SolidRole.JAW)
+    return {
+        f"mount/{spec.name}-{piece.name}.3mf": package(piece, tessellate(piece).on_bed(), f"{spec.name}-{piece.name}")
+        for piece in pieces
+    }
+
+
+def package(solid: Solid, mesh: TriangleMesh, title: str) -> bytes:
+    """The zip archive that a 3MF file is: content types, relations, model."""
+    members = {
+        "[Content_Types].xml": _CONTENT_TYPES,
+        "_rels/.rels": _RELATIONS,
+        "3D/3dmodel.model": _model(solid, mesh, title),
+    }
+    memory = BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as archive:
+        for name, text in members.items():
+            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            entry.create_system = 3
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, text.encode("utf-8"))
+    return memory.getvalue()
+
+
+def _model(solid: Solid, mesh: TriangleMesh, title: str) -> str:
+    vertices = "\n".join(f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in mesh.vertices.tolist())
+    triangles = "\n".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles.tolist())
+    colour = f"{solid.colour.upper()}FF"
+    return (
+        f'{_XML}<model unit="millimeter" xml:lang="en-US"'
+        ' xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">\n'
+        f'<metadata name="Title">{title}</metadata>\n<metadata name="Application">sitscad</metadata>\n<resources>\n'
+        f'<basematerials id="1"><base name={quoteattr(solid.material)} displaycolor="{colour}"/></basematerials>\n'
+        f'<object id="2" name={quoteattr(solid.name)} type="model" pid="1" pindex="0">\n<mesh>\n'
+        f"<vertices>\n{vertices}\n</vertices>\n<triangles>\n{triangles}\n</triangles>\n"
+        '</mesh>\n</object>\n</resources>\n<build><item objectid="2"/></build>\n</model>\n'
+    )

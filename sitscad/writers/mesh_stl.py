@@ -1,0 +1,23 @@
+"""Binary STL files of mount and jaw for printing: millimetres, in the positive octant, standing on z = 0."""
+
+from __future__ import annotations
+
+from sitscad.parts.extras import require
+from sitscad.parts.mesh import NotManifold, TriangleMesh, tessellate
+from sitscad.parts.solid import Solid, SolidRole, of_role
+from sitscad.spec.sensor import SensorSpec
+
+
+def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
+    """``mount/NAME-<solid>.stl`` of every piece of mount and jaw; nothing without a mount."""
+    pieces = of_role(solids, SolidRole.MOUNT, SolidRole.JAW)
+    return {f"mount/{spec.name}-{piece.name}.stl": stl(tessellate(piece).on_bed()) for piece in pieces}
+
+
+def stl(mesh: TriangleMesh) -> bytes:
+    """A closed mesh as binary STL; raises `NotManifold` where trimesh finds it open or inside out."""
+    trimesh = require("trimesh")
+    body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+    if not (body.is_watertight and body.is_winding_consistent and body.volume > 0.0):
+        raise NotManifold(f"the mesh of {mesh.name} is not watertight")
+    return bytes(body.export(file_type="stl"))

@@ -1,0 +1,116 @@
+"""STEP files (AP214) of mount and jaw, and of the whole assembly with names and colours, as repeatable bytes.
+
+OpenCASCADE writes three things that change from run to run: the time in the header, a process-wide counter in
+``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, and the order of the colours (a hash of addresses). So shapes and names come from
+OpenCASCADE (parts through build123d, the assembly through cadquery); header, counter and colours are written here.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from datetime import UTC, datetime
+from itertools import count
+from pathlib import Path as FilePath
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from sitscad.parts.extras import require
+from sitscad.parts.solid import Solid, SolidRole, of_role
+from sitscad.spec.sensor import SensorSpec
+
+_HEADER = re.compile(r"FILE_NAME\(.*?\);", re.DOTALL)
+_USAGE = re.compile(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('\d+',(.*?)\);", re.DOTALL)
+_BREP = re.compile(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('[^']*',\(([#\d,\s]*)\),\s*(#\d+)\)")
+_SOLID = re.compile(r"(#\d+) = MANIFOLD_SOLID_BREP\(")
+_ENTITY = re.compile(r"^#(\d+) = ", re.MULTILINE)
+
+
+def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
+    """``mount/NAME-<solid>.step`` of each piece of mount and jaw, ``mount/assembly.step``; nothing without a mount."""
+    pieces = of_role(solids, SolidRole.MOUNT, SolidRole.JAW)
+    if not pieces:
+        return {}
+    files = {f"mount/{spec.name}-{piece.name}.step": part(piece, f"{spec.name}-{piece.name}") for piece in pieces}
+    return {**files, "mount/assembly.step": assembly(solids, spec.name)}
+
+
+def part(solid: Solid, title: str) -> bytes:
+    """One solid as a STEP file in the assembly's coordinates, millimetres, written by build123d."""
+    bd = require("build123d")
+    shape = bd.Solid(solid.shape.wrapped, label=title)
+    with TemporaryDirectory() as folder:
+        path = FilePath(folder) / "part.step"
+        bd.export_step(shape, path, timestamp=_timestamp())
+        return _finished(path.read_text(encoding="ascii"), title, (solid,))
+
+
+def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
+    """All solids as one STEP assembly in place, millimetres: named products, coloured, written by cadquery."""
+    cq = require("cadquery")
+    whole = cq.Assembly(name=title)
+    for solid in solids:
+        whole.add(cq.Shape.cast(solid.shape.wrapped), name=solid.name)
+    with TemporaryDirectory() as folder:
+        path = FilePath(folder) / "assembly.step"
+        _export(whole, path)
+        return _finished(path.read_text(encoding="ascii"), title, solids)
+
+
+def _export(whole: Any, path: FilePath) -> None:
+    require("cadquery").exporters.assembly.exportAssembly(whole, str(path))
+
+
+def _timestamp() -> str:
+    """The header's time: ``SOURCE_DATE_EPOCH`` where it is set, else the first second of 1970; never the clock."""
+    seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or 0)
+    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%S")
+
+
+def _finished(text: str, title: str, solids: tuple[Solid, ...]) -> bytes:
+    """The file with our header, occurrences counted from 1, and colours."""
+    name = f"FILE_NAME('{title}','{_timestamp()}',(''),(''),'Open CASCADE Technology','sitscad','');"
+    text = _HEADER.sub(lambda _: name, text, count=1)
+    text = _recounted(text)
+    body, end, tail = text.rpartition("ENDSEC;")
+    return (body + _colours(body, solids) + end + tail).encode("ascii")
+
+
+def _recounted(text: str) -> str:
+    """Occurrences counted from 1, each on one line: where OpenCASCADE breaks it depends on its counter's digits."""
+    numbers = count(1)
+
+    def occurrence(match: re.Match[str]) -> str:
+        rest = re.sub(r"\n\s*", "", match[1])
+        return f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{next(numbers)}',{rest});"
+
+    return _USAGE.sub(occurrence, text)
+
+
+def _colours(text: str, solids: tuple[Solid, ...]) -> str:
+    """Presentation entities that give every solid its colour, in the solids' order (ISO 10303-46 styled items)."""
+    contexts = {item: match[2] for match in _BREP.finditer(text) for item in re.findall(r"#\d+", match[1])}
+    breps = _SOLID.findall(text)
+    if len(breps) != len(solids):
+        raise ValueError(f"the STEP file holds {len(breps)} solids, {len(solids)} were written")
+    free = max(int(number) for number in _ENTITY.findall(text)) + 1
+    lines = []
+    for brep, solid in zip(breps, solids, strict=True):
+        lines.extend(_styled(free, brep, contexts[brep], solid.rgb))
+        free += 9
+    return "\n".join(lines) + "\n"
+
+
+def _styled(n: int, brep: str, context: str, rgb: tuple[float, float, float]) -> list[str]:
+    colour = ",".join(f"{value:.6f}" for value in rgb)
+    return [
+        f"#{n} = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#{n + 1}),{context});",
+        f"#{n + 1} = STYLED_ITEM('color',(#{n + 2}),{brep});",
+        f"#{n + 2} = PRESENTATION_STYLE_ASSIGNMENT((#{n + 3}));",
+        f"#{n + 3} = SURFACE_STYLE_USAGE(.BOTH.,#{n + 4});",
+        f"#{n + 4} = SURFACE_SIDE_STYLE('',(#{n + 5}));",
+        f"#{n + 5} = SURFACE_STYLE_FILL_AREA(#{n + 6});",
+        f"#{n + 6} = FILL_AREA_STYLE('',(#{n + 7}));",
+        f"#{n + 7} = FILL_AREA_STYLE_COLOUR('',#{n + 8});",
+        f"#{n + 8} = COLOUR_RGB('',{colour});",
+    ]

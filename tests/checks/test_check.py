@@ -1,0 +1,74 @@
+"""`check` as a whole: the table of rules, the order of findings, and what was not checked."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from sitscad.checks import RULES, check, explain
+from sitscad.checks.rules import NEEDS
+from sitscad.finding import Severity
+
+
+def test_every_rule_is_complete_and_stands_once():
+    assert len({rule.id for rule in RULES}) == len({rule.name for rule in RULES}) == len(RULES)
+    for rule in RULES:
+        assert re.fullmatch(r"SIT[0-3]\d\d", rule.id) and re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", rule.name), rule.id
+        assert all(len(text) > 8 for text in (rule.summary, rule.why, rule.mend)), rule.id
+        assert rule.source and isinstance(rule.severity, Severity), rule.id
+        assert set(rule.needs) <= set(NEEDS), rule.id
+        assert (rule.apply is None) == rule.id.startswith("SIT0"), rule.id
+    assert [rule.id for rule in RULES] == sorted(rule.id for rule in RULES)
+    assert {rule.id[3] for rule in RULES} == set("0123")
+
+
+def test_explain_by_identifier_and_by_name():
+    text = explain("SIT201")
+    assert text == explain("sit201") == explain("inductance-floor")
+    assert all(part in text for part in ("0.2 uH", "Why:", "To mend it:", "Source:"))
+    with pytest.raises(KeyError):
+        explain("SIT999")
+
+
+def test_a_spec_of_a_coil_alone_lists_what_was_not_checked(design, estimates):
+    gone = dict.fromkeys(("target", "elastomer", "encapsulation", "mount", "shield", "requirements"))
+    spec = design(**gone)
+    result = check(spec, estimates=estimates(spec, resistances={"free": 1500.0}))
+    reasons = {skipped.rule: skipped.reason for skipped in result.not_checked}
+    assert reasons["SIT301"].startswith("no jaw")
+    assert reasons["SIT305"] == "no target in the spec"
+    assert {"SIT302", "SIT303", "SIT304", "SIT306", "SIT307", "SIT309", "SIT310", "SIT311", "SIT312", "SIT210"} <= set(
+        reasons
+    )
+
+
+def test_findings_are_sorted_located_and_the_same_twice(design, estimates):
+    spec = design(coil__trace_width="70 um", coil__trace_spacing="70 um", requirements__bandwidth="400 Hz")
+    numbers = estimates(spec, inductance=0.1e-6, quality=5.0)
+    one, other = check(spec, estimates=numbers), check(spec, estimates=numbers)
+    assert one == other and not one.ok
+    rules = [f.rule for f in one.findings]
+    assert rules == sorted(rules) and {"SIT101", "SIT102", "SIT201", "SIT205", "SIT210"} <= set(rules)
+    for found in one.findings:
+        assert found.line and found.column and found.source and found.hint and found.name, found
+
+
+def test_every_finding_uses_a_rule_of_the_table(design, estimates):
+    spec = design(coil__turns=11.75)
+    names = {rule.id: rule.name for rule in RULES}
+    result = check(spec, estimates=estimates(spec))
+    assert all(names[found.rule] == found.name for found in result.findings)
+    assert any(found.rule == "SIT112" for found in result.findings)
+
+
+def test_checks_import_no_cad_nor_plotting():
+    code = (
+        "import sys, sitscad.checks, sitscad.parts.fit\n"
+        "heavy = {'build123d', 'cadquery', 'OCP', 'gmsh', 'manifold3d', 'trimesh', 'scipy', 'matplotlib', 'ezdxf'}\n"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"

@@ -1,0 +1,187 @@
+"""Every electrical rule fires on a design that breaks it, with the right numbers, and is silent on others."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from sitscad.finding import Severity
+from sitscad.readout import ldc1614
+
+
+@pytest.mark.parametrize("rule", [f"SIT2{n:02d}" for n in range(1, 15)])
+def test_the_good_design_passes(rule: str, judge, design, estimates) -> None:
+    spec = design()
+    found = [f for f in judge(rule, spec, None, estimates(spec)) if f.severity is not Severity.NOTE]
+    assert found == []
+
+
+def test_inductance_floor_names_the_state_and_the_turns_that_would_do(judge, design, estimates) -> None:
+    spec = design()
+    (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6))
+    assert (found.severity, found.measured, found.limit, found.unit) == (Severity.ERROR, 0.14e-6, 0.2e-6, "H")
+    assert "140 nH" in found.message and "9.5 turns" in found.hint
+    assert found.key == "coil.turns" and spec.source.line(found.line).strip().startswith('"turns"')
+    assert judge("SIT201", spec, None, estimates(spec, inductance=0.2e-6)) == []
+
+
+def test_a_missing_number_is_not_a_pass(design, estimates, verdicts) -> None:
+    spec = design()
+    found, undecided = verdicts("SIT203", spec, None, estimates(spec, resistances={"free": math.nan, "rest": 1300.0}))
+    assert found == []
+    assert [(u.rule, "parallel resistance" in u.reason) for u in undecided] == [("SIT203", True)] * 2
+
+
+def test_frequency_ceiling_suggests_a_capacitor_that_keeps_it(judge, design, estimates) -> None:
+    spec = design()
+    (found,) = judge("SIT202", spec, None, estimates(spec, frequency=12e6))
+    assert (found.severity, found.limit) == (Severity.ERROR, 10e6)
+    assert pytest.approx(357e-12, abs=1e-12) == 220e-12 + 230e-12 * ((12 / 9.5) ** 2 - 1)
+    assert "360 pF" in found.hint
+    assert judge("SIT202", spec, None, estimates(spec, frequency=10e6)) == []
+    assert judge("SIT202", spec, None, estimates(spec, frequency=900.0))[0].limit == 1e3
+
+
+@pytest.mark.parametrize(
+    ("pressed", "severity", "limit"),
+    [
+        (590.0, Severity.ERROR, 600.0),
+        (600.0, Severity.WARNING, 1000.0),
+        (999.0, Severity.WARNING, 1000.0),
+        (1000.0, None, 0),
+    ],
+)
+def test_parallel_resistance(pressed: float, severity: Severity | None, limit: float, judge, design, estimates) -> None:
+    spec = design()
+    found = judge(
+        "SIT203", spec, None, estimates(spec, resistances={"free": 2200.0, "rest": 1300.0, "pressed": pressed})
+    )
+    if severity is None:
+        assert found == []
+        return
+    assert [(f.severity, f.measured, f.limit) for f in found] == [(severity, pressed, limit)]
+    assert "pressed" in found[0].message and "in free air 2.2 kohm" in found[0].message
+
+
+def test_parallel_resistance_of_the_thesis_miniature_is_refused_with_advice(judge, design, estimates) -> None:
+    spec = design(coil__layers=2, fpc__stackup="flex-2l-35um", coil__turns=6.5, coil__outer_diameter=3.5)
+    (found,) = judge("SIT203", spec, None, estimates(spec, resistances={"free": 270.0}))
+    assert found.severity is Severity.ERROR
+    assert "4 layers" in found.hint
+
+
+@pytest.mark.parametrize(("value", "severity"), [(240.0, Severity.ERROR), (260.0, Severity.WARNING), (1001.0, None)])
+def test_high_current_mode_reaches_lower_but_only_for_a_single_coil(
+    value: float, severity: Severity | None, judge, design, estimates
+) -> None:
+    alone = design(array=None)
+    numbers = estimates(alone, resistances={"free": value}, high_current=True)
+    assert [f.severity for f in judge("SIT203", alone, None, numbers)] == ([severity] if severity else [])
+    two = design()
+    numbers = estimates(two, resistances={"free": 260.0}, high_current=True)
+    assert [f.severity for f in judge("SIT203", two, None, numbers)] == [Severity.ERROR]
+
+
+def test_amplitude_too_high_and_too_low(judge, design, estimates) -> None:
+    spec = design()
+    high = judge("SIT204", spec, None, estimates(spec, drive_code=30))
+    assert Severity.ERROR in [f.severity for f in high] and "at rest" in high[0].message and high[0].limit == 1.8
+    (low,) = judge(
+        "SIT204", spec, None, estimates(spec, resistances={"free": 1350.0, "rest": 1300.0, "pressed": 880.0})
+    )
+    assert (low.severity, low.limit) == (Severity.WARNING, 1.2)
+    (stops,) = judge(
+        "SIT204", spec, None, estimates(spec, resistances={"free": 1350.0, "rest": 1300.0, "pressed": 400.0})
+    )
+    assert (stops.severity, stops.limit) == (Severity.ERROR, 0.6)
+
+
+def test_the_bare_coil_of_an_assembled_sensor_is_only_noted(judge, design, estimates) -> None:
+    spec = design()
+    (note,) = judge("SIT204", spec, None, estimates(spec))
+    assert note.severity is Severity.NOTE and note.measured > 1.8
+    assert f"drive code {ldc1614.drive_code(2200.0)}" in note.hint
+    bare = judge("SIT204", spec, None, estimates(spec, resistances={"free": 2200.0}, drive_code=30))
+    assert [f.severity for f in bare] == [Severity.ERROR]
+
+
+def test_high_current_amplitude_admits_what_is_not_known(judge, design, estimates) -> None:
+    spec = design(array=None)
+    (found,) = judge("SIT204", spec, None, estimates(spec, resistances={"free": 300.0}, high_current=True))
+    assert found.severity is Severity.WARNING and "disagree" in found.message
+
+
+def test_quality_factor_warns_below_ten(judge, design, estimates) -> None:
+    spec = design()
+    (found,) = judge("SIT205", spec, None, estimates(spec, quality=9.5))
+    assert (found.severity, found.measured) == (Severity.WARNING, 9.5)
+    assert judge("SIT205", spec, None, estimates(spec, quality=10.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("resonance", "severity"), [(6.6e6 / 0.81, Severity.ERROR), (6.6e6 / 0.78, Severity.WARNING), (6.6e6 / 0.74, None)]
+)
+def test_self_resonance(resonance: float, severity: Severity | None, judge, design, estimates) -> None:
+    spec = design()
+    found = judge("SIT206", spec, None, estimates(spec, self_resonance=resonance))
+    assert [f.severity for f in found] == ([severity] if severity else [])
+
+
+def test_input_frequency(judge, design, estimates) -> None:
+    spec = design()
+    assert judge("SIT207", spec, None, estimates(spec, frequency=8.74e6)) == []
+    (found,) = judge("SIT207", spec, None, estimates(spec, frequency=8.75e6))
+    assert "FIN_DIVIDER 2" in found.hint
+    (found,) = judge("SIT207", spec, None, estimates(spec, frequency=9e6, reference_frequency=2e6, input_divider=15))
+    assert "no divider" in found.hint and "2.4 MHz" in found.hint
+
+
+def test_scan_rate(judge, design, estimates) -> None:
+    spec = design()
+    (found,) = judge("SIT208", spec, None, estimates(spec, scan_rate=480.0))
+    assert (found.measured, found.limit) == (480.0, 500.0)
+    assert judge("SIT208", spec, None, estimates(spec, scan_rate=500.1)) == []
+
+
+@pytest.mark.parametrize(
+    ("rate", "severity"), [("2000 Hz", None), ("2500 Hz", Severity.WARNING), ("3 kHz", Severity.ERROR)]
+)
+def test_read_back_of_two_coils(rate: str, severity: Severity | None, judge, design) -> None:
+    found = judge("SIT209", design(readout__scan_rate=rate))
+    assert [f.severity for f in found] == ([severity] if severity else [])
+
+
+def test_bandwidth(judge, design, verdicts) -> None:
+    (found,) = judge("SIT210", design(requirements__bandwidth="251 Hz"))
+    assert (found.measured, found.limit) == (500.0, 502.0)
+    assert judge("SIT210", design(requirements__bandwidth="250 Hz")) == []
+    assert verdicts("SIT210", design(requirements__bandwidth=None))[1][0].reason.startswith("no requirements.bandwidth")
+
+
+def test_channels(judge, design) -> None:
+    (found,) = judge("SIT211", design(array__count=5))
+    assert (found.measured, found.limit) == (5.0, 4.0)
+    assert judge("SIT211", design(array__count=4)) == []
+
+
+@pytest.mark.parametrize(("coupling", "severity"), [(0.03, None), (0.1, Severity.NOTE), (0.3, Severity.WARNING)])
+def test_idle_neighbour(coupling: float, severity: Severity | None, judge, design, estimates) -> None:
+    spec = design()
+    matrix = ((2.5e-6, -coupling * 2.5e-6), (-coupling * 2.5e-6, 2.5e-6))
+    found = judge("SIT212", spec, None, estimates(spec, matrix=matrix))
+    assert [f.severity for f in found] == ([severity] if severity else [])
+    assert all(f.measured == pytest.approx(coupling**2) for f in found)
+
+
+def test_clock(judge, design) -> None:
+    assert judge("SIT213", design(readout__clock="44 MHz"))[0].limit == 40e6
+    assert judge("SIT213", design(readout__clock="1 MHz"))[0].limit == 2e6
+    assert judge("SIT213", design(readout__clock="2 MHz")) == []
+
+
+@pytest.mark.parametrize(("value", "limit"), [(33e-12, 47e-12), (4.7e-9, 3.3e-9), (47e-12, None)])
+def test_tank_capacitor(value: float, limit: float | None, judge, design, estimates) -> None:
+    spec = design()
+    found = judge("SIT214", spec, None, estimates(spec, capacitance=value))
+    assert [f.limit for f in found] == ([limit] if limit else [])

@@ -1,0 +1,278 @@
+"""Every fabrication rule fires on a design that breaks it and is silent on one that does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from sitscad.finding import Finding, Severity
+from sitscad.geometry.path import Line, Path, Point, rectangle
+from sitscad.geometry.region import Region
+from sitscad.layout import lay_out
+from sitscad.layout.board import Pad, Role, Stiffener, Trace, Via
+
+
+@pytest.fixture(scope="module")
+def good():
+    import json
+
+    from sitscad.spec.load import load_text
+
+    document = {
+        "sitscad": 1,
+        "name": "bench",
+        "coil": {
+            "shape": "circle", "outer_diameter": 7, "turns": 12, "layers": 2, "trace_width": "100 um",
+            "trace_spacing": "100 um",
+        },
+        "array": {"pattern": "line", "count": 2, "pitch": 8},
+        "fpc": {
+            "stackup": "flex-2l-35um", "rules": "generic-flex",
+            "tail": {"length": 30, "connector": "zif-0.5mm", "layers": 2},
+        },
+    }  # fmt: skip
+    spec = load_text(json.dumps(document, indent=1), "bench.yaml")
+    return spec, lay_out(spec)
+
+
+def ruled(spec, **figures):
+    return replace(spec, fpc=replace(spec.fpc, rules=replace(spec.fpc.rules, **figures)))
+
+
+def with_rules(layout, **figures):
+    return replace(layout, spec=ruled(layout.spec, **figures))
+
+
+def test_trace_width_and_spacing(judge, design):
+    (width,) = judge("SIT101", design(coil__trace_width="75 um"))
+    assert (width.severity, width.limit) == (Severity.ERROR, 76e-6)
+    assert width.measured == pytest.approx(75e-6) and width.key == "coil.trace_width" and "1 um" in width.hint
+    assert width.source and "3 mil" in width.source
+    (spacing,) = judge("SIT102", design(coil__trace_spacing="60 um"))
+    assert spacing.limit == 76e-6 and "6.75 turns" in spacing.hint
+    assert (
+        judge("SIT101", design(coil__trace_width="76 um")) == judge("SIT102", design(coil__trace_spacing="3 mil")) == []
+    )
+
+
+def test_loop_lines_warn_unless_they_bind(judge, verdicts, design):
+    found = judge("SIT103", design())
+    assert [(f.severity, f.key) for f in found] == [
+        (Severity.WARNING, "coil.trace_width"),
+        (Severity.WARNING, "coil.trace_spacing"),
+    ]
+    assert all(f.limit == pytest.approx(152.4e-6) for f in found)
+    binding = ruled(design(), coil_rule_binding=True)
+    assert [f.severity for f in judge("SIT103", binding)] == [Severity.ERROR] * 2
+    wide = ruled(design(), coil_trace_width=80e-6, coil_trace_spacing=80e-6)
+    assert judge("SIT103", wide) == []
+    silent = verdicts("SIT103", ruled(design(), coil_trace_width=None, coil_trace_spacing=None))
+    assert silent[0] == [] and "no minimum" in silent[1][0].reason
+
+
+def test_drill_ring_and_holes(judge, good):
+    spec, layout = good
+    assert [judge(rule, spec, layout) for rule in ("SIT104", "SIT105", "SIT106")] == [[], [], []]
+    via = layout.vias[0]
+    thin = replace(layout, vias=(replace(via, drill=0.19e-3),))
+    assert judge("SIT104", spec, thin)[0].measured == 0.19e-3
+    wide = replace(layout, vias=(replace(via, drill=0.22e-3),))
+    (ring,) = judge("SIT105", spec, wide)
+    assert ring.measured == pytest.approx((via.pad - 0.22e-3) / 2) and ring.limit == spec.fpc.rules.annular_ring
+    near = replace(via, centre=Point(via.centre.x + via.drill + 0.2e-3, via.centre.y))
+    (wall,) = judge("SIT106", spec, replace(layout, vias=(via, near)))
+    assert wall.measured == pytest.approx(0.2e-3) and wall.limit == 0.25e-3
+
+
+def test_the_drawn_copper_of_a_good_board_keeps_every_distance(judge, good):
+    spec, layout = good
+    for rule in ("SIT107", "SIT108", "SIT110", "SIT111", "SIT112", "SIT113", "SIT114", "SIT115", "SIT116"):
+        assert judge(rule, spec, layout) == [], rule
+
+
+def test_turn_to_turn_is_measured_exactly(judge, good):
+    """The gap square to the track of an Archimedean spiral is (w + s) cos(psi) - w, a little less than s."""
+    spec, layout = good
+    assert judge("SIT108", spec, layout) == []
+    strict = replace(spec, coil=replace(spec.coil, trace_spacing=102.5e-6))
+    found = judge("SIT108", *(lambda s: (s, replace(layout, spec=s)))(ruled(strict, trace_spacing=102.5e-6)))
+    turns = [f for f in found if "two parts of the winding" in f.message]
+    assert len(turns) == 1 and "3 more places" in turns[0].message  # two coils, two layers
+    innermost = 3.45e-3 - 12 * 0.2e-3
+    slope = 0.2e-3 / 6.283185307
+    shortfall = 0.2e-3 * (1 - 1 / (1 + (slope / innermost) ** 2) ** 0.5)
+    assert all(100e-6 - 2 * shortfall - 0.1e-6 < f.measured <= 100e-6 for f in turns)
+
+
+def test_a_turn_of_the_same_net_that_is_too_near_is_found_although_it_is_one_net(judge, good):
+    spec, layout = good
+    coil = layout.coils[0]
+    winding = next(t for t in layout.traces if t.role is Role.WINDING and t.net == coil.net)
+    middle = winding.path.segments[len(winding.path.segments) // 2].at(0.5)
+    bridge = Trace(
+        Path((Line(middle, Point(middle.x + 0.15e-3, middle.y)),)), 100e-6, winding.layer, coil.net, Role.LEAD
+    )
+    found = judge("SIT108", spec, replace(layout, traces=(*layout.traces, bridge)))
+    assert found and found[0].place.layer == winding.layer
+    assert min(f.measured for f in found) < 0.0
+
+
+def test_two_nets_too_near(judge, good):
+    spec, layout = good
+    one, other = layout.coils
+    away = Trace(Path((Line(Point(0.02, 0.001), Point(0.021, 0.001)),)), 100e-6, 1, one.net, Role.LEAD)
+    beside = replace(away, path=away.path.shifted(0.0, 0.18e-3), net=other.net)
+    (found,) = judge("SIT108", spec, replace(layout, traces=(away, beside), vias=(), pads=()))
+    assert found.measured == pytest.approx(80e-6) and found.limit == 100e-6
+    assert "20 um are missing" in found.hint
+    fair = replace(beside, path=away.path.shifted(0.0, 0.2e-3))
+    assert judge("SIT108", spec, replace(layout, traces=(away, fair), vias=(), pads=())) == []
+    below = replace(beside, layer=2)
+    assert judge("SIT108", spec, replace(layout, traces=(away, below), vias=(), pads=())) == []
+
+
+def test_a_tight_hairpin_is_found_and_a_right_angle_is_not(judge, good):
+    spec, layout = good
+    net = layout.coils[0].net
+
+    def on_board(*corners):
+        path = Path(tuple(Line(a, b) for a, b in pairwise(corners)))
+        return replace(layout, traces=(Trace(path, 100e-6, 1, net, Role.LEAD),), vias=(), pads=(), coils=())
+
+    legs = [Point(0, 0), Point(1e-3, 0), Point(1e-3, 0.15e-3), Point(0, 0.15e-3)]
+    (found,) = judge("SIT108", spec, on_board(*legs))
+    assert found.measured == pytest.approx(50e-6)
+    assert judge("SIT108", spec, on_board(Point(0, 0), Point(1e-3, 0), Point(1e-3, 1e-3))) == []
+    assert judge("SIT108", spec, on_board(Point(0, 0), Point(1e-3, 0), Point(1e-3, 0.2e-3), Point(0, 0.2e-3))) == []
+
+
+def test_a_via_on_a_turn_of_its_own_coil_is_found(judge, good):
+    spec, layout = good
+    via = layout.vias[0]
+    winding = next(t for t in layout.traces if t.role is Role.WINDING and t.net == via.net)
+    onto = winding.path.segments[len(winding.path.segments) // 2].at(0.5)
+    moved = replace(layout, vias=(*layout.vias, replace(via, centre=onto)))
+    (found,) = judge("SIT107", spec, moved)
+    assert found.measured < 0.0 and "more places" in found.message
+    assert {f.place.layer for f in judge("SIT110", spec, moved)} == {1, 2}
+
+
+def test_via_clearance_is_the_distance_to_the_pad(judge, good):
+    spec, layout = good
+    via = Via(Point(0, 0), 0.2e-3, 0.45e-3, layout.coils[0].net)
+    other = layout.coils[1].net
+    line = Trace(Path((Line(Point(-1e-3, 0.36e-3), Point(1e-3, 0.36e-3)),)), 100e-6, 2, other, Role.LEAD)
+    (found,) = judge("SIT107", spec, replace(layout, traces=(line,), vias=(via,), pads=()))
+    assert found.measured == pytest.approx(0.36e-3 - 0.225e-3 - 0.05e-3)
+    assert judge("SIT110", spec, replace(layout, traces=(line,), vias=(via,), pads=()))[0].measured == pytest.approx(
+        0.21e-3
+    )
+    clear = replace(line, path=line.path.shifted(0, 0.02e-3))
+    assert judge("SIT107", spec, replace(layout, traces=(clear,), vias=(via,), pads=())) == []
+    assert judge("SIT110", spec, replace(layout, traces=(clear,), vias=(via,), pads=())) == []
+
+
+def test_copper_inside_a_contact_is_found(judge, good):
+    spec, layout = good
+    pad = Pad(Point(0, 0), (3e-3, 0.3e-3), 1, layout.coils[0].net, "C1.A", 1)
+    inside = Trace(Path((Line(Point(-0.5e-3, 0), Point(0.5e-3, 0)),)), 50e-6, 1, layout.coils[1].net, Role.LEAD)
+    (found,) = judge("SIT108", spec, replace(layout, traces=(inside,), vias=(), pads=(pad,)))
+    assert found.measured < 0.0 and "C1.A" in found.message
+
+
+def test_copper_to_edge(judge, good):
+    spec, layout = good
+    x0, _, x1, y1 = layout.body
+    near = Trace(
+        Path((Line(Point(x0 + 1e-3, y1 - 0.2e-3), Point(x1 - 1e-3, y1 - 0.2e-3)),)), 100e-6, 1, "C1", Role.LEAD
+    )
+    board = replace(layout, outline=rectangle(*layout.body), traces=(near,), vias=(), pads=())
+    (found,) = judge("SIT109", spec, board)
+    assert found.measured == pytest.approx(0.15e-3) and found.limit == 0.2e-3
+    inner = replace(near, path=near.path.shifted(0.0, -0.05e-3))
+    assert judge("SIT109", spec, replace(board, traces=(inner,))) == []
+    crossing = replace(near, path=Path((Line(Point(x0 - 1e-3, 0), Point(x1, 0)),)))
+    assert judge("SIT109", spec, replace(board, traces=(crossing,)))[0].measured < 0.0
+
+
+def test_an_open_coil_is_refused(judge, good):
+    spec, layout = good
+    open_coil = replace(layout.coils[1], is_closed_circuit=False)
+    (found,) = judge("SIT111", spec, replace(layout, coils=(layout.coils[0], open_coil)))
+    assert "C2" in found.message and found.severity is Severity.ERROR
+
+
+def test_an_odd_coil_without_a_way_out_is_told_once(judge, design):
+    spec = design(
+        coil__layers=1, fpc={"stackup": [{"copper": "35 um"}, {"dielectric": "25 um", "material": "polyimide"}]}
+    )
+    layout = lay_out(spec)
+    found = [f for rule in ("SIT111", "SIT112", "SIT113") for f in judge(rule, spec, layout)]
+    assert [f.rule for f in found] == [f.rule for f in layout.findings] and found[0].line is not None
+
+
+def test_too_little_room_inside_carries_the_missing_length(judge, design):
+    spec = design(coil__turns=11.75)
+    (found,) = judge("SIT112", spec)
+    assert found.severity is Severity.ERROR and found.measured < found.limit
+    assert spec.source.line(found.line).strip().startswith('"turns"')
+    assert judge("SIT112", design()) == []
+
+
+def test_a_finding_of_the_layout_keeps_its_own_name(judge, good):
+    spec, layout = good
+    told = Finding("SIT113", "lead-room", Severity.ERROR, "no room", key="array.pitch", measured=1.0, limit=2.0)
+    (found,) = judge("SIT113", spec, replace(layout, findings=(told,)))
+    assert (found.message, found.measured) == ("no room", 1.0) and found.line is not None
+
+
+def test_coverlay(judge, good):
+    spec, layout = good
+    left, right = (Region(rectangle(x, 0.0, x + 1e-3, 1e-3)) for x in (0.0, 1.15e-3))
+    web = replace(layout, top_openings=(left, right))
+    (found,) = judge("SIT114", spec, web)
+    assert found.measured == pytest.approx(0.15e-3) and found.limit == 0.2e-3
+    assert judge("SIT114", spec, replace(layout, top_openings=(left,), bottom_openings=(right,))) == []
+    track = Trace(Path((Line(Point(-1e-3, 1.2e-3), Point(3e-3, 1.2e-3)),)), 100e-6, 1, "C1", Role.TAIL)
+    bare = replace(layout, top_openings=(left,), traces=(track,), vias=())
+    (found,) = judge("SIT115", spec, bare)
+    assert found.measured == pytest.approx(0.15e-3)
+    assert judge("SIT115", spec, replace(bare, traces=(replace(track, layer=2),))) == []
+    into = replace(track, path=Path((Line(Point(-1e-3, 0.5e-3), Point(0.5e-3, 0.5e-3)),)))
+    assert judge("SIT115", spec, replace(bare, traces=(into,))) == []
+
+
+def test_part_size(judge, good):
+    spec, layout = good
+    small = replace(layout, outline=rectangle(0, 0, 9e-3, 6e-3))
+    (found,) = judge("SIT116", spec, small)
+    assert (found.measured, found.limit) == (9e-3, 10e-3)
+    assert judge("SIT116", spec, replace(layout, outline=rectangle(0, 0, 5e-3, 10e-3))) == []
+
+
+def test_insertion_thickness(judge, verdicts, good):
+    spec, layout = good
+    board = spec.fpc.stackup.thickness - spec.fpc.stackup.layers[0].thickness  # the contacts are bare
+    assert judge("SIT117", spec, layout) == []
+    outline = Region(rectangle(0, 0, 5e-3, 5e-3))
+
+    def stiffened(thickness):
+        return replace(layout, stiffener=Stiffener(outline, thickness, "polyimide"))
+
+    assert judge("SIT117", spec, stiffened(0.3e-3 - board)) == []
+    (found,) = judge("SIT117", spec, stiffened(0.36e-3 - board))
+    assert found.measured == pytest.approx(0.36e-3) and "60 um thinner" in found.hint
+    pads = replace(spec.fpc.tail.connector, insertion_thickness=0.0)
+    soldered = replace(spec, fpc=replace(spec.fpc, tail=replace(spec.fpc.tail, connector=pads)))
+    assert "solder" in verdicts("SIT117", soldered, layout)[1][0].reason
+
+
+def test_a_via_laid_bare_by_an_opening_is_found(judge, good):
+    spec, layout = good
+    via = Via(Point(0.5e-3, 0.5e-3), 0.2e-3, 0.45e-3, "C1")
+    bare = replace(layout, top_openings=(Region(rectangle(-1e-3, -1e-3, 2e-3, 2e-3)),), traces=(), vias=(via,))
+    (found,) = judge("SIT115", spec, bare)
+    assert found.measured < 0.0 and "a via of C1" in found.message
+    assert judge("SIT115", spec, replace(bare, vias=(replace(via, centre=Point(3e-3, 0.5e-3)),))) == []

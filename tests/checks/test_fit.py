@@ -1,0 +1,198 @@
+"""Every rule of fit and mechanics fires on a design that breaks it and is silent on one that does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from sitscad.checks.transduction import skin_depth
+from sitscad.finding import Severity
+from sitscad.layout import lay_out
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """Layouts by the spec's text, laid out once."""
+    made = {}
+
+    def layout_of(spec):
+        if spec.source.text not in made:
+            made[spec.source.text] = lay_out(spec)
+        return made[spec.source.text]
+
+    return layout_of
+
+
+def with_jaw(spec, **figures):
+    return replace(spec, mount=replace(spec.mount, jaw=replace(spec.mount.jaw, **figures)))
+
+
+@pytest.mark.parametrize("number", [1, 2, 4, 5, 6, 7, 9, 10, 11, 12])
+def test_the_good_design_passes(number, judge, design, drawn):
+    spec = design()
+    assert judge(f"SIT3{number:02d}", spec, drawn(spec)) == []
+
+
+def test_width_and_length(judge, design, drawn):
+    spec = design()
+    layout = drawn(spec)
+    narrow = with_jaw(spec, width=4.6e-3)
+    (found,) = judge("SIT301", narrow, layout)
+    assert found.measured == layout.body_size[1] and found.limit == 4.6e-3
+    assert "board" in found.message and "unverified" in found.message
+    measured = with_jaw(spec, width=4.4e-3, source="measured with a calliper")
+    assert [f.key for f in judge("SIT301", measured, layout)] == [
+        "coil.outer_diameter",
+        "elastomer.size",
+        "target.size",
+    ]
+    assert not any("unverified" in f.message for f in judge("SIT301", measured, layout))
+    (found,) = judge("SIT302", with_jaw(spec, length=9e-3), layout)
+    assert found.measured == layout.body_size[0] and found.limit == 9e-3
+
+
+@pytest.mark.parametrize(
+    ("port", "source", "severity"),
+    [
+        (5.0e-3, "from memory, unverified", Severity.WARNING),
+        (5.0e-3, "measured", Severity.ERROR),
+        (4.6e-3, "unverified", Severity.ERROR),
+        (6e-3, "measured", None),
+    ],
+)
+def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
+    spec = with_jaw(design(), port_diameter=port, source=source)
+    found = judge("SIT303", spec, replace(drawn(design()), spec=spec))
+    assert [f.severity for f in found] == ([severity] if severity else [])
+    for f in found:
+        assert f.limit == port and port < f.measured < 5.5e-3
+        assert "elastomer.thickness is 1 mm" in f.hint
+
+
+def test_a_bench_plate_is_not_checked_against_a_jaw(verdicts, design, drawn):
+    spec = design(mount={"kind": "bench-plate", "standoff": 0.7})
+    for rule in ("SIT301", "SIT302", "SIT303", "SIT311"):
+        found, skipped = verdicts(rule, spec, drawn(spec))
+        assert found == [] and "no jaw" in skipped[0].reason
+
+
+def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
+    spec = design(elastomer={"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15})
+    (found,) = judge("SIT304", spec)
+    assert (found.severity, found.limit) == (Severity.ERROR, 0.5)
+    assert 0.57 < found.measured < 0.73 and "extrapolated" in found.message
+    pad = replace(
+        spec.elastomer, material=replace(spec.elastomer.material, shear_modulus=39.4e3, shear_modulus_sigma=0.0)
+    )
+    (stiff,) = judge("SIT304", replace(spec, elastomer=pad))
+    assert stiff.measured == pytest.approx(0.57, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "sigma", "severity", "limit"),
+    [
+        (200e3, 0.1, None, 0),
+        (60e3, 0.35, Severity.WARNING, 0.3),
+        (40e3, 0.1, Severity.WARNING, 0.3),
+        (40e3, 0.7, Severity.WARNING, 0.3),
+        (8e3, 0.1, Severity.ERROR, 0.5),
+    ],
+)
+def test_elastomer_strain(modulus, sigma, severity, limit, judge, design):
+    spec = design()
+    material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
+    found = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
+    assert [(f.severity, f.limit) for f in found] == ([(severity, limit)] if severity else [])
+    assert all(f.measured > f.limit for f in found)
+
+
+def test_the_suggested_modulus_keeps_thirty_percent(judge, design):
+    spec = design()
+    soft = replace(spec.elastomer.material, shear_modulus=30e3, shear_modulus_sigma=0.0)
+    (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=soft)))
+    wanted = float(found.hint.split("of ")[1].split(" kPa")[0]) * 1e3
+    enough = replace(soft, shear_modulus=wanted * 1.01)
+    assert judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=enough))) == []
+
+
+def test_skin_depth_of_copper():
+    assert skin_depth(8e6, 58e6) == pytest.approx(23.4e-6, abs=0.05e-6)
+    assert skin_depth(3.1e6, 58e6) == pytest.approx(37e-6, rel=0.02)
+
+
+@pytest.mark.parametrize(("thickness", "severity"), [(0.02, Severity.ERROR), (0.06, Severity.WARNING), (0.08, None)])
+def test_target_thickness(thickness, severity, judge, design, estimates):
+    spec = design(target__thickness=thickness)
+    found = judge("SIT305", spec, None, estimates(spec, frequency=6.6e6))
+    assert [f.severity for f in found] == ([severity] if severity else [])
+
+
+def test_target_proportions_of_a_pair(judge, design):
+    assert [f.limit for f in judge("SIT306", design(target__size=3.5))] == [pytest.approx(4.5e-3), pytest.approx(4e-3)]
+    (long,) = judge("SIT306", design(target__shape="rectangle", target__size=[6, 4.5]))
+    assert long.severity is Severity.WARNING and long.measured == pytest.approx(6e-3)
+    assert judge("SIT306", design(target__size=4.0)) == []
+
+
+def test_target_of_a_single_coil_covers_it(judge, design):
+    (found,) = judge("SIT306", design(array=None, target__size=3.9))
+    assert found.limit == pytest.approx(4e-3)
+    assert judge("SIT306", design(array=None, target__size=6)) == []
+
+
+def test_elastomer_cover(judge, design, drawn):
+    layout = drawn(design())
+    found = judge("SIT307", design(elastomer__size=4.3), layout)
+    assert [f.message.split(" along ")[1] for f in found] == ["x", "y"]
+    assert found[0].measured == pytest.approx(4.3e-3)
+    (found,) = judge("SIT307", design(elastomer__size=5.5), layout)
+    assert "larger than the board" in found.message and found.message.endswith("y")
+
+
+def test_tail_bend(judge, verdicts, design, drawn):
+    assert judge("SIT308", design(fpc__tail__bend="none")) == []
+    assert judge("SIT308", design()) == []
+    (note,) = judge("SIT308", with_jaw(design(), port_diameter=2.4e-3))
+    assert note.severity is Severity.NOTE and note.measured == pytest.approx(10 * 128e-6)
+    (thick,) = judge("SIT308", design(fpc__tail__layers=4))
+    assert thick.severity is Severity.WARNING and thick.measured == pytest.approx(20 * 261e-6)
+    dynamic = judge("SIT308", design(fpc__tail__bend="dynamic"))
+    assert [f.severity for f in dynamic] == [Severity.WARNING, Severity.WARNING]
+    assert dynamic[1].measured == pytest.approx(40 * 128e-6)
+    many = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=4))
+    assert many[0].severity is Severity.ERROR and many[0].measured == 4.0
+    one = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=1))
+    assert [f.unit for f in one] == ["m"]
+    free = verdicts("SIT308", design(mount=None, shield=None))
+    assert free[0] == [] and "not known" in free[1][0].reason
+    roomy = with_jaw(design(), port_diameter=10e-3)
+    assert judge("SIT308", roomy) == []
+
+
+def test_shield_gap(judge, design):
+    spec = design()
+    deep = replace(spec, shield=replace(spec.shield, gap=0.7e-3))
+    (found,) = judge("SIT309", deep)
+    assert found.measured == pytest.approx(0.8e-3) and found.limit == pytest.approx(0.7e-3) and "100 um" in found.hint
+    assert judge("SIT309", spec) == []
+
+
+def test_target_rotation(judge, design):
+    (found,) = judge("SIT310", design(elastomer__thickness=2))
+    assert found.severity is Severity.NOTE and found.measured == pytest.approx(2 / 4.5)
+    assert judge("SIT310", design(elastomer__size=8, elastomer__thickness=2)) == []
+
+
+def test_bare_metal(judge, design):
+    (found,) = judge("SIT311", design(encapsulation=None))
+    assert found.severity is Severity.WARNING and "copper" in found.message
+    assert judge("SIT311", design()) == []
+
+
+def test_elastomer_shear(judge, verdicts, design):
+    soft = design(elastomer={"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15})
+    (found,) = judge("SIT312", soft)
+    modulus = soft.elastomer.material.shear_modulus
+    assert found.measured == pytest.approx(1.0 * 2e-3 / (modulus * 16e-6)) and found.limit == pytest.approx(2.25e-3)
+    assert "no pitch" in verdicts("SIT312", design(array=None))[1][0].reason

@@ -1,0 +1,128 @@
+"""`sitscad build` and `sitscad verify` as they are typed."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+
+import pytest
+
+import sitscad
+
+MOUNTED = """\
+sitscad: 1
+name: mounted-coil
+coil: {shape: circle, outer_diameter: 10, turns: 12.5, layers: 2, trace_width: 160 um, trace_spacing: 160 um}
+mount: {kind: bench-plate, standoff: 6}
+"""
+LIGHT = "gerber,kicad,laser,firmware,report"
+
+
+@pytest.fixture
+def without_cad(monkeypatch):
+    """A machine on which no CAD kernel is installed."""
+    for package in ("build123d", "cadquery", "OCP"):
+        monkeypatch.setitem(sys.modules, package, None)
+
+
+def test_build_says_where_the_package_is_and_verify_reads_it_back(run, tmp_path):
+    done = run("build", "good.yaml", "--only", LIGHT)
+    assert done.code == 0
+    assert done.out.startswith("outputs/good-coil: ")
+    assert "made gerber, kicad" in done.out
+    assert "\r" not in done.err, "progress is for terminals"
+    assert run("build", "good.yaml", "--only", LIGHT).out.count("kept gerber, kicad") == 1
+    pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
+    verified = run("verify", "outputs/good-coil")
+    assert (verified.code, verified.err) == (0, "")
+    assert verified.out.startswith("ok: ")
+    (tmp_path / "outputs/good-coil/findings.json").write_text("{}")
+    changed = run("verify", "outputs/good-coil")
+    assert changed.code == 1
+    assert "findings.json" in changed.out
+
+
+@pytest.mark.parametrize("directory", [".", "absent", "good.yaml"])
+def test_verify_of_what_is_not_a_package_is_exit_2(run, directory):
+    done = run("verify", directory)
+    assert (done.code, done.out) == (2, "")
+    assert "manifest.json" in done.err
+
+
+def test_errors_stop_a_build_and_force_marks_it(run, tmp_path):
+    stopped = run("build", "weak.yaml", "--only", LIGHT)
+    assert (stopped.code, stopped.out) == (1, "")
+    assert "SIT2" in stopped.err
+    assert "--force" in stopped.err
+    assert not (tmp_path / "outputs").exists()
+    forced = run("build", "weak.yaml", "--only", LIGHT, "--force")
+    assert forced.code == 0
+    assert "marked as forced" in forced.err
+    assert (tmp_path / "outputs/weak-coil/FORCED.txt").exists()
+
+
+def test_several_specs_are_built_and_the_highest_exit_code_wins(run, tmp_path):
+    done = run("build", "good.yaml", "weak.yaml", "broken.yaml", "--only", "gerber", "-o", "made")
+    assert done.code == 2
+    assert done.out.startswith("made/good-coil: ")
+    assert [path.name for path in (tmp_path / "made").iterdir()] == ["good-coil"]
+
+
+def test_two_specs_of_one_name_are_refused_before_anything_is_made(run, tmp_path):
+    (tmp_path / "twin.yaml").write_text((tmp_path / "good.yaml").read_text())
+    done = run("build", "good.yaml", "twin.yaml", "--only", "gerber")
+    assert done.code == 2
+    assert "good.yaml and twin.yaml both have the name 'good-coil'" in done.err
+    assert not (tmp_path / "outputs").exists()
+
+
+def test_an_unknown_part_names_the_known_ones(run, tmp_path):
+    done = run("build", "good.yaml", "--only", "gerbre")
+    assert done.code == 2
+    assert "gerber, kicad, laser, mount, mesh, firmware, report" in done.err
+    assert not (tmp_path / "outputs").exists()
+
+
+def test_without_the_extra_one_sentence_names_the_command_that_mends_it(run, tmp_path, without_cad):
+    (tmp_path / "mounted.yaml").write_text(MOUNTED)
+    refused = run("build", "mounted.yaml", "--force")
+    assert refused.code == 2
+    assert "pip install 'sitscad[all]'" in refused.err
+    assert "Traceback" not in refused.err
+    assert not list(tmp_path.glob("outputs/*")), "a package is written as a whole or not at all"
+    assert run("build", "mounted.yaml", "--force", "--only", "gerber,kicad,laser").code == 0
+    files = json.loads((tmp_path / "outputs/mounted-coil/manifest.json").read_text())["files"]
+    assert {entry["stage"] for entry in files.values()} == {"gerber", "kicad", "check"}
+
+
+def test_an_interrupted_build_leaves_the_old_package_whole(run, tmp_path, monkeypatch):
+    assert run("build", "good.yaml", "--only", "gerber").code == 0
+    before = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
+    (tmp_path / "good.yaml").write_text((tmp_path / "good.yaml").read_text().replace("turns: 12.5", "turns: 12"))
+
+    from sitscad.writers import Writer
+
+    def interrupted(self, *values):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Writer, "render", interrupted)
+    done = run("build", "good.yaml", "--only", "gerber")
+    assert done.code == 130
+    assert (tmp_path / "outputs/good-coil/manifest.json").read_bytes() == before
+    assert [path.name for path in (tmp_path / "outputs").iterdir()] == ["good-coil"]
+
+
+@pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
+def test_a_terminal_sees_progress_and_colours_unless_no_color_is_set(run, monkeypatch, no_color, coloured):
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("NO_COLOR", no_color)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    done = run("build", "good.yaml", "--only", "gerber")
+    assert "\r  gerber    made" in re.sub(r"\x1b\[[\d;]*m", "", done.err)
+    assert ("\x1b[" in done.err) is coloured
+    assert "\x1b" not in done.out, "only standard error is a terminal here"
+
+
+def test_the_version_is_printed(run):
+    assert run("--version").out == f"sitscad {sitscad.__version__}\n"

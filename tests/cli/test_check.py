@@ -1,0 +1,120 @@
+"""`sitscad check`: text for a person, JSON for a program, and exit codes."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import sitscad
+
+
+def test_a_good_spec_passes(run):
+    done = run("check", "good.yaml")
+    assert done.code == 0
+    assert done.out.splitlines()[-1].startswith("ok: ")
+    assert done.err == ""
+
+
+def test_findings_point_into_the_spec(run):
+    done = run("check", "weak.yaml")
+    assert done.code == 1
+    lines = done.out.splitlines()
+    first = next(i for i, line in enumerate(lines) if re.match(r"weak\.yaml:\d+:\d+ SIT2\d\d error .+", line))
+    number, column = map(int, lines[first].split(" ")[0].split(":")[1:])
+    source = Path("weak.yaml").read_text().splitlines()[number - 1]
+    assert lines[first + 1] == f"{number:>5} | {source}"
+    assert lines[first + 2].index("^") == len("      | ") + column - 1
+    assert lines[first + 3].strip().startswith("hint: ")
+    assert lines[-1].startswith("not ok: ")
+
+
+def test_a_broken_spec_is_a_finding_and_exit_2(run):
+    done = run("check", "broken.yaml")
+    assert done.code == 2
+    assert re.match(r"broken\.yaml:4:\d+ SIT0\d\d error .*circel", done.out)
+    assert "circle" in done.out
+    assert re.search(r"not checked: .*SIT101-SIT\d+.*\(the spec could not be read\)", done.out)
+
+
+def test_json_is_the_documented_document_and_nothing_else(run):
+    done = run("check", "--format", "json", "good.yaml", "weak.yaml", "broken.yaml", "absent.yaml")
+    document = json.loads(done.out)
+    assert (done.code, done.err) == (2, "")
+    assert document["sitscad"] == sitscad.__version__
+    assert document["ok"] is False
+    assert [(spec["spec"], spec["ok"]) for spec in document["specs"]] == [
+        ("good.yaml", True),
+        ("weak.yaml", False),
+        ("broken.yaml", False),
+        ("absent.yaml", False),
+    ]
+    keys = {"rule", "name", "severity", "message", "hint", "key", "line", "column"}
+    keys |= {"measured", "limit", "unit", "source"}
+    for spec in document["specs"]:
+        assert set(spec) == {"spec", "ok", "findings", "not_checked"}
+        for finding in spec["findings"]:
+            assert keys <= set(finding)
+            assert finding["severity"] in ("error", "warning", "note")
+        for skipped in spec["not_checked"]:
+            assert set(skipped) == {"rule", "reason"}
+    broken = document["specs"][2]
+    assert (broken["findings"][0]["key"], broken["findings"][0]["line"]) == ("coil.shape", 4)
+    known = {rule.id for rule in sitscad.RULES}
+    assert {s["rule"] for s in broken["not_checked"]} | {f["rule"] for f in broken["findings"]} >= known
+
+
+def test_every_rule_is_either_applied_or_listed_as_not_checked(run):
+    document = json.loads(run("check", "good.yaml", "--format=json").out)
+    skipped = {entry["rule"] for entry in document["specs"][0]["not_checked"]}
+    assert any(rule.startswith("SIT3") for rule in skipped), "the spec has no jaw, so its rules cannot be applied"
+    assert skipped <= {rule.id for rule in sitscad.RULES}
+
+
+def test_select_and_ignore_choose_rules_and_say_so(run):
+    errors = {f["rule"] for f in json.loads(run("check", "weak.yaml", "--format=json").out)["specs"][0]["findings"]}
+    ignored = run("check", "weak.yaml", "--ignore", "SIT2", "--format=json")
+    document = json.loads(ignored.out)["specs"][0]
+    assert not [f for f in document["findings"] if f["rule"].startswith("SIT2")]
+    left_out = {entry["rule"] for entry in document["not_checked"] if "--ignore" in entry["reason"]}
+    assert left_out == {rule.id for rule in sitscad.RULES if rule.id.startswith("SIT2")}
+    one = sorted(rule for rule in errors if rule.startswith("SIT2"))[0]
+    selected = json.loads(run("check", "weak.yaml", "--select", one, "--format=json").out)["specs"][0]
+    assert {f["rule"] for f in selected["findings"]} == {one}
+    name = next(rule.name for rule in sitscad.RULES if rule.id == one)
+    assert json.loads(run("check", "weak.yaml", "--select", name, "--format=json").out)["specs"][0] == selected
+
+
+def test_a_broken_spec_cannot_be_ignored_away(run):
+    assert run("check", "broken.yaml", "--ignore", "SIT0").code == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check"], "Missing argument"),
+        (["check", "good.yaml", "--format", "jsn"], "Did you mean json?"),
+        (["check", "good.yaml", "--select", "SIT999"], "no rule 'SIT999'"),
+        (["check", "good.yaml", "--nonsense"], "--nonsense"),
+        (["chek", "good.yaml"], "check"),
+    ],
+)
+def test_wrong_usage_is_exit_2_and_one_message(run, arguments, words):
+    done = run(*arguments)
+    assert done.code == 2
+    assert words in done.err
+    assert done.out == ""
+
+
+def test_control_characters_of_a_spec_do_not_reach_the_terminal(run, tmp_path):
+    (tmp_path / "bad\x1b[31m.yaml").write_bytes(b'sitscad: 1\nname: "a\x1b]0;owned\x07b"\n\x1b[2Jcoil: 3\n')
+    done = run("check", str(tmp_path / "bad\x1b[31m.yaml"))
+    assert done.code == 2
+    assert "\x1b" not in done.out + done.err
+    assert "\x07" not in done.out + done.err
+
+
+def test_no_colour_without_a_terminal(run):
+    assert "\x1b" not in run("check", "weak.yaml").out

@@ -1,0 +1,148 @@
+"""The other commands: what they print, and how they leave."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+import sitscad
+from sitscad import cli
+
+
+def test_new_writes_every_template_and_refuses_to_write_over(run, tmp_path):
+    listed = [line.split()[0] for line in run("new", "--list").out.splitlines()]
+    assert set(listed) >= {"bench_7mm", "grasper_3p5mm", "grasper_4layer", "single_coil"}
+    for name in listed:
+        done = run("new", name)
+        assert (done.code, done.out) == (0, f"{name}.yaml\n")
+        assert sitscad.load(tmp_path / f"{name}.yaml").name
+    (tmp_path / "single_coil.yaml").write_text("mine")
+    refused = run("new", "single_coil")
+    assert (refused.code, refused.out) == (2, "")
+    assert "--force" in refused.err
+    assert (tmp_path / "single_coil.yaml").read_text() == "mine"
+    assert run("new", "single_coil", "--force").code == 0
+    assert "coil:" in (tmp_path / "single_coil.yaml").read_text()
+    assert sorted(path.name for path in tmp_path.iterdir() if path.name.startswith(".")) == []
+
+
+def test_new_without_a_name_writes_the_recommended_design(run, tmp_path):
+    assert run("new", "-o", "sensor.yaml").code == 0
+    assert sitscad.load(tmp_path / "sensor.yaml").name == "grasper-4layer"
+
+
+def test_every_template_is_described_in_its_first_comment(run):
+    for line in run("new", "--list").out.splitlines():
+        assert re.fullmatch(r"\w+ +\S.{15,}", line)
+
+
+@pytest.mark.parametrize(("name", "words"), [("single_cole", "single_coil"), ("../secret", "There is no template")])
+def test_an_unknown_template_is_named_with_the_nearest(run, tmp_path, name, words):
+    before = sorted(tmp_path.iterdir())
+    done = run("new", name)
+    assert (done.code, done.out) == (2, "")
+    assert words in done.err
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_new_into_a_folder_that_is_not_there(run):
+    done = run("new", "single_coil", "-o", "absent/x.yaml")
+    assert done.code == 2
+    assert "cannot write" in done.err
+
+
+def test_explain_and_rules_know_every_rule(run):
+    listed = run("rules").out.splitlines()
+    assert [line.split()[0] for line in listed] == sorted(rule.id for rule in sitscad.RULES)
+    for rule in sitscad.RULES:
+        done = run("explain", rule.id)
+        assert done.code == 0
+        for part in (rule.name, rule.summary, rule.why, rule.mend, rule.source):
+            assert part in done.out, f"{rule.id} does not say {part!r}"
+        assert run("explain", rule.name).out == done.out
+    unknown = run("explain", "SIT999")
+    assert (unknown.code, unknown.out) == (2, "")
+
+
+def test_schema_is_json_schema(run):
+    schema = json.loads(run("schema").out)
+    assert "coil" in schema["properties"]
+
+
+def test_estimate_prints_numbers_whatever_the_rules_say(run):
+    done = run("estimate", "weak.yaml", "--format", "json")
+    document = json.loads(done.out)
+    assert done.code == 1
+    assert "sitscad check weak.yaml" in done.err
+    assert document["sitscad"] == sitscad.__version__
+    assert document["spec"] == "weak.yaml"
+    coil = document["coils"][0]
+    assert 0 < coil["winding_inductance_H"] < coil["terminal_inductance_H"] < 1e-5
+    assert set(coil["states"]) == {"free"}, "nothing is above or behind this coil"
+    assert len(document["inductance_matrix_H"]) == 1
+
+
+def test_estimate_of_a_good_spec_as_text(run):
+    done = run("estimate", "good.yaml")
+    assert (done.code, done.err) == (0, "")
+    for word in ("winding inductance", "uH", "free (coil alone)", "RCOUNT", "Cross-checks"):
+        assert word in done.out
+
+
+def test_estimate_of_an_unreadable_spec_still_prints_json(run):
+    done = run("estimate", "broken.yaml", "--format", "json")
+    document = json.loads(done.out)
+    assert done.code == 2
+    assert document["coils"] == []
+    assert document["findings"][0]["key"] == "coil.shape"
+
+
+def test_estimate_takes_a_tolerance_and_a_method(run):
+    done = run("estimate", "good.yaml", "--format=json", "--tolerance", "1e-3")
+    assert json.loads(done.out)["coils"][0]["inductance_error"] <= 1e-3
+    assert run("estimate", "good.yaml", "--tolerance", "-1").code == 2
+    unknown = run("estimate", "good.yaml", "--method", "guessing")
+    assert (unknown.code, unknown.out) == (2, "")
+    assert all(method.name in unknown.err for method in sitscad.METHODS)
+
+
+@pytest.mark.parametrize("command", ["new", "check", "estimate", "build", "explain", "rules", "schema", "verify"])
+def test_every_help_ends_with_an_example(run, command):
+    done = run(command, "--help")
+    assert done.code == 0
+    assert re.search(rf"Example:\n +sitscad {command}", done.out)
+
+
+def test_a_fault_of_ours_is_one_sentence_without_a_traceback(run, monkeypatch):
+    def faulty(*_args, **_kwargs):
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr(sitscad, "check", faulty)
+    done = run("check", "good.yaml")
+    assert done.code == 2
+    assert "Traceback" not in done.err
+    assert "SITSCAD_TRACEBACK=1" in done.err
+    monkeypatch.setenv("SITSCAD_TRACEBACK", "1")
+    with pytest.raises(ZeroDivisionError):
+        cli.main(["check", "good.yaml"])
+
+
+@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (BrokenPipeError(), 141)])
+def test_an_interruption_has_its_own_exit_code(run, monkeypatch, error, code):
+    def interrupted(*_args, **_kwargs):
+        raise error
+
+    monkeypatch.setattr(sitscad, "check", interrupted)
+    assert run("check", "good.yaml").code == code
+
+
+def test_a_missing_extra_is_one_sentence_with_the_command_that_mends_it(run, monkeypatch):
+    def missing(*_args, **_kwargs):
+        raise sitscad.MissingExtra("solids need build123d: pip install 'sitscad[all]'")
+
+    monkeypatch.setattr(sitscad, "build", missing)
+    done = run("build", "good.yaml")
+    assert done.code == 2
+    assert done.err == "sitscad: solids need build123d: pip install 'sitscad[all]'\n"

@@ -1,0 +1,52 @@
+"""What the tests need from outside, and what happens where it is missing: a skip that says why, or an error in CI."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+TEMPLATES = ROOT / "templates"
+
+CAD_MODULES = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh")
+
+INSTALL_EXTRA = "pip install 'sitscad[all]' brings it"
+INSTALL_CLIENTS = ".ci/install-clients installs it on Debian 12"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "needs(*modules): needs importable modules that the light core does not bring")
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip a test whose means are missing; with SITSCAD_SKIP_NOTHING set, as in CI, fail it instead."""
+    modules = [name for mark in item.iter_markers("needs") for name in mark.args]
+    if item.get_closest_marker("cad"):
+        modules += CAD_MODULES
+    programs = [name for mark in item.iter_markers("clients") for name in mark.args]
+    reasons = [f"{name} is not installed: {INSTALL_EXTRA}" for name in modules if not _importable(name)]
+    reasons += [f"{name} is not installed: {INSTALL_CLIENTS}" for name in programs if not shutil.which(name)]
+    if reasons and os.environ.get("SITSCAD_SKIP_NOTHING"):
+        pytest.fail("; ".join(reasons), pytrace=False)
+    if reasons:
+        pytest.skip("; ".join(reasons))
+
+
+def _importable(name: str) -> bool:
+    return importlib.util.find_spec(name) is not None
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """The top of the source tree."""
+    return ROOT
+
+
+@pytest.fixture(scope="session", params=sorted(path.stem for path in TEMPLATES.glob("*.yaml")))
+def template(request: pytest.FixtureRequest) -> Path:
+    """Every template in turn."""
+    return TEMPLATES / f"{request.param}.yaml"

@@ -1,0 +1,214 @@
+"""The estimate from spec text to JSON: states, readout, cross-checks, and that every identity holds."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from sitscad.estimates import METHODS, estimate
+from sitscad.estimates.assembly import assemble
+from sitscad.estimates.tank import preferred_values
+from sitscad.layout import lay_out
+from sitscad.readout import ldc1614
+from sitscad.spec.load import load_text
+
+BARE = """
+sitscad: 1
+name: bare
+coil: {shape: SHAPE, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+"""
+
+MOUNTED = """
+sitscad: 1
+name: mounted
+coil: {shape: circle, outer_diameter: 4.0, turns: 7.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
+array: {pattern: line, count: 2, pitch: 4.5}
+fpc: {stackup: flex-4l, rules: generic-fine, tail: {length: 30, connector: zif-0.5mm, layers: 2, bend: static}}
+target: {shape: square, size: 4, thickness: 0.2, material: copper}
+elastomer: {material: dragon-skin-10, shape: square, size: 4, thickness: 1, kerf: 0.15}
+shield: {material: copper, thickness: 0.1, gap: 0.6}
+readout: {device: ldc1614, capacitance: CAP, clock: 40 MHz, scan_rate: 500 Hz}
+requirements: {normal_force: 4.8 N}
+"""
+
+
+def of(text, **how):
+    return estimate(lay_out(load_text(text, "test.yaml")), **how)
+
+
+@pytest.fixture(scope="module")
+def mounted():
+    return of(MOUNTED.replace("CAP", "220 pF"))
+
+
+def test_the_recommended_jaw_coil_holds_free_at_rest_and_pressed(mounted):
+    assert list(mounted.coils[0].states) == ["free", "rest", "pressed"]
+    for coil in mounted.coils:
+        free, rest, pressed = coil.states.values()
+        assert coil.winding_inductance == pytest.approx(2.5e-6, rel=0.01)
+        assert free.frequency == pytest.approx(6.65e6, rel=0.02)
+        assert free.parallel_resistance == pytest.approx(2.2e3, rel=0.08)
+        assert rest.parallel_resistance == pytest.approx(1.3e3, rel=0.08)
+        assert 0.9e3 <= pressed.parallel_resistance <= 1.2e3
+        assert 1.1 <= pressed.amplitude <= rest.amplitude <= 1.8
+        assert pressed.frequency <= 9.5e6
+    assert mounted.readout.drive_code == 28
+    assert mounted.readout.scan_rate >= 500.0
+
+
+def test_states_come_closer_and_lose_inductance(mounted):
+    for coil in mounted.coils:
+        states = list(coil.states.values())
+        assert states[0].inductance > states[1].inductance > states[2].inductance
+        assert states[0].resistance < states[1].resistance < states[2].resistance
+    assert mounted.gaps["pressed"] == mounted.compression.gap < mounted.gaps["rest"] == 1e-3
+
+
+def test_identities_between_the_numbers(mounted):
+    for coil in mounted.coils:
+        free = coil.states["free"]
+        omega = 2 * math.pi * free.frequency
+        assert free.frequency == pytest.approx(
+            1 / (2 * math.pi * math.sqrt(free.inductance * coil.capacitance)), rel=1e-6
+        )
+        assert free.parallel_resistance == pytest.approx((omega * free.inductance) ** 2 / free.resistance, rel=1e-6)
+        assert free.quality_factor == pytest.approx(omega * free.inductance / free.resistance, rel=1e-6)
+        assert coil.terminal_inductance == free.inductance
+        assert coil.resistance_ac > coil.resistance_dc
+        assert coil.terminal_resistance_dc > coil.resistance_dc
+        assert 1e-9 < coil.lead_inductance < 40e-9
+        assert coil.capacitance == pytest.approx(220e-12 + 4e-12 + coil.self_capacitance)
+    matrix = np.array(mounted.inductance_matrix)
+    assert np.array_equal(matrix, matrix.T)
+    assert np.linalg.eigvalsh(matrix).min() > 0.0
+    assert matrix[0, 0] == mounted.coils[0].winding_inductance
+    assert -0.05 < matrix[0, 1] / matrix[0, 0] < 0.0
+
+
+def test_a_target_smaller_than_the_coils_is_said_to_be_coarse(mounted):
+    assert any("smaller than the coils" in note for note in mounted.notes)
+    small, wide = "size: 4, thickness: 0.2", "size: 9, thickness: 0.2"
+    large = of(MOUNTED.replace("CAP", "220 pF").replace(small, wide))
+    assert not any("smaller than the coils" in note for note in large.notes)
+
+
+def test_a_state_without_its_parts_is_absent():
+    bare = of(BARE.replace("SHAPE", "circle"))
+    assert list(bare.coils[0].states) == ["free"]
+    assert bare.compression is None
+    assert bare.gaps == {}
+
+
+@pytest.mark.parametrize("shape", ["circle", "square"])
+def test_every_method_holds_its_bound_against_the_best(shape):
+    layout = lay_out(load_text(BARE.replace("SHAPE", shape), "test.yaml"))
+    best = estimate(layout, tolerance=1e-9).coils[0]
+    for method in METHODS:
+        if shape in method.shapes and not (method.is_cross_check and shape == "circle" and "sheet" not in method.name):
+            coil = estimate(layout, method=method.name).coils[0]
+            assert coil.method == method.name
+            bound = coil.inductance_error + best.inductance_error
+            assert coil.winding_inductance == pytest.approx(best.winding_inductance, rel=bound)
+
+
+def test_the_bench_coil_is_the_reference():
+    # 60 um between the mid-planes, as flex-2l-35um has it
+    coil = of(BARE.replace("SHAPE", "circle") + "fpc: {stackup: flex-2l-35um}\n").coils[0]
+    assert coil.winding_inductance == pytest.approx(2.523424e-6, rel=coil.inductance_error)
+    assert coil.inductance_error <= 1e-4
+
+
+def test_tolerance_picks_the_cheapest_that_meets_it():
+    layout = lay_out(load_text(BARE.replace("SHAPE", "circle"), "test.yaml"))
+    assert estimate(layout, tolerance=1e-2).coils[0].method == "spiral-filament"
+    assert estimate(layout, tolerance=1e-4).coils[0].method == "spiral-neumann"
+
+
+def test_an_unknown_method_names_those_that_serve():
+    layout = lay_out(load_text(BARE.replace("SHAPE", "circle"), "test.yaml"))
+    with pytest.raises(ValueError, match="spiral-neumann"):
+        estimate(layout, method="zhao")
+    with pytest.raises(ValueError, match="circle"):
+        estimate(layout, method="strands")
+
+
+def test_cross_checks_say_where_they_are_valid(mounted):
+    check = mounted.cross_checks[0]
+    assert check.method == "current-sheet"
+    assert not check.is_valid
+    assert check.deviation == pytest.approx(check.inductance / mounted.coils[0].winding_inductance - 1.0)
+
+
+def test_an_automatic_capacitor_keeps_the_windows_and_says_why():
+    found = of(MOUNTED.replace("CAP", "auto"))
+    readout = found.readout
+    assert any(readout.capacitance == pytest.approx(value) for value in preferred_values())
+    states = [state for coil in found.coils for name, state in coil.states.items() if name != "free"]
+    assert max(state.frequency for state in states) <= 9.5e6
+    assert max(state.amplitude for state in states) <= 1.8
+    assert min(state.parallel_resistance for state in states) >= 1000.0
+    assert "E12" in readout.capacitance_reason
+
+
+def test_one_drive_code_suits_the_working_states(mounted):
+    largest = max(coil.states["rest"].parallel_resistance for coil in mounted.coils)
+    assert mounted.readout.drive_code == ldc1614.drive_code(largest)
+
+
+def test_no_room_for_leads_is_still_estimated():
+    # no way into the centre: 4 layers without room for two inner vias
+    layout = lay_out(load_text(MOUNTED.replace("CAP", "220 pF").replace("turns: 7.75", "turns: 11.5"), "test.yaml"))
+    assert layout.findings
+    found = estimate(layout)
+    assert found.coils[0].winding_inductance > 0.0
+    assert any("no room" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("turns", [0.5, 1, 11.9])
+def test_the_fewest_and_the_most_turns_are_estimated(turns):
+    coil = f"{{shape: circle, outer_diameter: 4, turns: {turns}, layers: 2, trace_width: 80 um, trace_spacing: 80 um}}"
+    found = of(f"sitscad: 1\nname: few\ncoil: {coil}\n")
+    assert 0.0 < found.coils[0].inductance_error < 0.01
+    json.dumps(found.as_json("few.yaml"), allow_nan=False)
+
+
+def test_cable_and_capacitor_at_the_coil():
+    cable = "cable: {length: 300, inductance: 180 nH, capacitance: 30 pF, resistance: 0.3 ohm}, "
+    text = BARE.replace("SHAPE", "circle") + "readout: {device: ldc1614, capacitance: 330 pF, capacitor_at: WHERE}\n"
+    plain = of(text.replace("WHERE", "converter")).coils[0]
+    at_converter = of(text.replace("capacitor_at: WHERE", cable + "capacitor_at: converter")).coils[0]
+    at_coil = of(text.replace("capacitor_at: WHERE", cable + "capacitor_at: coil")).coils[0]
+    assert at_converter.terminal_inductance == pytest.approx(plain.terminal_inductance, rel=1e-2)
+    assert at_converter.sensor_frequency < at_coil.sensor_frequency < plain.sensor_frequency
+    assert at_coil.capacitance == pytest.approx(plain.capacitance + 30e-12)
+
+
+def test_json_is_the_contract(mounted):
+    document = json.loads(json.dumps(mounted.as_json("jaw.yaml"), allow_nan=False))
+    assert document["spec"] == "jaw.yaml"
+    coil = document["coils"][0]
+    required = {
+        "name", "centre_m", "winding_inductance_H", "terminal_inductance_H", "inductance_error", "method",
+        "resistance_dc_ohm", "resistance_ac_ohm", "capacitance_F", "sensor_frequency_Hz", "parallel_resistance_ohm",
+        "quality_factor", "self_resonance_Hz", "trace_length_m", "states",
+    }  # fmt: skip
+    assert required <= coil.keys()
+    for state in coil["states"].values():
+        assert {"inductance_H", "resistance_ohm", "frequency_Hz", "parallel_resistance_ohm"} <= state.keys()
+    assert len(document["inductance_matrix_H"]) == len(document["coils"]) == 2
+
+
+def test_shield_before_the_jaw_and_jaw_alone():
+    text = MOUNTED.replace("CAP", "220 pF") + "mount: {kind: grasper-pad, jaw: generic-5mm, standoff: 1.0}\n"
+    spec = load_text(text, "test.yaml")
+    plates = assemble(spec).states[1].below.plates
+    assert [round(plate.thickness, 9) for plate in plates[:2]] == [1e-4, 3e-4]
+    assert plates[1].conductivity == 0.0
+    assert math.isinf(plates[2].thickness)
+    line = next(line for line in text.splitlines() if line.startswith("shield"))
+    alone = assemble(load_text(text.replace(line + "\n", ""), "test.yaml")).states[1].below
+    assert len(alone.plates) == 1
+    assert alone.distance == pytest.approx(spec.fpc.stackup.thickness + 1e-3)

@@ -1,0 +1,59 @@
+"""Mutual inductance between coils against the dipole limit and against symmetry."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sitscad.estimates.neighbours import inductance_matrix
+from sitscad.estimates.windings import WindingGeometry
+from sitscad.geometry.path import Point
+from sitscad.physics.constants import MU0
+from sitscad.physics.filaments import PolylineTrack
+from sitscad.physics.spirals import SpiralLayer
+
+UM = 1e-6
+
+
+def spiral_geometry():
+    sweep = 2 * math.pi * 6.0
+    layers = (
+        SpiralLayer(1.7e-3, 200 * UM, 6.0, 0.0, 1, True, 0.0, 100 * UM, 35 * UM),
+        SpiralLayer(1.7e-3, 200 * UM, 6.0, 2 * sweep, -1, False, -60 * UM, 100 * UM, 35 * UM),
+    )
+    theta = np.linspace(0.0, sweep, 200_001)
+    radius = 1.7e-3 - 200 * UM / (2 * math.pi) * theta
+    area = 2 * np.trapezoid(0.5 * radius**2, theta)
+    return WindingGeometry(SimpleNamespace(shape="circle", turns=6.0), layers, ()), float(area)
+
+
+def square_geometry():
+    side = 3e-3
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * side / 2
+    track = PolylineTrack(corners, 100 * UM, 35 * UM, 0.0)
+    return WindingGeometry(SimpleNamespace(shape="square", turns=1.0), (), (track,)), side**2
+
+
+def placed(x, y=0.0):
+    return SimpleNamespace(centre=Point(x, y), placement=SimpleNamespace(rotation=0.0))
+
+
+@pytest.mark.parametrize("made", [spiral_geometry, square_geometry])
+def test_far_coils_reach_the_dipole_limit(made):
+    geometry, area = made()
+    distance = 0.3
+    matrix = inductance_matrix(1e-6, [(placed(0.0), geometry), (placed(distance), geometry)])
+    assert matrix[0, 1] == pytest.approx(-MU0 * area**2 / (4 * math.pi * distance**3), rel=2e-3)
+
+
+def test_equal_displacements_have_equal_inductance_and_the_matrix_is_positive():
+    geometry, _ = spiral_geometry()
+    coils = [(placed(x), geometry) for x in (-4.5e-3, 0.0, 4.5e-3)]
+    matrix = inductance_matrix(0.4e-6, coils)
+    assert np.array_equal(matrix, matrix.T)
+    assert matrix[0, 1] == matrix[1, 2]
+    assert abs(matrix[0, 2]) < abs(matrix[0, 1])
+    assert np.linalg.eigvalsh(matrix).min() > 0.0

@@ -1,0 +1,81 @@
+"""The intended nets as the files' text states them."""
+
+from __future__ import annotations
+
+import pytest
+
+from sitscad.extraction.intent import Mark, Source, is_ipc_d_356, marks_of_gerber, marks_of_ipc_d_356
+from tests.extraction.conftest import HEADER, NETLIST, pad, record, track, via
+
+HEAD = HEADER.format(function="Copper,L1,Top", polarity="Positive")
+
+
+def places(marks):
+    return [(mark.net, round(mark.x * 1e6), round(mark.y * 1e6)) for mark in marks]
+
+
+def test_draws_and_flashes_carry_their_net():
+    marks = marks_of_gerber(HEAD + track("C1", (0, 0), (1, 0), (1, 2)) + via("C2", 3, 4) + "M02*\n", layer=1)
+    assert places(marks) == [("C1", 0, 0), ("C1", 1000, 0), ("C1", 1000, 2000), ("C2", 3000, 4000)]
+    assert [mark.is_via for mark in marks] == [False, False, False, True]
+
+
+def test_a_pad_carries_its_pin_and_function():
+    (mark,) = marks_of_gerber(HEAD + pad("C1", "J1-2", 1, -1, "C1.B") + "M02*\n", layer=2)
+    assert mark == Mark("C1", 2, pytest.approx(1e-3), pytest.approx(-1e-3), Source.X2, "J1-2", "C1.B")
+
+
+def test_attributes_end_where_they_are_deleted():
+    text = HEAD + "%TO.N,C1*%\n%TO.P,J1,1*%\nD11*\nX0Y0D03*\n%TD.P*%\nX0Y1D03*\n%TD.N*%\nX0Y2D03*\nM02*\n"
+    assert [mark.pin for mark in marks_of_gerber(text, 1)] == ["J1-1", None]
+
+
+def test_no_net_is_no_mark():
+    assert marks_of_gerber(HEAD + track("N/C", (0, 0), (1, 0)) + track("", (0, 0), (1, 0)), 1) == ()
+
+
+def test_modal_coordinates_inches_escapes_and_comments():
+    text = (
+        "G04 %TO.N,comment*\n%FSLAX24Y24*%\n%MOIN*%\n%ADD10C,0.01*%\n%TO.N,a\\u002Cb*%\nD10*\n"
+        "X10000Y20000D02*\nX20000D01*\n"
+    ).replace("%TO.N,comment*", "TO.N comment*")
+    assert places(marks_of_gerber(text, 1)) == [("a,b", 25400, 50800), ("a,b", 50800, 50800)]
+
+
+def test_arcs_are_draws():
+    text = HEAD + "%TO.N,C1*%\nD10*\nX1000000Y0D02*\nG03X0Y1000000I-1000000J0D01*\n"
+    assert places(marks_of_gerber(text, 1)) == [("C1", 1000, 0), ("C1", 0, 1000)]
+
+
+def test_netlist_records_by_their_columns():
+    marks = marks_of_ipc_d_356(NETLIST)
+    assert [(m.net, m.layer, m.pin, m.is_via) for m in marks] == [
+        ("C1", 1, "J1-1", False),
+        ("C1", 1, "J1-2", False),
+        ("C1", None, None, True),
+        ("C1", None, None, True),
+        ("C2", 1, "J1-3", False),
+        ("C2", 1, "J1-4", False),
+    ]
+    assert (marks[2].x, marks[2].y) == pytest.approx((5e-3, 0.0))
+
+
+def test_netlist_units_and_aliases():
+    text = "P  UNITS CUST 0\nP  NNAME1  a-name-that-is-longer-than-the-column\n" + record(
+        "327", "NNAME1", "J1-1", "02", 1, 1
+    )
+    (mark,) = marks_of_ipc_d_356(text)
+    assert mark.net == "a-name-that-is-longer-than-the-column"
+    assert (mark.layer, mark.x) == (2, pytest.approx(1000 * 2.54e-6))
+
+
+def test_netlist_lines_out_of_their_columns_are_refused():
+    with pytest.raises(ValueError, match="line 2"):
+        marks_of_ipc_d_356("P  UNITS CUST 1\n327C1 J1-1 A01 X0 Y0\n")
+    with pytest.raises(ValueError, match="CUST 7"):
+        marks_of_ipc_d_356("P  UNITS CUST 7\n")
+
+
+def test_a_netlist_is_told_from_other_texts():
+    assert is_ipc_d_356(NETLIST)
+    assert not is_ipc_d_356(HEAD)

@@ -1,0 +1,201 @@
+"""Nets, loops and differences out of boards written by hand, whole ones and broken ones."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
+pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
+
+from sitscad.extraction import ExtractionError, Kind, compare, extract
+from tests.extraction.conftest import Board, count, pad, record, track, via
+
+
+def kinds(board: Board, folder) -> list[Kind]:
+    return [difference.kind for difference in compare(extract(board.write(folder)))]
+
+
+def test_a_sound_board_has_its_nets_contacts_and_no_difference(two_nets, tmp_path):
+    board = extract(two_nets.write(tmp_path))
+    assert compare(board) == ()
+    assert [net.names for net in board.nets] == [("C1",), ("C2",)]
+    assert [contact.pin for contact in board.net("C1").contacts] == ["J1-1", "J1-2"]
+    assert [contact.function for contact in board.net("C1").contacts] == ["C1.A", "C1.B"]
+    assert len(board.net("C1").holes) == 2
+    assert all(not net.loops for net in board.nets)
+
+
+def test_the_copper_area_is_the_one_drawn(two_nets, tmp_path):
+    """C2 on the top layer: two pads 0.6 x 0.4 mm and 4.4 mm of a 0.1 mm track between them."""
+    top, _ = extract(two_nets.write(tmp_path)).copper_areas
+    two_tracks_and_their_via_pads = 2 * (0.24 + (4.7 - 0.15) * 0.1 + math.pi * 0.15**2 + chord_area(0.15, 0.05))
+    assert top * 1e6 == pytest.approx(2 * 0.24 + 4.4 * 0.1 + two_tracks_and_their_via_pads, rel=2e-4)
+
+
+def chord_area(radius: float, half_width: float) -> float:
+    """What a track of half that width adds between the chord x = radius and the circle it runs into."""
+    half_angle = math.asin(half_width / radius)
+    segment = radius**2 * (half_angle - math.sin(half_angle) * math.cos(half_angle))
+    return 2 * half_width * radius * (1 - math.cos(half_angle)) - segment
+
+
+def test_a_package_is_read_through_its_fpc_folder(two_nets, tmp_path):
+    (tmp_path / "fpc").mkdir()
+    two_nets.write(tmp_path / "fpc")
+    assert len(extract(tmp_path).nets) == 2
+
+
+def test_a_track_across_two_nets_is_a_short(two_nets, tmp_path):
+    two_nets.layers[0] += track("C1", (1, 2), (1, 3))
+    assert kinds(two_nets, tmp_path) == [Kind.SHORT]
+
+
+def test_a_hole_through_a_foreign_track_is_a_short(two_nets, tmp_path):
+    two_nets.layers[1] += via("C2", 2, 3) + track("C2", (2, 3), (2, 1), (5, 1))
+    two_nets.layers[0] += via("C2", 2, 3)
+    two_nets.holes.append((2, 3))
+    assert kinds(two_nets, tmp_path) == [Kind.SHORT]
+
+
+def test_a_gap_in_a_track_is_an_open(two_nets, tmp_path):
+    two_nets.layers[0] = two_nets.layers[0].replace(track("C2", (0, 3), (5, 3)), track("C2", (0, 3), (4.5, 3)))
+    assert kinds(two_nets, tmp_path) == [Kind.OPEN]
+
+
+def test_a_gap_cut_by_clear_polarity_is_an_open(two_nets, tmp_path):
+    two_nets.layers[0] += "%LPC*%\nD13*\nX2000000Y3000000D03*\n"
+    assert kinds(two_nets, tmp_path) == [Kind.OPEN]
+
+
+def test_a_missing_hole_is_named_and_opens_the_net(two_nets, tmp_path):
+    del two_nets.holes[1]
+    differences = compare(extract(two_nets.write(tmp_path)))
+    assert [d.kind for d in differences] == [Kind.OPEN, Kind.NO_HOLE]
+    assert (differences[1].x, differences[1].y) == pytest.approx((5e-3, 2e-3))
+
+
+@pytest.mark.parametrize(("x", "complaint"), [(4.9, "breaks out of its pad"), (7.0, "has no pad")])
+def test_a_hole_off_its_pad_is_found_on_every_layer(two_nets, tmp_path, x, complaint):
+    two_nets.holes.append((x, 0.0))
+    two_nets.layers[0] = two_nets.layers[0].replace(
+        track("C1", (0, 0), (5, 0)), track("C1", (0, 0.0), (4.0, 0), (5, 0))
+    )
+    differences = [d for d in compare(extract(two_nets.write(tmp_path))) if d.kind is Kind.HOLE_OFF_PAD]
+    assert [d.layer for d in differences] == [1, 2]
+    assert all(complaint in d.message for d in differences)
+
+
+def test_an_unplated_hole_joins_nothing_and_may_not_touch_copper(two_nets, tmp_path):
+    two_nets.plating = "NonPlated"
+    assert set(kinds(two_nets, tmp_path)) == {Kind.OPEN, Kind.HOLE_OFF_PAD, Kind.NO_HOLE}
+
+
+def test_turns_that_touch_are_a_loop(two_nets, tmp_path):
+    """A hairpin whose legs, 0.3 mm apart, touch at the open end: one net, no short, but current runs past the turn."""
+    two_nets.layers[0] += track("C2", (5, 3), (8, 3), (8, 3.3), (6, 3.3), (6, 3.05))
+    (loop,) = extract(two_nets.write(tmp_path)).net("C2").loops
+    assert loop.layer == 1
+    assert loop.area == pytest.approx(1.9e-3 * 0.2e-3, rel=1e-3)
+    assert kinds(two_nets, tmp_path) == [Kind.LOOP]
+
+
+def test_turns_that_almost_touch_are_a_loop_once_the_copper_is_grown(two_nets, tmp_path):
+    two_nets.layers[0] += track("C2", (5, 3), (8, 3), (8, 3.3), (6, 3.3), (6, 3.12))
+    two_nets.write(tmp_path)
+    assert extract(tmp_path).net("C2").loops == ()
+    assert extract(tmp_path, growth=9e-6).net("C2").loops == ()
+    assert len(extract(tmp_path, growth=11e-6).net("C2").loops) == 1
+
+
+def test_a_second_way_through_the_layers_is_a_loop(two_nets, tmp_path):
+    two_nets.layers[0] += track("C1", (5, 0), (5, 2))
+    (loop,) = extract(two_nets.write(tmp_path)).net("C1").loops
+    assert (loop.layer, loop.x) == (None, pytest.approx(5e-3))
+
+
+def test_three_stitching_holes_between_two_tracks_are_two_loops(tmp_path):
+    rail = track("C1", (0, 0), (4, 0)) + "".join(via("C1", x, 0) for x in (1, 2, 3))
+    board = extract(Board([rail, rail], [(1, 0), (2, 0), (3, 0)]).write(tmp_path))
+    assert len(board.net("C1").loops) == 2
+
+
+def test_copper_of_no_net_is_found(two_nets, tmp_path):
+    two_nets.layers[1] += "D10*\nX0Y8000000D02*\nX1000000Y8000000D01*\n"
+    assert kinds(two_nets, tmp_path) == [Kind.NO_NET]
+
+
+def test_a_contact_under_the_coverlay_is_found(two_nets, tmp_path):
+    two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in ((0, 0), (0, 2), (0, 3)))
+    (difference,) = compare(extract(two_nets.write(tmp_path)))
+    assert (difference.kind, difference.nets) == (Kind.COVERED, ("C2",))
+
+
+def test_the_netlist_must_name_the_same_nets(two_nets, tmp_path):
+    two_nets.netlist = two_nets.netlist.replace("327C2  ", "327C9  ")
+    assert kinds(two_nets, tmp_path) == [Kind.SHORT, Kind.NETLISTS, Kind.NETLISTS]
+
+
+def test_a_netlist_record_where_no_copper_is(two_nets, tmp_path):
+    two_nets.netlist += record("327", "C1", "J1-9", "01", 9, 9)
+    (difference,) = compare(extract(two_nets.write(tmp_path)))
+    assert (difference.kind, difference.layer) == (Kind.NO_COPPER, 1)
+
+
+def test_without_any_named_net_there_is_nothing_to_compare_with(tmp_path):
+    bare = "D10*\nX0Y0D02*\nX1000000Y0D01*\n"
+    assert Kind.NO_INTENT in kinds(Board([bare]), tmp_path)
+
+
+def test_four_layers_are_joined_by_one_through_hole(tmp_path):
+    layers = [via("C1", 0, 0)] * 4
+    layers[3] = layers[3] + track("C1", (0, 0), (1, 0)) + pad("C1", "J1-1", 1, 0)
+    board = extract(Board(layers, [(0, 0)]).write(tmp_path))
+    assert compare(board) == ()
+    assert [contact.layer for contact in board.net("C1").contacts] == [4]
+
+
+def test_an_annulus_drawn_by_arcs_and_by_regions_has_its_area(tmp_path):
+    """A full circle drawn with a 0.1 mm pen, and a half disc as a region with an arc."""
+    ring = "%TO.N,C1*%\nD10*\nG03*\nX2000000Y0D02*\nX2000000Y0I-2000000J0D01*\n%TD*%\n"
+    disc = "%TO.N,C2*%\nG36*\nX6000000Y-1000000D02*\nG03*\nX6000000Y1000000I0J1000000D01*\n"
+    disc += "G01*\nX6000000Y-1000000D01*\nG37*\n"
+    board = extract(Board([ring + disc]).write(tmp_path))
+    areas = {net.names: net.pieces[0].shape.area * 1e6 for net in board.nets}
+    assert areas["C1",] == pytest.approx(2 * math.pi * 2.0 * 0.1, rel=1e-5)
+    assert areas["C2",] == pytest.approx(math.pi / 2, rel=1e-4)
+    assert len(board.net("C1").loops) == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("Copper,L2,Bot", "Copper,L1,Top", "both claim to be copper layer 1"),
+        ("Copper,L2,Bot", "Copper,L3,Bot", "missing"),
+        ("Copper,L2,Bot", "Copper,Bottom", "L1, L2"),
+        ("D01*", "D01X*", "Unknown statement"),
+        ("M02*\n", "", "EOF"),
+    ],
+)
+def test_files_that_make_no_board_are_refused(two_nets, tmp_path, old, new, says):
+    two_nets.write(tmp_path)
+    path = tmp_path / "copper-L2.gbr"
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(ExtractionError, match=says):
+        extract(tmp_path)
+
+
+def test_a_drill_file_must_say_which_layers_it_joins(two_nets, tmp_path):
+    two_nets.write(tmp_path)
+    path = tmp_path / "holes.drl"
+    path.write_text(path.read_text().replace("1,2,PTH", "1,4,PTH"))
+    with pytest.raises(ExtractionError, match="layers 1 to 4 of a board with 2"):
+        extract(tmp_path)
+
+
+def test_a_directory_without_files_is_refused(tmp_path):
+    with pytest.raises(ExtractionError, match="no Gerber file"):
+        extract(tmp_path)
+    with pytest.raises(ExtractionError, match="not a directory"):
+        extract(tmp_path / "nowhere")

@@ -1,0 +1,96 @@
+"""Every template's finished flex files, read back: nets, loops, and the copper's resistance."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
+pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
+
+from sitscad.estimates import estimate
+from sitscad.extraction import Kind, compare, copper_resistance, extract
+from sitscad.layout import lay_out
+from sitscad.layout.board import Layout
+from sitscad.spec.load import load
+from sitscad.writers import excellon, gerber, ipc356
+
+TEMPLATES = sorted((Path(__file__).parents[2] / "templates").glob("*.yaml"))
+
+
+@pytest.fixture(scope="module", params=TEMPLATES, ids=lambda path: path.stem)
+def finished(request, tmp_path_factory) -> tuple[Layout, Path]:
+    """A template's layout, and the directory with its Gerber files, drill file and netlist."""
+    layout = lay_out(load(request.param))
+    folder = tmp_path_factory.mktemp(request.param.stem)
+    for writer in (gerber, excellon, ipc356):
+        for name, content in writer.render(layout).items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    return layout, folder
+
+
+def test_the_files_keep_their_word(finished):
+    _, folder = finished
+    assert compare(extract(folder)) == ()
+
+
+def test_every_coil_joins_its_two_contacts_and_nothing_else(finished):
+    layout, folder = finished
+    board = extract(folder)
+    assert len(board.nets) == len(layout.coils)
+    for coil in layout.coils:
+        functions = [contact.function for contact in board.net(coil.net).contacts]
+        assert sorted(functions) == [f"{coil.name}.A", f"{coil.name}.B"]
+
+
+def test_nothing_touches_when_the_copper_grows_by_almost_half_the_spacing(finished):
+    """A loop or a short between grown tracks would be copper that stands closer than the spec's spacing."""
+    layout, folder = finished
+    spacing = min(layout.spec.coil.trace_spacing, layout.spec.fpc.rules.trace_spacing)
+    board = extract(folder, growth=0.49 * spacing)
+    assert [net.names for net in board.nets] == [(coil.net,) for coil in layout.coils]
+    assert all(not net.loops for net in board.nets)
+
+
+def test_wider_tracks_whose_turns_touch_are_loops(finished, tmp_path):
+    """The netlist of such a coil is still right: only the loops give it away."""
+    layout, folder = finished
+    spec = layout.spec.coil
+    wider = 1.05 * (spec.trace_width + spec.trace_spacing)
+    found = 0
+    for path in sorted((folder / "fpc").iterdir()):
+        text = path.read_text(encoding="utf-8")
+        for aperture, diameter in re.findall(r"(%ADD\d+C,)([0-9.]+)\*%", text):
+            if float(diameter) * 1e-3 == pytest.approx(spec.trace_width):
+                text = text.replace(f"{aperture}{diameter}*%", f"{aperture}{wider * 1e3:.6f}*%")
+                found += 1
+        (tmp_path / path.name).write_text(text, encoding="utf-8")
+    assert found
+    kinds = [difference.kind for difference in compare(extract(tmp_path))]
+    assert kinds.count(Kind.LOOP) >= len(layout.coils)
+
+
+@pytest.mark.slow
+@pytest.mark.needs("gmsh", "scipy")
+def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(finished):
+    layout, folder = finished
+    board = extract(folder)
+    copper = layout.spec.fpc.stackup.copper
+    estimates = {coil.name: coil for coil in estimate(layout).coils}
+    for coil in layout.coils:
+        net = board.net(coil.net)
+        start, end = (contact.touched() for contact in sorted(net.contacts, key=lambda contact: contact.function))
+        found = copper_resistance(
+            net,
+            start,
+            end,
+            [layer.thickness for layer in copper],
+            depths=[layer.z for layer in copper],
+            plating=layout.spec.fpc.stackup.plating_thickness or None,
+            fineness=1.0,
+        )
+        assert found == pytest.approx(estimates[coil.name].terminal_resistance_dc, rel=0.02)

@@ -1,0 +1,92 @@
+"""The bonded pad against its limits, its inverse, and the thesis's miniature."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitscad.mechanics.elastomer import (
+    apparent_modulus,
+    compress,
+    force_for_strain,
+    loaded_area,
+    shape_factor,
+)
+
+BULK = 1.5e9
+WIDTHS, MODULI = st.floats(0.5e-3, 20e-3), st.floats(5e3, 1e6)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "strain"),
+    [(39.4e3, 0.57), (14.4e3, 0.73)],
+    ids=["Ecoflex 00-30 by its data sheet", "Ecoflex 00-30 as measured"],
+)
+def test_the_thesis_pad_would_need_57_to_73_percent(modulus: float, strain: float) -> None:
+    found = compress(4e-3, 4e-3, 2e-3, modulus, BULK, 4.8)
+    assert found.strain == pytest.approx(strain, abs=0.005)
+    assert found.gap == pytest.approx(2e-3 * (1 - found.strain))
+    assert not found.valid and "extrapolated" in found.note
+
+
+def test_shape_factors_of_the_textbook() -> None:
+    assert shape_factor(4e-3, 4e-3, 2e-3) == pytest.approx(0.5)
+    assert shape_factor(4e-3, 4e-3, 1e-3, circular=True) == pytest.approx(1.0)
+    assert shape_factor(8e-3, 4e-3, 1e-3) == pytest.approx(8 * 4 / (2 * 12))
+
+
+def test_an_elliptic_pad_lies_between_the_discs() -> None:
+    small, between, large = (
+        shape_factor(a, b, 1e-3, circular=True) for a, b in ((4e-3, 4e-3), (6e-3, 4e-3), (6e-3, 6e-3))
+    )
+    assert small < between < large
+
+
+def test_bulk_modulus_is_the_upper_limit() -> None:
+    assert apparent_modulus(1000.0, 50e3, BULK) < BULK
+    assert apparent_modulus(1e5, 50e3, BULK) == pytest.approx(BULK, rel=1e-2)
+    assert apparent_modulus(0.0, 50e3) == pytest.approx(150e3)
+
+
+@given(WIDTHS, WIDTHS, st.floats(0.2e-3, 5e-3), MODULI, st.floats(0.0, 0.95), st.booleans())
+def test_force_and_strain_are_inverse(a: float, b: float, h: float, mu: float, strain: float, circular: bool) -> None:
+    force = force_for_strain(strain, a, b, h, mu, BULK, circular)
+    assert compress(a, b, h, mu, BULK, force, circular).strain == pytest.approx(strain, abs=1e-12)
+
+
+@given(WIDTHS, st.floats(0.2e-3, 5e-3), MODULI)
+def test_small_forces_give_the_linear_law(a: float, h: float, mu: float) -> None:
+    modulus = apparent_modulus(shape_factor(a, a, h), mu, BULK)
+    force = 1e-9 * modulus * loaded_area(a, a)
+    assert compress(a, a, h, mu, BULK, force).strain == pytest.approx(1e-9, rel=1e-7)
+
+
+@given(WIDTHS, st.floats(0.2e-3, 5e-3), MODULI, st.floats(1e-6, 1e6))
+def test_more_force_never_compresses_less_nor_through(a: float, h: float, mu: float, force: float) -> None:
+    one, other = compress(a, a, h, mu, BULK, force), compress(a, a, h, mu, BULK, 1.1 * force)
+    assert 0.0 < one.strain <= other.strain < 1.0
+    assert one.gap > 0.0
+    assert one.valid == (one.strain <= 0.3)
+
+
+def test_no_force_no_strain() -> None:
+    assert compress(4e-3, 4e-3, 1e-3, 50e3, BULK, 0.0).strain == 0.0
+
+
+def test_slender_pad_is_the_neo_hookean_bar() -> None:
+    """S -> 0: F/A = mu (1/lambda^2 - lambda)."""
+    force = force_for_strain(0.4, 1e-3, 1e-3, 1.0, 50e3, math.inf)
+    assert force / 1e-6 == pytest.approx(50e3 * (0.6**-2 - 0.6), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "wrong", [(0.0, 4e-3, 1e-3, 5e4, 1e9, 1.0), (4e-3, 4e-3, 1e-3, -1.0, 1e9, 1.0), (4e-3, 4e-3, 1e-3, 5e4, 1e9, -1.0)]
+)
+def test_impossible_pads_are_refused(wrong: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError):
+        compress(*wrong)
+    with pytest.raises(ValueError):
+        force_for_strain(1.0, 4e-3, 4e-3, 1e-3, 5e4, 1e9)

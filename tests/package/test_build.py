@@ -1,0 +1,314 @@
+"""`build`: what is made, what is kept, what is refused, and that the same spec gives the same bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sitscad
+from sitscad.package import stages
+from sitscad.package.folder import PackageError, list_files, opened_for_building
+
+GOOD = """\
+sitscad: 1
+name: good-coil
+coil: {shape: circle, outer_diameter: 10, turns: 12.5, layers: 2, trace_width: 150 um, trace_spacing: 150 um}
+target: {shape: square, size: 10, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 10, thickness: 4}
+"""
+WEAK = """\
+sitscad: 1
+name: weak-coil
+coil: {shape: circle, outer_diameter: 3, turns: 4.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+"""
+LIGHT = ("gerber", "kicad", "laser", "firmware", "report")
+
+
+@pytest.fixture
+def good():
+    return sitscad.load_text(GOOD, "some/where/good.yaml")
+
+
+@pytest.fixture
+def weak():
+    return sitscad.load_text(WEAK, "weak.yaml")
+
+
+def _hashes(directory: Path) -> dict[str, str]:
+    return {name: hashlib.sha256((directory / name).read_bytes()).hexdigest() for name in list_files(directory)}
+
+
+def _outcomes(result) -> dict[str, str]:
+    return {stage.name: stage.outcome for stage in result.stages}
+
+
+def test_the_manifest_names_every_file_with_its_hash(good, tmp_path):
+    result = sitscad.build(good, tmp_path, LIGHT)
+    manifest = json.loads((result.directory / "manifest.json").read_text())
+    found = _hashes(result.directory)
+    del found["manifest.json"]
+    assert {name: entry["sha256"] for name, entry in manifest["files"].items()} == found
+    assert manifest["sitscad"] == sitscad.__version__
+    assert manifest["spec"] == {
+        "name": "good-coil",
+        "file": "good.yaml",
+        "sha256": hashlib.sha256(GOOD.encode()).hexdigest(),
+    }
+    assert manifest["forced"] is False
+    assert {entry["stage"] for entry in manifest["files"].values()} == {*LIGHT, "check"}
+    folders = {name.partition("/")[0] for name in found if "/" in name}
+    assert folders == {"fpc", "kicad", "laser", "firmware"}
+    assert {name for name in found if "/" not in name} == {"bom.csv", "estimate.json", "findings.json", "report.html"}
+
+
+def test_the_json_files_know_the_spec_by_its_file_name_alone(good, tmp_path):
+    directory = sitscad.build(good, tmp_path, ["report"]).directory
+    assert json.loads((directory / "estimate.json").read_text())["spec"] == "good.yaml"
+    assert json.loads((directory / "findings.json").read_text())["specs"][0]["spec"] == "good.yaml"
+    for name in list_files(directory):
+        assert b"some/where" not in (directory / name).read_bytes(), name
+
+
+def test_nothing_is_built_of_what_the_spec_does_not_contain(weak, tmp_path):
+    result = sitscad.build(weak, tmp_path, force=True)
+    assert not {name.partition("/")[0] for name in list_files(result.directory)} & {"mount", "laser", "mesh"}
+    assert {stage.outcome for stage in result.stages if stage.name in ("mount", "laser", "mesh")} == {"none"}
+
+
+def test_an_error_stops_the_build_and_nothing_is_written(weak, tmp_path):
+    result = sitscad.build(weak, tmp_path / "outputs")
+    assert not result.written
+    assert result.checked.exit_code == 1
+    assert not (tmp_path / "outputs").exists()
+
+
+def test_a_forced_package_is_marked_as_such(weak, tmp_path):
+    result = sitscad.build(weak, tmp_path, LIGHT, force=True)
+    assert result.forced
+    directory = result.directory
+    assert json.loads((directory / "manifest.json").read_text())["forced"] is True
+    rules = [f.rule for f in result.checked.findings if f.severity == sitscad.Severity.ERROR]
+    for note in ("FORCED.txt", "fpc/FORCED.txt"):
+        assert all(rule in (directory / note).read_text() for rule in rules)
+    assert "built with --force" in (directory / "report.html").read_text()
+
+
+def test_force_on_a_good_spec_marks_nothing(good, tmp_path):
+    result = sitscad.build(good, tmp_path, ["report"], force=True)
+    assert not result.forced
+    assert "FORCED.txt" not in list_files(result.directory)
+
+
+def test_an_unchanged_package_is_not_touched(good, tmp_path):
+    first = sitscad.build(good, tmp_path, LIGHT)
+    before = {name: (first.directory / name).stat().st_mtime_ns for name in list_files(first.directory)}
+    second = sitscad.build(good, tmp_path, LIGHT)
+    assert {stage.outcome for stage in second.stages if stage.files} == {"kept"}
+    assert {name: (first.directory / name).stat().st_mtime_ns for name in list_files(first.directory)} == before
+
+
+def test_a_comment_changes_the_report_and_nothing_that_is_made(good, tmp_path):
+    sitscad.build(good, tmp_path, LIGHT)
+    commented = sitscad.load_text("# a remark\n" + GOOD, "good.yaml")
+    outcomes = _outcomes(sitscad.build(commented, tmp_path, LIGHT))
+    assert [outcomes[name] for name in ("gerber", "kicad", "laser", "firmware")] == ["kept"] * 4
+    assert outcomes["report"] == "made"
+
+
+def test_an_incremental_build_gives_the_bytes_of_a_fresh_one(good, tmp_path):
+    changed = sitscad.load_text(GOOD.replace("thickness: 4", "thickness: 4.5"), "good.yaml")
+    sitscad.build(good, tmp_path / "a", LIGHT)
+    sitscad.build(changed, tmp_path / "a", LIGHT)
+    sitscad.build(changed, tmp_path / "b", ["kicad"])
+    sitscad.build(changed, tmp_path / "b", LIGHT)
+    sitscad.build(changed, tmp_path / "c", LIGHT)
+    hashes = [_hashes(tmp_path / out / "good-coil") for out in "abc"]
+    assert hashes[0] == hashes[1] == hashes[2]
+
+
+def test_a_damaged_file_is_made_again_and_the_damaged_one_kept_aside(good, tmp_path):
+    directory = sitscad.build(good, tmp_path, LIGHT).directory
+    before = _hashes(directory)
+    (directory / "kicad" / "good-coil.kicad_pcb").write_text("edited by hand")
+    (directory / "notes.txt").write_text("mine")
+    result = sitscad.build(good, tmp_path, LIGHT)
+    assert _outcomes(result)["kicad"] == "made"
+    assert _outcomes(result)["gerber"] == "kept"
+    assert _hashes(directory) == before
+    assert list_files(result.kept_aside) == ["kicad/good-coil.kicad_pcb", "notes.txt"]
+    assert (result.kept_aside / "notes.txt").read_text() == "mine"
+
+
+def test_only_makes_its_parts_keeps_true_ones_and_drops_stale_ones(good, tmp_path):
+    sitscad.build(good, tmp_path, LIGHT)
+    same = _outcomes(sitscad.build(good, tmp_path, ["gerber"]))
+    assert (same["gerber"], same["kicad"], same["laser"], same["report"]) == ("kept",) * 4
+    changed = sitscad.load_text(GOOD.replace("turns: 12.5", "turns: 12"), "good.yaml")
+    other = sitscad.build(changed, tmp_path, ["gerber"])
+    outcomes = _outcomes(other)
+    assert outcomes["gerber"] == "made"
+    assert {outcomes[name] for name in ("kicad", "laser", "firmware", "report")} == {"dropped"}
+    assert {name.partition("/")[0] for name in list_files(other.directory)} == {
+        "fpc",
+        "estimate.json",
+        "findings.json",
+        "manifest.json",
+    }
+
+
+@pytest.mark.parametrize("only", [["gerbers"], [], ["gerber", "check"]])
+def test_only_knows_its_names(good, tmp_path, only):
+    with pytest.raises(PackageError, match="not a stage"):
+        sitscad.build(good, tmp_path, only)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_not_a_package_is_not_touched(good, tmp_path):
+    (tmp_path / "good-coil").mkdir()
+    (tmp_path / "good-coil" / "thesis.tex").write_text("years of work")
+    with pytest.raises(PackageError, match="did not make it"):
+        sitscad.build(good, tmp_path, ["gerber"])
+    assert _hashes(tmp_path) == {"good-coil/thesis.tex": hashlib.sha256(b"years of work").hexdigest()}
+
+
+def test_a_link_is_not_followed(good, tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "good-coil").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(PackageError, match="not a folder"):
+        sitscad.build(good, tmp_path, ["gerber"])
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
+def test_a_damaged_manifest_means_that_everything_is_made_again(good, tmp_path):
+    directory = sitscad.build(good, tmp_path, ["gerber"]).directory
+    (directory / "manifest.json").write_text("{")
+    result = sitscad.build(good, tmp_path, ["gerber"])
+    assert _outcomes(result)["gerber"] == "made"
+    assert sitscad.verify(directory).ok
+
+
+def test_two_specs_of_one_name_are_refused(good):
+    with pytest.raises(PackageError, match="both have the name"):
+        sitscad.require_distinct_names([good, good])
+
+
+def test_a_second_build_at_the_same_time_is_refused(good, tmp_path):
+    with opened_for_building(tmp_path, "good-coil"), pytest.raises(PackageError, match="another build"):
+        sitscad.build(good, tmp_path, ["gerber"])
+
+
+@pytest.mark.parametrize("name", ["../x", "/tmp/x", "manifest.json", "REPORT.html"])
+def test_a_writer_cannot_leave_the_package_or_write_over_it(good, tmp_path, monkeypatch, name):
+    first = sitscad.build(good, tmp_path, ["gerber"]).directory
+    before = _hashes(first)
+    monkeypatch.setattr(stages.Writer, "render", lambda self, *values: {name: b"x", "report.HTML": b"y"})
+    changed = sitscad.load_text(GOOD.replace("turns: 12.5", "turns: 12"), "good.yaml")
+    with pytest.raises(PackageError):
+        sitscad.build(changed, tmp_path, ["gerber"])
+    assert _hashes(first) == before
+    assert os.listdir(tmp_path) == ["good-coil"]
+
+
+def test_a_writer_that_refuses_leaves_the_old_package(good, tmp_path, monkeypatch):
+    directory = sitscad.build(good, tmp_path, ["gerber"]).directory
+    before = _hashes(directory)
+
+    def refuse(self, *values):
+        raise ValueError("it does not fit")
+
+    monkeypatch.setattr(stages.Writer, "render", refuse)
+    changed = sitscad.load_text(GOOD.replace("turns: 12.5", "turns: 12"), "good.yaml")
+    with pytest.raises(PackageError, match="it does not fit; nothing was changed"):
+        sitscad.build(changed, tmp_path, ["gerber"])
+    assert _hashes(directory) == before
+
+
+def test_a_forced_build_goes_on_without_what_cannot_be_written_and_says_so(weak, tmp_path, monkeypatch):
+    real = stages.Writer.render
+
+    def refuse(self, *values):
+        if self.module == "firmware":
+            raise ValueError("no drive code")
+        return real(self, *values)
+
+    monkeypatch.setattr(stages.Writer, "render", refuse)
+    directory = sitscad.build(weak, tmp_path, LIGHT, force=True).directory
+    assert "firmware: no drive code" in (directory / "FORCED.txt").read_text()
+    assert not (directory / "firmware").exists()
+
+
+def test_progress_tells_each_stage_once(good, tmp_path):
+    told: list[tuple[str, str]] = []
+    sitscad.build(good, tmp_path, ["gerber"], progress=lambda stage, outcome, seconds: told.append((stage, outcome)))
+    assert [stage for stage, outcome in told if outcome == "start"] == ["check", *sitscad.STAGES]
+    assert len(told) == 2 * (1 + len(sitscad.STAGES))
+
+
+_BUILD = """
+import sys
+import sitscad
+sitscad.build(sitscad.load(sys.argv[1]), sys.argv[2], sys.argv[3].split(","))
+assert not {"build123d", "cadquery", "OCP", "gmsh"} & set(sys.modules), "a CAD kernel was imported"
+"""
+
+
+def test_the_same_bytes_in_another_place_time_zone_locale_and_hash_seed(tmp_path):
+    for number, seed in enumerate(("0", "12345")):
+        home = tmp_path / str(number) / ("x" * 5 * number)
+        home.mkdir(parents=True)
+        (home / "good.yaml").write_text(GOOD)
+        zone, locale = (("UTC", "C"), ("Asia/Kathmandu", "de_DE.UTF-8"))[number]
+        source = str(Path(sitscad.__file__).parents[1])
+        environment = os.environ | {"PYTHONHASHSEED": seed, "TZ": zone, "LC_ALL": locale, "PYTHONPATH": source}
+        spec, out = ("good.yaml", "out") if number else (str(home / "good.yaml"), str(home / "out"))
+        command = [sys.executable, "-c", _BUILD, spec, out, ",".join(LIGHT)]
+        subprocess.run(command, cwd=home, env=environment, check=True)
+    one, other = (_hashes(path) for path in sorted(tmp_path.rglob("good-coil")))
+    assert one == other
+    assert len(one) > 20
+
+
+class TestVerify:
+    """`verify` of a package, whole and damaged."""
+
+    def test_a_whole_package_is_equal(self, good, tmp_path):
+        pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
+        found = sitscad.verify(sitscad.build(good, tmp_path, LIGHT).directory)
+        assert (found.ok, found.nets) == (True, ("C1",))
+
+    def test_what_was_changed_added_or_removed_is_named(self, good, tmp_path):
+        directory = sitscad.build(good, tmp_path, ["kicad"]).directory
+        (directory / "findings.json").write_text("{}")
+        (directory / "estimate.json").unlink()
+        (directory / "more.txt").write_text("")
+        differences = "\n".join(sitscad.verify(directory).differences)
+        for words in ("estimate.json is missing", "findings.json is not the file", "more.txt is not in the manifest"):
+            assert words in differences
+
+    def test_copper_that_joins_two_nets_is_found_though_every_hash_agrees(self, tmp_path):
+        pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
+        array = "array: {pattern: line, count: 2, pitch: 12}\n"
+        spec = sitscad.load_text(GOOD.replace("size: 10", "size: 22") + array, "two.yaml")
+        result = sitscad.build(spec, tmp_path, ["gerber"], force=True)
+        name = "fpc/good-coil-F_Cu.gbr"
+        text = (result.directory / name).read_text()
+        bridge = "%ADD99C,0.5*%\nD99*\nG01*\nX-6000000Y0D02*\nX6000000Y0D01*\nM02*"
+        (result.directory / name).write_text(text.replace("M02*", bridge))
+        manifest = json.loads((result.directory / "manifest.json").read_text())
+        content = (result.directory / name).read_bytes()
+        manifest["files"][name]["sha256"] = hashlib.sha256(content).hexdigest()
+        (result.directory / "manifest.json").write_text(json.dumps(manifest))
+        differences = sitscad.verify(result.directory).differences
+        assert any("C1 and C2 are joined" in difference for difference in differences)
+
+    def test_what_is_not_a_package_is_unreadable(self, tmp_path):
+        with pytest.raises(PackageError):
+            sitscad.verify(tmp_path)
+        with pytest.raises(PackageError):
+            sitscad.verify(tmp_path / "absent")

@@ -1,0 +1,110 @@
+"""The manifest: what it refuses, what it hashes, and what it makes of files that are not its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import pytest
+
+from sitscad.package.folder import PackageError
+from sitscad.package.manifest import (
+    MANIFEST,
+    Entry,
+    Manifest,
+    foreign_files,
+    intact,
+    made_from,
+    read_manifest,
+    sha256,
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class One:
+    a: float
+    b: Mapping[str, float]
+
+
+@dataclasses.dataclass(frozen=True)
+class Other:
+    a: float
+    b: Mapping[str, float]
+
+
+def _package(tmp_path, **files: bytes):
+    entries = {}
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+        entries[name] = Entry(sha256(content), "gerber", "0")
+    manifest = Manifest(spec={"name": "x"}, nets={"C1": ("C1.A", "C1.B")}, files=entries)
+    (tmp_path / MANIFEST).write_bytes(manifest.as_bytes())
+    return manifest
+
+
+def test_a_manifest_reads_back_as_it_was_written(tmp_path):
+    manifest = _package(tmp_path, one=b"1", two=b"2")
+    assert read_manifest(tmp_path) == manifest
+    document = json.loads((tmp_path / MANIFEST).read_bytes())
+    assert document["files"]["one"] == {"sha256": sha256(b"1"), "stage": "gerber", "made_from": "0"}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "null",
+        "{}",
+        '{"sitscad": "1", "spec": {}}',
+        '{"sitscad": "1", "spec": {}, "files": []}',
+        '{"sitscad": "1", "spec": {}, "files": {"a": 1}}',
+        '{"sitscad": "1", "spec": {}, "files": {"a": {"sha256": "0"}}}',
+        '{"sitscad": "1", "spec": {}, "files": {"../a": {"sha256": "0", "stage": "x", "made_from": "0"}}}',
+        '{"sitscad": "1", "spec": {}, "files": {"/etc/passwd": {"sha256": "0", "stage": "x", "made_from": "0"}}}',
+        "[" * 100_000,
+        "\xff",
+    ],
+)
+def test_what_is_not_a_manifest_is_said_to_be_none(tmp_path, text):
+    (tmp_path / MANIFEST).write_bytes(text.encode("latin-1"))
+    with pytest.raises(PackageError):
+        read_manifest(tmp_path)
+
+
+def test_changed_added_linked_and_missing_files_are_told_apart(tmp_path):
+    manifest = _package(tmp_path, same=b"1", changed=b"2", missing=b"3", linked=b"4")
+    (tmp_path / "changed").write_bytes(b"!")
+    (tmp_path / "missing").unlink()
+    (tmp_path / "linked").rename(tmp_path / "elsewhere")
+    (tmp_path / "linked").symlink_to("elsewhere")
+    (tmp_path / "board.kicad_prl").write_bytes(b"window positions")
+    assert foreign_files(tmp_path, manifest) == ["changed", "elsewhere", "linked"]
+    assert intact(tmp_path, {"same": manifest.files["same"]}) == {"same": b"1"}
+    for name in ("changed", "missing", "linked"):
+        assert intact(tmp_path, {name: manifest.files[name]}) is None
+
+
+def test_the_hash_depends_on_values_and_kinds_and_not_on_order(monkeypatch):
+    assert made_from(One(1.0, {"x": 1.0, "y": 2.0})) == made_from(One(1.0, MappingProxyType({"y": 2.0, "x": 1.0})))
+    different = [
+        One(1.0, {}),
+        Other(1.0, {}),
+        One(1.0 + 2**-52, {}),
+        One(1.0, {"x": 0.0}),
+        (1.0, {}),
+        "1.0",
+    ]
+    assert len({made_from(value) for value in different}) == len(different)
+    before = made_from(1.0)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1")
+    assert made_from(1.0) != before
+
+
+def test_what_has_no_fixed_text_cannot_be_hashed():
+    with pytest.raises(TypeError):
+        made_from({1, 2})
+    with pytest.raises(TypeError):
+        made_from(object())

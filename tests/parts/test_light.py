@@ -1,0 +1,61 @@
+"""Without the extra the parts can be imported and say what is missing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import types
+
+import pytest
+
+from sitscad.parts import MissingExtra, extras
+
+HEAVY = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely")
+MODULES = (
+    "sitscad.parts, sitscad.parts.fit, sitscad.parts.view, sitscad.parts.assembly, sitscad.writers.step, "
+    "sitscad.writers.mesh_stl, sitscad.writers.mesh_3mf, sitscad.writers.volume_mesh, sitscad.writers.assembly_picture"
+)
+
+
+def test_importing_parts_and_their_writers_imports_no_cad():
+    code = f"import {MODULES}, sys; print([name for name in {HEAVY} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_closed_section_needs_no_cad():
+    import handmade
+
+    from sitscad.parts.fit import closed_section
+
+    before = {name for name in HEAVY if name in sys.modules}
+    assert closed_section(handmade.jaw_sensor()) is not None
+    assert {name for name in HEAVY if name in sys.modules} == before
+
+
+def test_a_package_that_is_not_there_is_one_sentence_with_the_command():
+    with pytest.raises(MissingExtra) as caught:
+        extras.require("sitscad_has_no_such_package")
+    text = str(caught.value)
+    assert "pip install 'sitscad[all]'" in text
+    assert "sitscad_has_no_such_package" in text
+    assert "\n" not in text
+    assert isinstance(caught.value, ImportError)
+
+
+def test_a_package_without_its_system_library_names_the_libraries(monkeypatch):
+    def broken(name: str) -> types.ModuleType:
+        raise OSError("libGL.so.1: cannot open shared object file")
+
+    monkeypatch.setattr(extras, "import_module", broken)
+    with pytest.raises(MissingExtra, match=r"libGL\.so\.1.*sitscad\[all\].*libgl1"):
+        extras.require("gmsh")
+
+
+def test_a_package_that_lacks_a_package_of_its_own_says_which(monkeypatch):
+    def broken(name: str) -> types.ModuleType:
+        raise ModuleNotFoundError("No module named 'OCP'", name="OCP")
+
+    monkeypatch.setattr(extras, "import_module", broken)
+    with pytest.raises(MissingExtra, match=r"build123d is installed without OCP.*pip install"):
+        extras.require("build123d")

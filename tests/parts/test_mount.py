@@ -1,0 +1,123 @@
+"""Mount and jaw: seat, stop and plate hold the board where the spec says."""
+
+from __future__ import annotations
+
+import math
+
+import handmade
+import pytest
+from handmade import bounds, piece
+
+from sitscad.parts import SolidRole, fit, jaw, mount, solids
+from sitscad.parts.mesh import manifold, tessellate
+from sitscad.parts.solid import of_role
+
+pytestmark = pytest.mark.cad
+
+
+def seats(**changes):
+    return list(mount.mount(handmade.jaw_sensor(**changes)))
+
+
+def pad(standoff: float, **fitted):
+    return handmade.Mount("grasper-pad", handmade.jaw(**fitted), standoff)
+
+
+def test_a_shield_splits_the_seat():
+    base, spacer = seats()
+    assert (base.name, spacer.name) == ("mount", "mount-spacer")
+    assert spacer.volume == pytest.approx(9e-3 * 4.4e-3 * 0.6e-3)
+
+
+def test_without_a_shield_the_seat_is_one_piece():
+    assert [part.name for part in seats(shield=None)] == ["mount"]
+
+
+def test_a_shield_on_the_metal_leaves_only_the_spacer_with_its_stop():
+    (only,) = seats(mount=pad(0.7e-3))
+    assert bounds(only)[2::3] == pytest.approx((-0.8e-3, 0.0))
+    names = [solid.name for solid in solids(handmade.jaw_sensor(mount=pad(0.7e-3)))]
+    assert names[:4] == ["jaw", "shield", "mount", "stiffener"]
+
+
+def test_the_seat_s_edges_stay_inside_the_port():
+    """A seat as wide as the body would reach 2.53 mm from the closed pair's axis (2.2 mm aside, 1.25 mm below it)."""
+    base = manifold(tessellate(seats()[0])).to_mesh64().vert_properties
+    reach = max(math.hypot(y, z - 0.05) for _, y, z in base.tolist())
+    assert reach == pytest.approx(2.5, abs=1e-3)
+    narrow = manifold(tessellate(seats(mount=pad(1e-3, height=1.0e-3))[1])).to_mesh64().vert_properties
+    assert narrow[:, 1].max() == pytest.approx(2.2)
+
+
+def test_the_shield_is_narrowed_to_the_port_where_the_body_is_too_wide_for_it():
+    wide = handmade.board(handmade.jaw_sensor(mount=pad(0.8e-3)).spec, body=(9e-3, 4.7e-3))
+    sheet = next(solid for solid in solids(wide) if solid.role is SolidRole.SHIELD)
+    _, y0, z0, _, y1, _ = bounds(sheet)
+    axis = fit.closed_section(wide).axis
+    assert y1 - y0 < 4.7e-3
+    assert math.hypot(y1, z0 - axis) == pytest.approx(2.5e-3)
+    assert bounds(piece("bench-shielded", "shield"))[4] == pytest.approx(3.8e-3)
+
+
+def test_a_board_on_the_metal_has_no_seat():
+    assert seats(mount=pad(0.0), shield=None) == []
+
+
+def test_the_stop_stands_before_the_board_and_is_left_out_on_a_short_jaw():
+    with_stop, without = seats(shield=None)[0], seats(shield=None, mount=pad(1e-3, length=9e-3))[0]
+    assert bounds(with_stop)[0] == pytest.approx(-4.5e-3 - 0.15e-3 - 0.5e-3)
+    assert bounds(without)[5] == pytest.approx(-0.2e-3)
+    board = piece("jaw", "board")
+    ledge = manifold(tessellate(with_stop)).trim_by_plane((0.0, 0.0, 1.0), -0.19)
+    assert ledge.min_gap(manifold(tessellate(board)), 1.0) == pytest.approx(0.15, abs=1e-6)
+
+
+@pytest.mark.parametrize("sensor", ["bench", "bench-shielded"])
+def test_the_plate_s_recess_leaves_its_clearance_all_round(sensor):
+    board = piece(sensor, "board")
+    plate = piece(sensor, "mount")
+    above = manifold(tessellate(plate)).trim_by_plane((0.0, 0.0, 1.0), -0.05)
+    assert above.min_gap(manifold(tessellate(board)), 1.0) == pytest.approx(0.15, abs=0.005)
+
+
+def test_the_plate_has_four_screw_holes_and_the_board_lies_flush():
+    plate = piece("bench", "mount")
+    assert manifold(tessellate(plate)).genus() == 4
+    radii = [face.radius for face in plate.shape.faces() if face.geom_type.name == "CYLINDER"]
+    assert sum(abs(radius - 1.2) < 1e-9 for radius in radii) == 4
+    assert bounds(plate)[2::3] == pytest.approx((-2.1e-3, 0.0))
+
+
+def test_the_tail_leaves_the_plate_through_a_slot_that_is_open_at_its_edge():
+    m3 = pytest.importorskip("manifold3d")
+    plate = piece("bench", "mount")
+    end = plate.shape.bounding_box().max.X
+    way = m3.Manifold.cube((6.3, 2.2, 0.55)).translate((end - 5.8, -1.1, -0.59))
+    assert (way ^ manifold(tessellate(plate))).volume() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_stiffener_inside_the_plate_gets_its_own_pocket():
+    layout = handmade.bench_sensor()
+    short = handmade.board(layout.spec, body=(16e-3, 7.6e-3), tail=7e-3, tail_width=2e-3)
+    assert fit.interferences(solids(short)) == ()
+    plate, stiffener = (next(s for s in solids(short) if s.name == name) for name in ("mount", "stiffener"))
+    assert plate.shape.bounding_box().max.X > stiffener.shape.bounding_box().min.X
+
+
+@pytest.mark.parametrize(("width", "height"), [(4.8e-3, 1.3e-3), (4e-3, 1.3e-3), (3e-3, 2e-3), (6e-3, 2.6e-3)])
+def test_a_jaw_s_section_has_its_height_and_the_port_s_back(width, height):
+    section = jaw.section(handmade.jaw(width, height))
+    back = section.outline.segments[0]
+    assert section.outline.is_closed
+    assert back.radius == pytest.approx(2.5e-3)
+    assert back.at(0.5).y == pytest.approx(-height)
+    assert section.face <= width + 1e-12
+    chord = 2 * math.sqrt(height * (5e-3 - height)) if height < 2.5e-3 else 5e-3
+    assert section.face == pytest.approx(min(width, chord))
+
+
+def test_the_jaw_s_face_lies_at_the_standoff_and_its_length_is_the_spec_s():
+    (metal,) = of_role(handmade.solids("jaw"), SolidRole.JAW)
+    assert bounds(metal)[2::3] == pytest.approx((-2.4e-3, -1.2e-3))
+    assert bounds(metal)[0::3] == pytest.approx((-8e-3, 8e-3))
+    assert metal.material == "stainless-304"

@@ -1,0 +1,137 @@
+"""The solids: what there is, how large, where, and that no two claim the same place."""
+
+from __future__ import annotations
+
+import math
+
+import handmade
+import pytest
+from handmade import bounds
+
+from sitscad.geometry.path import enclosed_area
+from sitscad.parts import PartsError, SolidRole, fit, solids
+from sitscad.parts.mesh import manifold, tessellate
+
+pytestmark = pytest.mark.cad
+
+NAMES = {
+    "jaw": "jaw mount shield mount-spacer stiffener board elastomer target encapsulation",
+    "solder-pads": "jaw mount shield mount-spacer board elastomer target encapsulation",
+    "round": "jaw mount shield mount-spacer stiffener board elastomer target encapsulation",
+    "overhanging": "jaw mount stiffener board elastomer target encapsulation",
+    "bench": "mount stiffener board elastomer target",
+    "bench-shielded": "mount shield mount-spacer stiffener board elastomer target",
+    "bare": "stiffener board",
+}
+
+
+def named(sensor: str) -> dict:
+    return {solid.name: solid for solid in handmade.solids(sensor)}
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_shapes_are_made_in_place(sensor):
+    """A shape that carries a location is written to STEP as an instance with a running number for a name."""
+    for solid in handmade.solids(sensor):
+        assert solid.shape.wrapped.Location().IsIdentity(), solid.name
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_only_what_the_spec_contains_is_built(sensor):
+    assert [solid.name for solid in handmade.solids(sensor)] == NAMES[sensor].split()
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_every_solid_is_valid_and_its_mesh_is_closed(sensor):
+    for solid in handmade.solids(sensor):
+        assert solid.shape.is_valid, solid.name
+        body = manifold(tessellate(solid))
+        assert body.volume() * 1e-9 == pytest.approx(solid.volume, rel=2e-3), solid.name
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_no_two_solids_share_any_volume(sensor):
+    assert fit.interferences(handmade.solids(sensor)) == ()
+
+
+@pytest.mark.parametrize("sensor", ["jaw", "bench", "bare"])
+def test_volumes_are_the_spec_s_areas_times_thicknesses(sensor):
+    layout, found = handmade.layout(sensor), named(sensor)
+    spec, thickness = layout.spec, layout.spec.fpc.stackup.thickness
+    assert found["board"].volume == pytest.approx(abs(enclosed_area(layout.outline)) * thickness, rel=1e-9)
+    assert found["stiffener"].volume == pytest.approx(layout.stiffener.outline.area * 0.15e-3, rel=1e-9)
+    for part in (spec.elastomer, spec.target):
+        if part is not None:
+            name = "elastomer" if part is spec.elastomer else "target"
+            assert found[name].volume == pytest.approx(part.size[0] * part.size[1] * part.thickness, rel=1e-9)
+
+
+def test_round_parts_are_round():
+    found = named("round")
+    assert found["elastomer"].volume == pytest.approx(math.pi * 2e-3**2 * 1e-3, rel=1e-9)
+    assert found["target"].volume == pytest.approx(math.pi * 1.5e-3**2 * 0.2e-3, rel=1e-9)
+
+
+def test_heights_follow_the_stack():
+    found = named("jaw")
+    heights = {name: (bounds(solid)[2], bounds(solid)[5]) for name, solid in found.items()}
+    wanted = {
+        "board": (-0.2e-3, 0.0),
+        "elastomer": (0.0, 1e-3),
+        "target": (1e-3, 1.2e-3),
+        "encapsulation": (0.0, 1.3e-3),
+        "shield": (-0.9e-3, -0.8e-3),
+        "mount-spacer": (-0.8e-3, -0.2e-3),
+        "mount": (-1.2e-3, 0.0),
+        "jaw": (-2.4e-3, -1.2e-3),
+        "stiffener": (-0.35e-3, -0.2e-3),
+    }
+    for name, levels in wanted.items():
+        assert heights[name] == pytest.approx(levels, abs=1e-9), name
+
+
+def test_the_pad_stands_over_the_middle_of_the_array():
+    from dataclasses import replace
+
+    layout = handmade.bare(
+        elastomer=handmade.ElastomerPad(handmade.SOFT, "square", (2e-3, 2e-3), 1e-3, 0.0),
+    )
+    coils = (handmade.CoilPlacement("C1", (1e-3, 0.2e-3)), handmade.CoilPlacement("C2", (2e-3, 0.4e-3)))
+    spec = replace(layout.spec, array=handmade.ArraySpec("explicit", coils))
+    pad = next(s for s in solids(replace(layout, spec=spec)) if s.role is SolidRole.ELASTOMER)
+    assert bounds(pad) == pytest.approx((0.5e-3, -0.7e-3, 0.0, 2.5e-3, 1.3e-3, 1e-3), abs=1e-9)
+
+
+@pytest.mark.parametrize("sensor", ["jaw", "round", "overhanging"])
+def test_the_film_is_nowhere_thinner_than_asked(sensor):
+    """What a ball of the film's radius sweeps over target and pad stays inside film, target, pad and board."""
+    m3 = pytest.importorskip("manifold3d")
+    found = {name: manifold(tessellate(solid)) for name, solid in named(sensor).items()}
+    ball = m3.Manifold.sphere(0.098, 24)
+    inside = found["encapsulation"] + found["target"] + found["elastomer"]
+    for name in ("target", "elastomer"):
+        grown = found[name].minkowski_sum(ball).trim_by_plane((0.0, 0.0, 1.0), 0.0)
+        assert (grown - inside).volume() < 2e-4, name
+
+
+def test_contacts_on_the_body_stay_open():
+    film, opening = named("solder-pads")["encapsulation"], handmade.layout("solder-pads").top_openings[0]
+    covered = named("jaw")["encapsulation"]
+    assert covered.volume - film.volume == pytest.approx(opening.area * 0.1e-3, rel=1e-3)
+
+
+def test_the_film_s_outer_edges_are_rounded():
+    """Rounding four upright and four upper edges takes (1 - pi/4) r^2 of each away: less than the sharp block."""
+    found = named("jaw")
+    sharp = (4.2e-3**2 * 1.3e-3) - found["elastomer"].volume - found["target"].volume
+    layout = handmade.layout("jaw")
+    flange = (abs(enclosed_area(handmade.with_solder_pads(layout).outline)) - 4.2e-3**2) * 0.1e-3
+    assert found["encapsulation"].volume < sharp + flange
+    kinds = {face.geom_type.name for face in found["encapsulation"].shape.faces()}
+    assert kinds & {"TORUS", "SPHERE"}
+
+
+def test_a_shield_that_does_not_fit_the_standoff_is_refused_with_the_number_to_give():
+    layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(), 0.5e-3))
+    with pytest.raises(PartsError, match=r"mount\.standoff at least 0\.7 mm"):
+        solids(layout)

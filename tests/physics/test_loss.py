@@ -1,0 +1,221 @@
+"""Skin and proximity effect, half-spaces, resistance and capacitance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from windings import UM, bench, coil, four_layers, miniature
+
+import sitscad.physics.proximity as proximity
+from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips, winding_capacitance
+from sitscad.physics.eddy_target import (
+    Plate,
+    Reflector,
+    polyline_spectrum,
+    reflected_impedance,
+    reflection,
+    spiral_spectrum,
+)
+from sitscad.physics.elliptic import coaxial_rings
+from sitscad.physics.filaments import PolylineTrack
+from sitscad.physics.mean_distance import log_mean_distance
+from sitscad.physics.resistance import skin_depth, strip_resistance_ratio, via_resistance
+from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
+from sitscad.physics.rings import radii_at
+from sitscad.physics.spirals import spiral_inductance_matrix
+
+COPPER = 58e6
+
+
+def test_at_direct_current_nothing_changes_and_losses_only_grow():
+    loss = proximity.winding_loss(four_layers(), COPPER)
+    assert loss.resistance_ratio(0.0) == 1.0
+    ratios = [loss.resistance_ratio(f) for f in np.geomspace(1e3, 20e6, 30)]
+    assert ratios[0] == pytest.approx(1.0, abs=1e-6)
+    assert np.all(np.diff(ratios) > 0.0)
+    changes = [loss.inductance_change(f) for f in np.geomspace(1e3, 20e6, 30)]
+    assert np.all(np.diff(changes) < 0.0)
+
+
+def eddy_power_by_cells(layers, radii, across=12, through=3):
+    """Loss at low frequency over frequency squared: the rings' own flux on small cells, no modes."""
+    radius = np.concatenate(radii)
+    owner = np.concatenate([np.full(r.size, i) for i, r in enumerate(radii)])
+    w, t = layers[0].width, layers[0].thickness
+    x = ((np.arange(across) + 0.5) / across - 0.5) * w
+    z = ((np.arange(through) + 0.5) / through - 0.5) * t
+    grid_x, grid_z = (g.ravel() for g in np.meshgrid(x, z))
+    r = (radius[:, None] + grid_x).ravel()
+    h = (np.array([layer.z for layer in layers])[owner][:, None] + grid_z).ravel()
+    track = np.repeat(np.arange(radius.size), grid_x.size)
+    dx, dz = np.abs(r[:, None] - r), np.abs(h[:, None] - h)
+    table = np.array(
+        [
+            np.exp(
+                2
+                * log_mean_distance(
+                    np.arange(across) * w / across, k * t / through, (w / across,) * 2, (t / through,) * 2
+                )
+            )
+            for k in range(through)
+        ]
+    )
+    i = np.clip(np.rint(dx / (w / across)).astype(int), 0, across - 1)
+    k = np.clip(np.rint(dz / (t / through)).astype(int), 0, through - 1)
+    squared = np.where(track[:, None] == track, table[k, i], dx**2 + dz**2)
+    flux = (coaxial_rings(r[:, None], r, squared).sum(axis=1) / grid_x.size).reshape(radius.size, -1)
+    spread = (flux - flux.mean(axis=1)[:, None]) ** 2 / (2 * math.pi * radius[:, None])
+    return COPPER * w * t * spread.mean(axis=1).sum()
+
+
+def test_low_frequency_loss_against_the_flux_on_small_cells():
+    layers = coil(4e-3, 6.25, 100 * UM, 100 * UM, [0, -43 * UM, -130 * UM, -173 * UM], [18 * UM] * 4)
+    radii = radii_at(layers, 0.3)
+    ours = proximity.rings_loss(layers, radii, COPPER).strengths.sum()
+    assert ours == pytest.approx(eddy_power_by_cells(layers, radii), rel=0.02)
+
+
+def test_modes_points_and_azimuths_are_enough(monkeypatch):
+    coarse = proximity.winding_loss(four_layers(), COPPER)
+    monkeypatch.setattr(proximity, "MODES", tuple((a, b) for a in range(7) for b in range(3)))
+    monkeypatch.setattr(proximity, "POINTS", (8, 3))
+    for cached in (proximity._mode_values, proximity._log_block):
+        cached.cache_clear()
+    fine = proximity.winding_loss(four_layers(), COPPER, slices=4, steps=30)
+    for cached in (proximity._mode_values, proximity._log_block):
+        cached.cache_clear()
+    for frequency in (1e6, 5e6, 10e6):
+        assert coarse.resistance_ratio(frequency) == pytest.approx(fine.resistance_ratio(frequency), rel=0.01)
+        assert coarse.inductance_change(frequency) == pytest.approx(fine.inductance_change(frequency), rel=0.01)
+
+
+def rp(layers, frequency):
+    loss = proximity.winding_loss(layers, COPPER)
+    inductance = spiral_inductance_matrix(layers).sum() + loss.inductance_change(frequency)
+    return parallel_resistance(inductance, loss.direct * loss.resistance_ratio(frequency), frequency)
+
+
+def test_parallel_resistance_of_the_thesis_miniature():
+    # 0.14 / 0.27 / 0.37 kohm at 5 / 8 / 10 MHz: the project's figures for 3.5 mm, 2 x 6.5 turns
+    for frequency, expected in ((5e6, 140.0), (8e6, 270.0), (10e6, 370.0)):
+        assert rp(miniature(), frequency) == pytest.approx(expected, rel=0.06)
+
+
+def test_parallel_resistance_of_a_four_layer_coil_by_another_solver():
+    # 3.5 mm, 8 turns, 75/50 um, 18 um copper, 0/43/130/173 um: 2.7 kohm at 8 MHz by a proximity solve
+    layers = coil(3.5e-3, 8, 75 * UM, 50 * UM, [0, -43 * UM, -130 * UM, -173 * UM], [18 * UM] * 4)
+    assert rp(layers, 8e6) == pytest.approx(2700.0, rel=0.04)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.05e-3, 5e-3), st.floats(0.2e6, 20e6), st.floats(1e5, 6e7), st.floats(10e-6, 1e-3))
+def test_a_conductor_lowers_inductance_and_takes_power(gap, frequency, conductivity, thickness):
+    spectrum = spiral_spectrum(bench(), gap)
+    change, added = reflected_impedance(
+        spectrum, frequency, Reflector(gap, (Plate(conductivity, 1.0, thickness),)), None
+    )
+    assert change < 0.0
+    assert added > 0.0
+
+
+def test_reflection_limits():
+    k = np.geomspace(10.0, 1e5, 30)
+    assert np.allclose(reflection(k, 5e6, (Plate(1e30),)), -1.0)
+    assert np.allclose(reflection(k, 5e6, (Plate(0.0),)), 0.0)
+    assert np.allclose(reflection(k, 5e6, (Plate(0.0, 1e9),)), 1.0)
+    plates = (Plate(COPPER, 1.0, 0.1e-3), Plate(0.0, 1.0, 0.3e-3), Plate(1.4e6, 1.02))
+    assert np.allclose(reflection(k, 5e6, (Plate(COPPER, 1.0, 1.0), *plates[1:])), reflection(k, 5e6, (Plate(COPPER),)))
+    assert np.all(np.abs(reflection(k, 5e6, plates)) <= 1.0)
+
+
+def test_two_perfect_plates_act_more_than_either_and_commute():
+    spectrum = spiral_spectrum(bench(), 0.5e-3)
+    plate = (Plate(1e15),)
+    above, below = Reflector(0.5e-3, plate), Reflector(0.6e-3, plate)
+    one = reflected_impedance(spectrum, 5e6, above, None)[0]
+    other = reflected_impedance(spectrum, 5e6, None, below)[0]
+    both = reflected_impedance(spectrum, 5e6, above, below)[0]
+    assert both < min(one, other)
+    assert -spiral_inductance_matrix(bench()).sum() < both
+
+
+def test_the_wall_lies_half_a_skin_depth_inside():
+    spectrum = spiral_spectrum(bench(), 1e-3)
+    depth = skin_depth(5e6, COPPER)
+    real = reflected_impedance(spectrum, 5e6, Reflector(1e-3, (Plate(COPPER),)), None)[0]
+    ideal = reflected_impedance(spectrum, 5e6, Reflector(1e-3 + depth / 2, (Plate(1e18),)), None)[0]
+    assert real == pytest.approx(ideal, rel=3e-4)
+
+
+@pytest.mark.parametrize(("plate", "expected"), [(Plate(1.389e6, 1.02), 540.0), (Plate(1.25e6, 100.0), 510.0),
+                                                 (Plate(COPPER), 730.0)])  # fmt: skip
+def test_metal_behind_a_jaw_coil(plate, expected):
+    # 4 mm, 4 x 6.25 turns at 8 MHz: 1.52 kohm in air; 0.54, 0.51, 0.73 with 304, 17-4 steel, copper 0.5 mm behind
+    layers = coil(4e-3, 6.25, 100 * UM, 100 * UM, [0, -68 * UM, -136 * UM, -204 * UM], [18 * UM] * 4)
+    f, bottom = 8e6, 213 * UM
+    loss = proximity.winding_loss(layers, COPPER)
+    change, added = reflected_impedance(spiral_spectrum(layers, 0.5e-3), f, None, Reflector(bottom + 0.5e-3, (plate,)))
+    inductance = spiral_inductance_matrix(layers).sum() + loss.inductance_change(f)
+    resistance = loss.direct * loss.resistance_ratio(f)
+    assert parallel_resistance(inductance, resistance, f) == pytest.approx(1520.0, rel=0.03)
+    assert parallel_resistance(inductance + change, resistance + added, f) == pytest.approx(expected, rel=0.03)
+
+
+def test_magnetic_steel_keeps_the_inductance_but_takes_more_power():
+    spectrum = spiral_spectrum(four_layers(), 0.5e-3)
+    soft = reflected_impedance(spectrum, 8e6, None, Reflector(0.7e-3, (Plate(1.25e6, 100.0),)))
+    plain = reflected_impedance(spectrum, 8e6, None, Reflector(0.7e-3, (Plate(1.389e6, 1.02),)))
+    assert abs(soft[0]) < 0.02 * spiral_inductance_matrix(four_layers()).sum()
+    assert soft[1] > 2.0 * plain[1]
+
+
+def test_spectra_of_a_spiral_and_of_its_chords_agree():
+    layer = bench()[:1]
+    theta = np.linspace(0.0, layer[0].span, 12 * 48 + 1)
+    r = layer[0].radius - layer[0].pitch / (2 * math.pi) * theta
+    track = PolylineTrack(np.stack([r * np.cos(theta), r * np.sin(theta)], axis=1), 100 * UM, 35 * UM, 0.0)
+    plate = Reflector(1e-3, (Plate(COPPER),))
+    a = reflected_impedance(spiral_spectrum(layer, 1e-3), 5e6, plate, None)
+    b = reflected_impedance(polyline_spectrum([track], 1e-3), 5e6, plate, None)
+    assert np.allclose(a, b, rtol=5e-3)
+
+
+def test_image_of_a_ring_in_a_perfect_plate():
+    # one narrow turn: the change is minus the mutual inductance of two rings twice the gap apart
+    ring = coil(4e-3, 1.0, 10 * UM, 1e-4 * UM, (0.0,), (10 * UM,))
+    gap = 0.7e-3
+    change, _ = reflected_impedance(spiral_spectrum(ring, gap), 5e6, Reflector(gap, (Plate(1e18),)), None)
+    assert change == pytest.approx(-float(coaxial_rings(1.995e-3, 1.995e-3, (2 * gap) ** 2)), rel=1e-2)
+
+
+def test_capacitances():
+    # 44 pF/m x eps_r for 100 um tracks through 25 um (PHYSICS: about a third of the overlap for two layers in series)
+    assert stacked_strips(100 * UM, 25 * UM, 1.0) == pytest.approx(44e-12, rel=0.03)
+    assert winding_capacitance([12e-12]) == pytest.approx(4e-12)
+    assert series_permittivity([10.0, 10.0], [2.0, 2.0]) == 2.0
+    wide, narrow = coplanar_strips(1.0, 0.1, 1.0), coplanar_strips(0.1, 1.0, 1.0)
+    assert wide > narrow > 0.0
+    # equal K and K' at k = 1/sqrt 2
+    k = math.sqrt(0.5)
+    assert coplanar_strips((1 - k) / (2 * k), 1.0, 1.0) == pytest.approx(8.8541878128e-12, rel=1e-9)
+
+
+def test_tank_formulas_against_the_data_sheet():
+    # SNOSCY9A 8.2: 43.9 uH with 100 pF runs at 2.4 MHz
+    f = resonance_frequency(43.9e-6, 100e-12)
+    assert f == pytest.approx(2.4e6, rel=5e-3)
+    assert parallel_resistance(1e-6, 1.0, f) == pytest.approx(quality_factor(1e-6, 1.0, f) ** 2)
+
+
+def test_skin_depth_and_strips():
+    assert skin_depth(8e6, COPPER) == pytest.approx(23.4e-6, rel=2e-3)
+    assert strip_resistance_ratio(1e3, 1e-4, 35e-6, COPPER) == pytest.approx(1.0, abs=1e-6)
+    for width, copper in ((100 * UM, 35 * UM), (80 * UM, 30 * UM), (150 * UM, 18 * UM)):
+        lone = proximity.rings_loss(coil(20e-3, 1.0, width, UM, (0.0,), (copper,)), [np.array([10e-3])], COPPER)
+        ours = strip_resistance_ratio(10e6, width, copper, COPPER)
+        assert ours == pytest.approx(lone.resistance_ratio(10e6), rel=0.1)
+    assert via_resistance(60e-6, 0.2e-3, 20e-6, COPPER) < 1e-3

@@ -1,0 +1,100 @@
+"""The winding's inductance: references, invariants, and that the bound of every method holds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from windings import MM, UM, bench, coil, four_layers
+
+from sitscad.physics.rings import ring_winding_inductance
+from sitscad.physics.spirals import Resolution, spiral_inductance_matrix, spiral_mutual_inductance
+
+
+def test_reference_of_the_bench_coil():
+    matrix = spiral_inductance_matrix(bench())
+    assert matrix.sum() == pytest.approx(2.523424e-6, rel=5e-6)
+    assert matrix[0, 0] == pytest.approx(0.649863e-6, rel=5e-6)
+
+
+def test_symmetric_pairs_are_not_mixed_up():
+    layers = four_layers()
+    matrix = spiral_inductance_matrix(layers)
+    each = np.array([[spiral_mutual_inductance(a, b) for b in layers] for a in layers])
+    assert np.allclose(matrix, each, rtol=2e-5)
+    assert np.allclose(each, each.T, rtol=2e-5)
+
+
+designs = st.tuples(
+    st.sampled_from([0.5, 0.75, 1.0, 1.3, 2.25, 3.5, 6.5, 12.0]),
+    st.integers(1, 4),
+    st.floats(0.2, 1.0),
+    st.sampled_from([9, 18, 35, 70]),
+)
+
+
+def drawn(turns, layers, fill, copper):
+    # tracks as wide as gaps; the inner radius stays above one track width
+    pitch = fill * 1.9 * MM / (turns + 1.0)
+    return coil(4 * MM, turns, pitch / 2, pitch / 2, [-60 * UM * k * (1 + copper / 60) for k in range(layers)],
+                [copper * UM] * layers)  # fmt: skip
+
+
+@settings(max_examples=25, deadline=None)
+@given(designs)
+def test_layers_are_a_passive_circuit(design):
+    matrix = spiral_inductance_matrix(drawn(*design))
+    assert np.allclose(matrix, matrix.T)
+    assert np.linalg.eigvalsh(matrix).min() > 0.0
+    if design[0] >= 1.0:
+        # half turns on opposite sides carry opposite currents; whole ones never do
+        assert np.all(matrix > 0.0)
+
+
+@settings(max_examples=15, deadline=None)
+@given(designs, st.floats(1e-6, 1e3))
+def test_inductance_scales_with_length(design, scale):
+    layers = drawn(*design)
+    fields = ("radius", "pitch", "z", "width", "thickness")
+    from dataclasses import replace
+
+    grown = [replace(layer, **{name: scale * getattr(layer, name) for name in fields}) for layer in layers]
+    assert spiral_inductance_matrix(grown).sum() == pytest.approx(
+        scale * spiral_inductance_matrix(layers).sum(), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("turn", [0.3, 2.0, -1.1])
+def test_rotation_and_mirror_change_nothing(turn):
+    plain = spiral_inductance_matrix(bench()).sum()
+    assert spiral_inductance_matrix(bench(angle=turn)).sum() == pytest.approx(plain, rel=1e-9)
+    assert spiral_inductance_matrix(bench(angle=turn, sense=-1)).sum() == pytest.approx(plain, rel=1e-9)
+
+
+def test_the_integral_converges():
+    layers = four_layers()
+    fine = spiral_inductance_matrix(layers, Resolution(40, 30, 4)).sum()
+    errors = [abs(spiral_inductance_matrix(layers, Resolution(n, n, 3)).sum() / fine - 1.0) for n in (4, 8, 16)]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 5e-6
+
+
+def test_many_turns_cost_no_accuracy():
+    layers = coil(40 * MM, 60, 100 * UM, 200 * UM, (0.0, -435 * UM), (35 * UM, 35 * UM))
+    fine = spiral_inductance_matrix(layers, Resolution(30, 24, 2)).sum()
+    assert spiral_inductance_matrix(layers).sum() == pytest.approx(fine, rel=1e-5)
+
+
+def test_rings_agree_from_five_turns_on():
+    for layers in (bench(), four_layers()):
+        assert ring_winding_inductance(layers) == pytest.approx(spiral_inductance_matrix(layers).sum(), rel=2e-3)
+
+
+def test_one_layer_of_one_turn_is_nearly_a_ring():
+    layer = coil(20 * MM, 1.0, 10 * UM, 1 * UM, (0.0,), (10 * UM,))
+    radius = 10 * MM - 5 * UM
+    ring = 4e-7 * math.pi * radius * (math.log(8 * radius / (0.44705 * 10 * UM)) - 2)
+    assert spiral_inductance_matrix(layer).sum() == pytest.approx(ring, rel=2e-3)

@@ -1,0 +1,146 @@
+"""The report: self-contained, escaped, and with everything in it that a person needs to decide."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+import sitscad
+from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.report.findings import CheckedSpec, checked_spec
+from sitscad.report.page import render
+
+SPEC = """\
+sitscad: 1
+name: the-sensor
+coil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+array: {pattern: line, count: 2, pitch: 9}
+target: {shape: square, size: 9, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 9, thickness: 2}
+mount: {kind: bench-plate, standoff: 4}
+requirements: {normal_force: 1 N}
+"""
+PICTURES = {"A caption & more": "<svg xmlns='http://www.w3.org/2000/svg'><title>board</title></svg>"}
+VOID = {"meta", "link", "img", "br", "hr", "input", "rect", "path", "circle"}
+
+
+@pytest.fixture(scope="module")
+def design():
+    spec = sitscad.load_text(SPEC, "folder/the.yaml")
+    layout = sitscad.lay_out(spec)
+    estimates = sitscad.estimate(layout)
+    result = sitscad.check(spec, layout, estimates)
+    return spec, estimates, checked_spec(spec, result.findings, result.not_checked)
+
+
+def _page(design, checked: CheckedSpec | None = None, pictures=PICTURES) -> str:
+    spec, estimates, found = design
+    return render(checked or found, spec, estimates, pictures, {"fpc/board.gbr": 12345})
+
+
+class _Reader(HTMLParser):
+    """Collects tags, attributes and text, and sees to it that every tag is closed in order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.stack: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID or "svg" in self.stack:
+            self.stack.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        assert self.stack, f"</{tag}> closes nothing"
+        assert self.stack.pop() == tag
+
+    def handle_data(self, data):
+        if "style" not in self.stack:
+            self.text.append(data)
+
+
+def _read(page: str) -> _Reader:
+    reader = _Reader()
+    reader.feed(page)
+    reader.close()
+    assert reader.stack == []
+    return reader
+
+
+def test_the_page_is_whole_and_loads_nothing_from_outside(design):
+    page = _page(design)
+    reader = _read(page)
+    assert not {"script", "link", "iframe", "img", "object", "embed"} & {tag for tag, _ in reader.tags}
+    for _, attributes in reader.tags:
+        assert not {"src", "href", "xlink:href", "srcset"} & set(attributes)
+        assert not [name for name in attributes if name.startswith("on")]
+    assert not re.search(r"url\(|@import|https?://(?!www\.w3\.org/2000/svg)", page)
+
+
+def test_every_section_stands_in_the_page(design):
+    _, estimates, checked = design
+    text = " ".join(_read(_page(design)).text)
+    for heading in ("Findings", "Layout", "Electrical numbers", "Readout settings", "Stack", "Cross-checks"):
+        assert heading in text
+    for coil in estimates.coils:
+        assert coil.name in text
+        assert set(coil.states) == {"free", "rest", "pressed"}
+    states = ("free (coil alone)", "at rest (assembled)", "pressed (required force)")
+    for word in (*states, "fpc/board.gbr", "A caption & more"):
+        assert word in text
+    for finding in checked.findings:
+        assert finding.rule in text
+        assert finding.message in text
+    for skipped in checked.not_checked:
+        assert skipped.reason in text
+    for default in design[0].source.defaults:
+        assert default in text
+    assert "folder/" not in text
+
+
+def test_whatever_the_spec_says_is_escaped(design):
+    evil = "</pre><script>alert('x')</script>&\"'"
+    spec, estimates, _ = design
+    finding = Finding("SIT999", evil, Severity.ERROR, evil, evil, "coil", 1, 1, 1.0, 2.0, evil, evil)
+    checked = CheckedSpec(evil, evil, (finding,), (NotChecked("SIT998", evil),))
+    named = dataclasses.replace(spec, source=dataclasses.replace(spec.source, defaults=(evil,)))
+    noted = dataclasses.replace(estimates, notes=(evil,))
+    page = render(checked, named, noted, {evil: "<svg></svg>"}, {evil: 1})
+    reader = _read(page)
+    assert "script" not in {tag for tag, _ in reader.tags}
+    assert "".join(reader.text).count("alert('x')") >= 8
+
+
+def test_verdict_and_banner_follow_the_findings(design):
+    error = Finding("SIT201", "x", Severity.ERROR, "too weak")
+    warning = Finding("SIT202", "x", Severity.WARNING, "rather weak")
+    bad = _page(design, CheckedSpec("s.yaml", "", (error,)))
+    fair = _page(design, CheckedSpec("s.yaml", "", (warning,)))
+    assert "1 error: do not order this" in bad
+    assert "built with --force" in bad
+    assert "No errors found" in fair
+    assert "--force" not in fair
+
+
+def test_absent_numbers_are_dashes_and_never_nan(design):
+    spec, estimates, checked = design
+    coil = estimates.coils[0]
+    states = {
+        name: dataclasses.replace(state, amplitude=float("nan"), frequency=float("inf"))
+        for name, state in coil.states.items()
+    }
+    coils = tuple(dataclasses.replace(coil, states=states, self_resonance=float("nan")) for coil in estimates.coils)
+    page = render(checked, spec, dataclasses.replace(estimates, coils=coils), {}, {})
+    assert not re.search(r"\b(nan|inf|None)\b", " ".join(_read(page).text))
+
+
+def test_the_same_design_gives_the_same_page(design):
+    assert _page(design) == _page(design)

@@ -1,0 +1,244 @@
+"""From text to values: contract examples, defaults, presets, things written out, and places in the text."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sitscad.spec import presets, templates
+from sitscad.spec.load import load, load_text
+from sitscad.spec.positions import gap
+from sitscad.spec.rules import SPEC_RULES
+from sitscad.spec.turns import is_whole, most_turns, nearest_turns
+
+COIL = "coil: {shape: circle, outer_diameter: 3.5, turns: 6.5, trace_width: 100 um, trace_spacing: 100 um}\n"
+ROOT = Path(__file__).parents[2]
+MINIMAL = "sitscad: 1\nname: a\n" + COIL
+
+
+def loaded(*sections, coil=COIL):
+    return load_text("sitscad: 1\nname: a\n" + coil + "\n".join(sections) + "\n")
+
+
+def test_a_minimal_spec_takes_stated_defaults():
+    spec = load_text(MINIMAL, "minimal.yaml")
+    assert spec.coil.layers == (1,)
+    assert [placement.centre for placement in spec.array.placements] == [(0.0, 0.0)]
+    assert spec.fpc.stackup.name == "flex-2l-18um"
+    assert spec.fpc.rules.name == "generic-flex"
+    assert spec.fpc.tail is spec.target is spec.elastomer is spec.mount is spec.shield is spec.encapsulation is None
+    readout = spec.readout
+    assert (readout.device, readout.capacitance, readout.clock, readout.scan_rate) == ("ldc1614", None, 40e6, 100.0)
+    assert "fpc.stackup: flex-2l-18um, the default for 1 coil layer" in spec.source.defaults
+    assert "readout.clock: 40 MHz, the default" in spec.source.defaults
+    assert spec.source.path == "minimal.yaml"
+
+
+@pytest.mark.parametrize("name", templates.names())
+def test_every_template_loads(name):
+    spec = load(templates.directory() / f"{name}.yaml")
+    assert spec.name == name.replace("_", "-")
+
+
+def test_the_four_templates_are_there():
+    assert set(templates.names()) >= {"bench_7mm", "grasper_3p5mm", "grasper_4layer", "single_coil"}
+
+
+def test_values_become_si():
+    spec = load(templates.directory() / "grasper_4layer.yaml")
+    assert spec.coil.size == (0.004, 0.004)
+    assert (spec.coil.turns, spec.coil.layers) == (7.75, (1, 2, 3, 4))
+    assert (spec.coil.trace_width, spec.coil.trace_spacing) == (80e-6, 80e-6)
+    assert [p.name for p in spec.array.placements] == ["C1", "C2"]
+    assert [p.centre[0] for p in spec.array.placements] == [-0.00225, 0.00225]
+    assert spec.fpc.tail.connector == presets.connector("zif-0.5mm")
+    assert spec.readout.capacitance == 220e-12
+    assert spec.requirements.normal_force == 4.8
+    assert spec.shield.gap == 0.6e-3
+    assert [layer.number for layer in spec.coil_copper] == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(
+    ("layers", "name"),
+    [
+        (1, "flex-2l-18um"),
+        (2, "flex-2l-18um"),
+        (3, "flex-4l"),
+        (4, "flex-4l"),
+        (5, "flex-6l"),
+        (6, "flex-6l"),
+        (7, "flex-8l"),
+        (8, "flex-8l"),
+        ("[1, 3]", "flex-4l"),
+    ],
+)
+def test_the_default_stackup_has_a_way_out_for_odd_layers(layers, name):
+    assert loaded(coil=COIL.replace("turns:", f"layers: {layers}, turns:")).fpc.stackup.name == name
+
+
+def test_places_point_at_values_and_missing_keys_at_their_parent():
+    source = load_text(
+        "sitscad: 1\nname: a\ncoil:\n"
+        + COIL[7:-2].replace(", ", "\n").replace("shape", "  shape").replace("\n", "\n  ")
+        + "\n"
+    ).source
+    assert source.locate("coil.turns") == (6, 10)
+    assert source.locate("coil.layers") == (3, 1)
+    assert source.locate("coil") == (3, 1)
+    assert source.locate("array.count") == (1, 1)
+    assert source.line(6) == "  turns: 6.5"
+
+
+def test_a_stackup_can_be_written_out():
+    spec = loaded(
+        "fpc:",
+        "  stackup:",
+        "    - {coverlay: 27.5 um}",
+        "    - {copper: 35 um}",
+        "    - {dielectric: 25 um, material: polyimide}",
+        "    - {copper: 35 um}",
+        "    - {coverlay: 27.5 um, permittivity: 3}",
+    )
+    assert spec.fpc.stackup.layers[:-1] == presets.stackup("flex-2l-35um").layers[:-1]
+    assert spec.fpc.stackup.layers[-1].relative_permittivity == 3
+    assert spec.source.locate("fpc.stackup.1.copper") == (7, 16)
+
+
+def test_rules_can_be_written_out_over_a_preset():
+    rules = loaded(
+        "fpc: {rules: {based_on: generic-fine, via_drill: 0.2, name: shop, coil_trace_width: 0.2}}"
+    ).fpc.rules
+    assert (rules.name, rules.via_drill, rules.trace_width) == ("shop", 0.2e-3, 76e-6)
+    assert rules.coil_rule_binding, "a coil rule that somebody writes is meant"
+    assert rules.sources["via_drill"] == "the spec"
+
+
+def test_jaw_and_materials_can_be_written_out():
+    spec = loaded(
+        "mount: {jaw: {width: 4.5, length: 18, height: 2, material: {name: steel, conductivity: 1.4 MS/m}}}",
+        "elastomer: {material: {name: own, shear_modulus: 24 kPa, uncertainty: 0.1}}",
+        "target: {size: [4, 8], material: aluminium}",
+    )
+    assert spec.mount.jaw.width == 4.5e-3
+    assert spec.mount.jaw.port_diameter == 5e-3
+    assert spec.mount.jaw.material.conductivity == 1.4e6
+    assert (spec.elastomer.material.shear_modulus, spec.elastomer.material.shear_modulus_sigma) == (24e3, 0.1)
+    assert spec.elastomer.material.bulk_modulus == 1.5e9
+    assert (spec.target.shape, spec.target.size) == ("rectangle", (0.004, 0.008))
+    assert spec.elastomer.size == spec.target.size
+
+
+def test_empty_sections_are_all_defaults():
+    spec = loaded("target: {}", "elastomer: {}", "encapsulation: {}", "mount: {}", "shield: {}", "array: {}", "fpc: {}")
+    assert spec.target.size == (3.5e-3, 3.5e-3)
+    assert spec.mount.jaw.name == "generic-5mm"
+    assert "mount.jaw: generic-5mm, the default" in spec.source.defaults
+    assert "target.thickness: 0.2 mm, the default" in spec.source.defaults
+
+
+def test_a_polygon_gets_the_exact_fraction_of_a_turn():
+    coil = COIL.replace("circle", "hexagon").replace("6.5", "6.166667")
+    assert loaded(coil=coil).coil.turns == 37 / 6
+
+
+def test_a_cable_is_completed_in_proportion_to_its_length_and_says_so():
+    spec = loaded("readout: {cable: {length: 150, resistance: 0.1 ohm}}")
+    assert spec.readout.cable.inductance == pytest.approx(90e-9)
+    assert spec.readout.cable.resistance == 0.1
+    assert any("readout.cable.inductance: 90 nH" in text and "unverified" in text for text in spec.source.defaults)
+
+
+@pytest.mark.parametrize(
+    ("array", "centres"),
+    [
+        ("{pattern: line, count: 3, pitch: 4}", [(-4, 0), (0, 0), (4, 0)]),
+        ("{count: 2, pitch: 4}", [(-2, 0), (2, 0)]),
+        ("{count: [2, 2], pitch: 4}", [(-2, -2), (-2, 2), (2, -2), (2, 2)]),
+        ("{pattern: triangle, pitch: 6}", [(-2 * math.sqrt(3), 0), (math.sqrt(3), -3), (math.sqrt(3), 3)]),
+        ("{centres: [[5, 0], [0, 0.5 cm]]}", [(5, 0), (0, 5)]),
+        ("{pattern: single}", [(0, 0)]),
+        ("{pattern: single, count: 1}", [(0, 0)]),
+        ("{pattern: line}", [(-2, 0), (2, 0)]),
+        ("{pattern: grid}", [(-2, -2), (-2, 2), (2, -2), (2, 2)]),
+        ("{pattern: line, count: 1}", [(0, 0)]),
+    ],
+)
+def test_arrays_stand_where_their_pattern_says(array, centres):
+    found = [placement.centre for placement in loaded(f"array: {array}").array.placements]
+    assert found == [pytest.approx((x * 1e-3, y * 1e-3), abs=1e-12) for x, y in centres]
+
+
+def test_a_coil_may_touch_the_spacing_exactly():
+    assert loaded("array: {count: 2, pitch: 3.6}").array.pitch == 3.6e-3
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "offset", "expected"),
+    [
+        ("circle", (4, 4), (3, 4), 1),
+        ("square", (4, 4), (5, 4), 1),
+        ("square", (4, 4), (3, 3), -1),
+        ("rectangle", (8, 4), (5, 5), 1),
+        ("racetrack", (8, 4), (4, 5), 1),
+        ("racetrack", (8, 4), (9, 0), 1),
+        ("octagon", (4, 4), (5, 0), 1),
+        ("hexagon", (4, 4), (0, 5), 5 * math.cos(math.pi / 6) - 4),
+    ],
+)
+def test_gaps_between_coils(shape, size, offset, expected):
+    assert gap(shape, size, (0, 0), offset) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("shape", "turns", "whole", "nearest"),
+    [
+        ("circle", 6.37, True, 6.37),
+        ("square", 6.25, True, 6.25),
+        ("square", 6.3, False, 6.25),
+        ("hexagon", 6.166667, True, 37 / 6),
+        ("hexagon", 6.2, False, 37 / 6),
+        ("octagon", 6.125, True, 6.125),
+        ("racetrack", 6.5, True, 6.5),
+        ("racetrack", 6.25, False, 6.0),
+    ],
+)
+def test_turns_end_where_the_shape_has_an_end(shape, turns, whole, nearest):
+    assert is_whole(shape, turns) is whole
+    assert nearest_turns(shape, turns) == pytest.approx(nearest)
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "most"),
+    [
+        ("circle", (4.05, 4.05), 9.625),
+        ("square", (4.05, 4.05), 9.75),
+        ("octagon", (4.05, 4.05), 9.875),
+        ("racetrack", (8, 4.05), 10.0),
+        ("circle", (0.2, 0.2), 0.0),
+    ],
+)
+def test_the_innermost_trace_stays_clear_of_the_centre(shape, size, most):
+    """Pitch 0.2, width 0.1: the room for pitches is (4.05/2 - 0.1) / 0.2 = 9.625."""
+    assert most_turns(shape, size, 0.1, 0.2) == pytest.approx(most, abs=1e-6)
+
+
+def test_rule_ids_are_stable_and_complete():
+    assert [rule.id for rule in SPEC_RULES] == [f"SIT{number:03d}" for number in range(1, len(SPEC_RULES) + 1)]
+    assert all(rule.summary and rule.why and rule.mend for rule in SPEC_RULES)
+    assert len({rule.name for rule in SPEC_RULES}) == len(SPEC_RULES)
+
+
+def test_loading_is_a_function_of_the_text():
+    assert load_text(MINIMAL) == load_text(MINIMAL)
+    assert load_text(MINIMAL).source.sha256 == load_text(MINIMAL).source.sha256
+
+
+def test_loading_imports_nothing_heavy():
+    script = f"import sys; from sitscad.spec.load import load_text; load_text({MINIMAL!r}); print(*sorted(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT)
+    heavy = {"numpy", "scipy", "pydantic", "email", "importlib.metadata", "build123d", "matplotlib", "shapely"}
+    assert not heavy & set(done.stdout.split())

@@ -1,0 +1,114 @@
+"""The data behind the presets: all of it loads, makes sense, and names its sources."""
+
+from __future__ import annotations
+
+import csv
+import math
+
+import pytest
+
+from sitscad.spec import presets
+from sitscad.spec.load import load_text
+
+MINIMAL = (
+    "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 7, turns: 5, trace_width: 0.1, trace_spacing: 0.1}\n"
+)
+LOOKUPS = {
+    "stackup": presets.stackup,
+    "rules": presets.design_rules,
+    "connector": presets.connector,
+    "jaw": presets.jaw,
+    "conductor": presets.conductor,
+    "elastomer": presets.elastomer,
+    "dielectric": presets.permittivity,
+}
+ALL = [(kind, name) for kind in LOOKUPS for name in presets.names(kind)]
+SECTIONS = {
+    "stackup": "fpc: {{stackup: {}}}",
+    "rules": "fpc: {{rules: {}}}",
+    "connector": "fpc: {{tail: {{length: 30, connector: {}}}}}",
+    "jaw": "mount: {{jaw: {}}}",
+    "conductor": "target: {{material: {}}}",
+    "elastomer": "elastomer: {{material: {}}}",
+    "dielectric": "fpc: {{stackup: [{{copper: 18 um}}, {{dielectric: 25 um, material: {}}}, {{copper: 18 um}}]}}",
+}
+
+
+@pytest.mark.parametrize(("kind", "name"), ALL)
+def test_every_preset_loads(kind, name):
+    assert LOOKUPS[kind](name)
+
+
+@pytest.mark.parametrize(("kind", "name"), ALL)
+def test_every_preset_can_be_named_in_a_spec(kind, name):
+    assert load_text(MINIMAL + SECTIONS[kind].format(name))
+
+
+@pytest.mark.parametrize("kind", LOOKUPS)
+def test_an_unknown_preset_is_a_key_error(kind):
+    with pytest.raises(KeyError):
+        LOOKUPS[kind]("no-such-thing")
+
+
+def test_every_figure_names_its_source_and_says_whether_it_was_seen():
+    tables = [path for path in presets.DATA.rglob("*.csv") if not path.stem.startswith("ldc1614")]
+    assert len(tables) == 3 + sum(len(presets.names(kind)) for kind in ("stackup", "rules", "connector", "jaw"))
+    for path in tables:
+        with path.open(encoding="utf-8", newline="") as stream:
+            for row in csv.DictReader(stream):
+                assert row["source"].strip(), f"{path.name}: {row}"
+                assert row["status"] in ("verified", "unverified"), f"{path.name}: {row}"
+                assert None not in row, f"{path.name}: a comma too many in {row}"
+                from_memory = "from memory" in row["source"] and row["status"] == "verified"
+                assert not from_memory or ";" in row["source"], f"{path.name}: {row}"
+
+
+def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():
+    stackup = presets.stackup("flex-4l")
+    depths = [layer.z - stackup.copper[0].z for layer in stackup.copper]
+    assert depths == pytest.approx([0, -49e-6, -127e-6, -176e-6], abs=1e-12)
+    assert [layer.thickness for layer in stackup.copper] == pytest.approx([30e-6, 18e-6, 18e-6, 30e-6])
+
+
+def test_the_bench_stackup_is_the_one_of_the_reference_coil():
+    stackup = presets.stackup("flex-2l-35um")
+    assert stackup.copper[0].z - stackup.copper[1].z == pytest.approx(60e-6)
+    assert stackup.thickness == pytest.approx(150e-6)
+
+
+@pytest.mark.parametrize("name", presets.names("stackup"))
+def test_stackups_are_symmetric_and_closed(name):
+    stackup = presets.stackup(name)
+    assert [(s.kind, s.thickness) for s in stackup.layers] == [(s.kind, s.thickness) for s in reversed(stackup.layers)]
+    assert stackup.layers[0].kind == stackup.layers[-1].kind == "coverlay"
+    assert len(stackup.copper) == int(name.split("-")[1].removesuffix("l"))
+
+
+@pytest.mark.parametrize("name", presets.names("rules"))
+def test_rules_are_consistent(name):
+    rules = presets.design_rules(name)
+    assert rules.coil_trace_width >= rules.trace_width
+    assert rules.via_pad == pytest.approx(rules.via_drill + 2 * rules.annular_ring)
+    assert rules.drill_to_copper >= rules.annular_ring
+    assert {"trace_width", "trace_spacing", "via_drill", "annular_ring", "part_size"} <= rules.sources.keys()
+    assert rules.sources["hole_to_hole"].startswith("unverified")
+    assert not rules.coil_rule_binding
+
+
+def test_generic_rules_have_the_widths_in_their_contract():
+    assert presets.design_rules("generic-flex").trace_width == 100e-6
+    assert presets.design_rules("generic-fine").trace_spacing == 76e-6
+
+
+def test_an_elastomer_lies_between_its_datasheet_and_its_measurement():
+    material = presets.elastomer("ecoflex-00-30")
+    spread = math.exp(material.shear_modulus_sigma)
+    assert material.shear_modulus * spread == pytest.approx(39.4e3)
+    assert material.shear_modulus / spread == pytest.approx(14.4e3)
+
+
+def test_the_generic_jaw_takes_the_recommended_board_and_is_marked():
+    jaw = presets.jaw("generic-5mm")
+    assert jaw.width >= 4.72e-3
+    assert jaw.material.name == "stainless-304"
+    assert "unverified" in jaw.source

@@ -1,0 +1,122 @@
+"""The packages that sitscad stands on: they live together, and the light commands leave the heavy ones alone."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SPEC = ROOT / "templates" / "grasper_4layer.yaml"
+
+SIX = ("build123d", "cadquery", "gmsh", "manifold3d", "numpy", "trimesh")
+
+HEAVY = {
+    "build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely",
+    "gerbonara", "vtkmodules", "sympy", "rich",
+}  # fmt: skip
+
+
+def python(code: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a piece of Python in a process of its own, with this source tree on its path."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, env=env, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+
+
+@pytest.mark.cad
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [SIX, SIX[::-1]], ids=["build123d first", "trimesh first"])
+def test_all_six_packages_work_in_one_process(names):
+    """A solid of build123d is taken up by cadquery: only one copy of OCP can do that."""
+    code = "\n".join(f"import {name}" for name in names) + (
+        "\nsolid = build123d.Box(1, 2, 3)"
+        "\nshape = cadquery.Shape.cast(solid.wrapped)"
+        "\ngmsh.initialize(readConfigFiles=False); gmsh.finalize()"
+        "\ncube = manifold3d.Manifold.cube((1, 2, 3))"
+        "\nassert trimesh.creation.box((1, 2, 3)).is_watertight"
+        "\nvolumes = [solid.volume, shape.Volume(), cube.volume(), numpy.prod([1, 2, 3])]"
+        "\nprint(*(round(float(volume), 6) for volume in volumes))"
+    )
+    done = python(code)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["6.0", "6.0", "6.0", "6.0"]
+
+
+@pytest.mark.cad
+def test_one_distribution_alone_brings_ocp():
+    """Two of them write different copies of the same file, and which one is left is chance."""
+    assert importlib.metadata.packages_distributions()["OCP"] == ["cadquery-ocp"]
+
+
+def loaded_by(code: str, *arguments: str) -> set[str]:
+    """The heavy packages that a piece of Python has loaded by the time it exits."""
+    listing = (
+        "import atexit, sys\n"
+        "names = lambda: print('LOADED', *sorted({name.partition('.')[0] for name in sys.modules}), file=sys.stderr)\n"
+        "atexit.register(names)\n"
+    )
+    done = python(listing + code, *arguments)
+    assert "Traceback" not in done.stderr, done.stderr
+    assert done.returncode in (0, 1), done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("LOADED ")]
+    return HEAVY & set(line.split())
+
+
+COMMAND = "import runpy; sys.argv[0] = 'sitscad'; runpy.run_module('sitscad', run_name='__main__')"
+
+
+def test_importing_sitscad_loads_nothing_heavy():
+    assert not loaded_by("import sitscad")
+
+
+def test_importing_sitscad_does_not_even_load_numpy():
+    done = python("import sys, sitscad; print('numpy' in sys.modules)")
+    assert done.stdout.strip() == "False", done.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("check", str(SPEC)),
+        ("check", "--format", "json", str(SPEC)),
+        ("estimate", str(SPEC)),
+        ("estimate", "--format", "json", str(SPEC)),
+        ("rules",),
+        ("schema",),
+        ("new", "--list"),
+        ("--help",),
+    ],
+    ids=" ".join,
+)
+def test_light_commands_load_nothing_heavy(arguments):
+    assert not loaded_by(COMMAND, *arguments)
+
+
+def test_the_flex_files_load_nothing_heavy(tmp_path):
+    assert not loaded_by(COMMAND, "build", str(SPEC), "--only", "gerber,kicad,laser", "-o", str(tmp_path))
+
+
+def cpu_seconds(cache: Path, *arguments: str) -> float:
+    """Least user and system time of five runs of a Python command, with every module compiled, as pip installs them."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONPYCACHEPREFIX": str(cache)}
+    env.pop("PYTHONDONTWRITEBYTECODE", None)
+    least = float("inf")
+    for _ in range(5):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, *arguments], env=env, cwd=ROOT, capture_output=True, timeout=300, check=False)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        least = min(least, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return least
+
+
+@pytest.mark.slow
+def test_a_check_costs_at_most_four_imports_of_numpy(tmp_path):
+    """Processor time, not wall-clock time: the promise is about what the command does, not about a busy machine."""
+    check = cpu_seconds(tmp_path, "-m", "sitscad", "check", str(SPEC))
+    assert check <= 4.0 * cpu_seconds(tmp_path, "-c", "import numpy")

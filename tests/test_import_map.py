@@ -1,0 +1,95 @@
+"""The house's import map: which room may know which."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "sitscad"
+
+MAY_IMPORT = {
+    "units": set(),
+    "finding": set(),
+    "geometry": {"units"},
+    "physics": {"units"},
+    "readout": {"units"},
+    "mechanics": {"units"},
+    "spec": {"units", "finding"},
+    "layout": {"units", "finding", "geometry", "spec"},
+    "parts": {"units", "finding", "geometry", "spec", "layout"},
+    "estimates": {"units", "spec", "layout", "physics", "readout", "mechanics"},
+    "checks": {"units", "finding", "spec", "layout", "parts", "estimates", "readout", "mechanics"},
+    "writers": {"units", "geometry", "spec", "layout", "parts", "readout"},
+    "report": {"units", "finding", "spec", "layout", "parts", "estimates"},
+    "extraction": {"units", "finding"},
+    "package": {
+        "", "units", "finding", "geometry", "readout", "spec", "layout", "parts", "estimates", "checks", "writers",
+        "report", "extraction",
+    },
+    "cli": {"", "finding"},
+    "__main__": {"cli"},
+    "__init__": {"units", "finding", "spec", "layout", "parts", "estimates", "checks", "package", "report"},
+}  # fmt: skip
+"""Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.
+
+`__version__` is no room's and may be imported everywhere."""
+
+
+def room_of(path: Path, package: Path = PACKAGE) -> str:
+    return path.relative_to(package).parts[0].removesuffix(".py")
+
+
+def imported_modules(path: Path, package: Path = PACKAGE) -> Iterator[str]:
+    """Every module that a file imports, wherever in the file that stands; names out of a module count as modules."""
+    here = ["sitscad", *path.relative_to(package).parts[:-1]]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = here[: len(here) + 1 - node.level] if node.level else []
+            module = ".".join([*base, *(node.module or "").split(".")]).strip(".")
+            yield from (f"{module}.{alias.name}" for alias in node.names)
+
+
+def imported_rooms(path: Path, package: Path = PACKAGE) -> set[str]:
+    rooms = set()
+    for module in imported_modules(path, package):
+        top, _, rest = module.partition(".")
+        if top == "sitscad" and rest != "__version__":
+            room = rest.split(".")[0]
+            if room == "__version__":
+                continue
+            rooms.add(room if room in MAY_IMPORT else "")
+    return rooms - {room_of(path, package)}
+
+
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=[str(path.relative_to(PACKAGE)) for path in MODULES])
+def test_a_room_imports_only_what_it_may(path):
+    beyond = imported_rooms(path) - MAY_IMPORT[room_of(path)]
+    assert not beyond, f"{path.relative_to(PACKAGE)} imports {', '.join(sorted(beyond))}"
+
+
+def test_no_writer_imports_another_writer():
+    """A writer is a module with a `render`; what several of them need stands in modules without one."""
+    writers = {path.stem for path in (PACKAGE / "writers").glob("[!_]*.py") if "\ndef render(" in path.read_text()}
+    assert writers
+    for path in (PACKAGE / "writers").glob("[!_]*.py"):
+        named = {module.split(".")[2] for module in imported_modules(path) if module.startswith("sitscad.writers.")}
+        assert not named & writers, path.name
+
+
+def test_the_walk_sees_every_way_to_import(tmp_path):
+    room = tmp_path / "physics"
+    room.mkdir()
+    module = room / "rings.py"
+    module.write_text(
+        "import sitscad.layout.board\nfrom sitscad.spec import load\nfrom .. import checks\nfrom ..units import show\n"
+        "def late():\n    from sitscad import __version__, build\n"
+    )
+    assert imported_rooms(module, tmp_path) == {"layout", "spec", "checks", "units", ""}

@@ -1,0 +1,138 @@
+"""Quantities to SI and back: round trips, exactness, and what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sitscad.units import UNITS, UnitError, parse_quantity, show
+
+SHOWN_AS = {
+    "length": "m",
+    "inductance": "H",
+    "capacitance": "F",
+    "resistance": "ohm",
+    "frequency": "Hz",
+    "force": "N",
+    "pressure": "Pa",
+    "conductivity": "S/m",
+}
+EVERY_UNIT = [(dimension, unit) for dimension, units in UNITS.items() for unit in units]
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("100 um", "length", 1e-4),
+        ("0.1 mm", "length", 1e-4),
+        (0.1, "length", 1e-4),
+        ("0.1", "length", 1e-4),
+        ("4 mil", "length", 101.6e-6),
+        ("4mil", "length", 101.6e-6),
+        ("27.5 µm", "length", 27.5e-6),
+        ("27.5 μm", "length", 27.5e-6),
+        ("1 in", "length", 0.0254),
+        ("1.2 cm", "length", 0.012),
+        (7, "length", 0.007),
+        ("-2", "length", -0.002),
+        (".5 mm", "length", 5e-4),
+        ("1e-1 mm", "length", 1e-4),
+        ("330 pF", "capacitance", 330e-12),
+        ("40 MHz", "frequency", 40e6),
+        ("500 Hz", "frequency", 500.0),
+        ("4.8 N", "force", 4.8),
+        ("300 kPa", "pressure", 300e3),
+        ("180 nH", "inductance", 180e-9),
+        ("0.3 ohm", "resistance", 0.3),
+        ("0.3 Ω", "resistance", 0.3),
+        ("58 MS/m", "conductivity", 58e6),
+        ("90 deg", "angle", math.pi / 2),
+        ("90°", "angle", math.pi / 2),
+        (0, "angle", 0.0),
+        ("3930 ppm/K", "temperature coefficient", 3.93e-3),
+    ],
+)
+def test_is_the_double_nearest_to_what_is_written(text, dimension, value):
+    assert parse_quantity(text, dimension) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "reason", "hint"),
+    [
+        ("330", "capacitance", "unit", "330 pF"),
+        (330, "capacitance", "unit", "330 pF"),
+        (45, "angle", "unit", "90 deg"),
+        ("5 Hz", "capacitance", "unit", "pF"),
+        ("5 pf", "capacitance", "unit", "did you mean 5 pF"),
+        ("5 mhz", "frequency", "unit", "MHz"),
+        ("4 .8 N", "force", "unit", "allowed"),
+        ("1,5 mm", "length", "number", "write 1.5 mm"),
+        ("abc", "length", "number", "100 um"),
+        ("", "length", "number", "100 um"),
+        ("0x10 mm", "length", "unit", "allowed"),
+        ("1" * 100, "length", "number", ""),
+        ("1e400 mm", "length", "range", "too large"),
+        (float("nan"), "length", "range", ""),
+        (float("inf"), "length", "range", ""),
+        (10**400, "length", "range", ""),
+        (True, "length", "type", ""),
+        (None, "length", "type", ""),
+        ([1], "length", "type", ""),
+    ],
+)
+def test_refuses_and_says_why(text, dimension, reason, hint):
+    with pytest.raises(UnitError) as caught:
+        parse_quantity(text, dimension)
+    assert caught.value.reason == reason
+    assert hint in caught.value.hint
+    assert len(str(caught.value)) < 200
+
+
+@pytest.mark.parametrize(("dimension", "unit"), EVERY_UNIT)
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-1e6, 1e6, allow_nan=False))
+def test_every_unit_scales_by_its_factor(dimension, unit, number):
+    assert parse_quantity(f"{number!r} {unit}", dimension) == pytest.approx(
+        number * float(UNITS[dimension][unit]), rel=1e-12
+    )
+
+
+@given(st.sampled_from(sorted(SHOWN_AS)), st.floats(1e-12, 1e9), st.integers(3, 12))
+def test_what_is_shown_reads_back(dimension, value, digits):
+    shown = show(value, SHOWN_AS[dimension], digits)
+    assert parse_quantity(shown, dimension) == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits))
+
+
+@given(st.floats(1e-9, 1e3))
+def test_bare_numbers_are_millimetres(value):
+    assert parse_quantity(value, "length") == parse_quantity(f"{value!r} mm", "length")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (2.523424e-6, "H", "2.523 uH"),
+        (1e-4, "m", "100 um"),
+        (0.3, "m", "300 mm"),
+        (9.99999e6, "Hz", "10 MHz"),
+        (0.999999e-6, "H", "1 uH"),
+        (450.0, "ohm", "450 ohm"),
+        (0.0, "m", "0 mm"),
+        (-4e-9, "H", "-4 nH"),
+        (0.25, "", "0.25"),
+        (float("nan"), "H", "nan H"),
+    ],
+)
+def test_shows_four_digits_with_the_usual_prefix(value, unit, text):
+    assert show(value, unit) == text
+
+
+@given(st.text(max_size=80), st.sampled_from(sorted(UNITS)))
+def test_any_text_is_read_or_refused(text, dimension):
+    try:
+        assert math.isfinite(parse_quantity(text, dimension))
+    except UnitError as error:
+        assert str(error)

@@ -1,0 +1,101 @@
+"""The bill of materials: what the spec has is listed once with the right size, what it has not is not."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from types import SimpleNamespace
+
+import layouts
+import pytest
+
+from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.sensor import Cable, CoilPlacement, ElastomerPad, Encapsulation, Jaw, Mount, Shield, Target
+from sitscad.writers import bom
+
+MM = 1e-3
+RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")
+PDMS = ElastomerMaterial("pdms", 600e3, 0.3, 1e9)
+COPPER, STEEL = Conductor("copper", 58e6), Conductor("stainless-304", 1.39e6)
+ESTIMATES = SimpleNamespace(
+    readout=SimpleNamespace(capacitance=330e-12, capacitance_reason="E12, centre of both windows")
+)
+
+
+def full(name="two-coils"):
+    """The hand-made board with everything that a spec can have."""
+    layout = layouts.two_coils(name=name)
+    spec = replace(
+        layout.spec,
+        target=Target("circle", (4 * MM, 4 * MM), 0.2 * MM, COPPER),
+        elastomer=ElastomerPad(RUBBER, "square", (4 * MM, 4 * MM), 2 * MM, 0.15 * MM),
+        encapsulation=Encapsulation(PDMS, 0.1 * MM),
+        shield=Shield(COPPER, 0.1 * MM, 0.6 * MM),
+        mount=Mount("grasper-pad", Jaw("generic-5mm", 4.8 * MM, 20 * MM, 2.2 * MM, 5 * MM, STEEL), 1 * MM),
+        readout=replace(layout.spec.readout, cable=Cable(0.3, 180e-9, 30e-12, 0.3)),
+    )
+    return replace(layout, spec=spec)
+
+
+def rows_of(layout, estimates=ESTIMATES) -> dict[str, dict[str, str]]:
+    """The rows by their item, as a spreadsheet reads them."""
+    text = bom.render(layout, estimates)["bom.csv"].decode("utf-8")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert all(None not in row and None not in row.values() for row in rows)
+    found = {row["item"]: row for row in rows}
+    assert len(found) == len(rows)
+    return found
+
+
+def test_everything_of_a_full_spec_is_there():
+    rows = rows_of(full())
+    assert list(rows) == [
+        "flexible printed circuit", "connector", "capacitor", "converter", "clock", "cable", "elastomer", "target",
+        "encapsulation", "shield", "mount", "jaw",
+    ]  # fmt: skip
+    assert list(rows["target"]) == ["item", "quantity", "part", "material", "size", "note"]
+    assert rows["elastomer"]["size"] == "4 x 4 x 2 mm" and rows["elastomer"]["material"] == "ecoflex-00-30"
+    assert rows["target"]["size"] == "diameter 4 x 0.2 mm"
+    assert rows["connector"]["part"] == "zif-0.5mm, 4 contacts" and "2.5 mm wide" in rows["connector"]["size"]
+    assert rows["capacitor"]["quantity"] == "2" and rows["capacitor"]["part"] == "330 pF"
+    assert rows["clock"]["part"] == "40 MHz oscillator"
+    assert rows["cable"]["size"] == "300 mm" and rows["cable"]["quantity"] == "2"
+    assert "0.2 mm" in rows["flexible printed circuit"]["note"]
+
+
+def test_outline_and_thickness_of_the_circuit():
+    row = rows_of(full())["flexible printed circuit"]
+    assert row["size"] == "20.4 x 4.7 x 0.15 mm"
+    assert row["material"] == "flex-2l-35um, 2 copper layers"
+
+
+def test_a_bare_coil_board_lists_no_soft_parts_and_no_connector():
+    rows = rows_of(layouts.two_coils(tail=False))
+    assert list(rows) == ["flexible printed circuit", "wires", "capacitor", "converter", "clock"]
+
+
+@pytest.mark.parametrize(("coils", "converters"), [(1, 1), (4, 1), (5, 2), (8, 2)])
+def test_four_coils_a_converter(coils, converters):
+    layout = full()
+    placements = tuple(CoilPlacement(f"C{i}", (i * 4 * MM, 0.0)) for i in range(coils))
+    more = tuple(replace(layout.coils[0], placement=placement, net=placement.name) for placement in placements)
+    rows = rows_of(replace(layout, coils=more))
+    assert (rows["converter"]["quantity"], rows["capacitor"]["quantity"]) == (str(converters), str(coils))
+
+
+def test_no_capacitor_found_is_said():
+    none = SimpleNamespace(readout=SimpleNamespace(capacitance=None, capacitance_reason="no value fits both windows"))
+    row = rows_of(full(), none)["capacitor"]
+    assert row["part"] == "none found" and "no value fits" in row["note"]
+
+
+def test_a_formula_is_no_cell():
+    layout = full()
+    odd = replace(layout.spec.elastomer, material=replace(RUBBER, name='=HYPERLINK("x"),\n"y"'))
+    row = rows_of(replace(layout, spec=replace(layout.spec, elastomer=odd)))["elastomer"]
+    assert row["material"] == '\'=HYPERLINK("x"),\n"y"'
+
+
+def test_same_bytes_twice():
+    assert bom.render(full(), ESTIMATES) == bom.render(full(), ESTIMATES)

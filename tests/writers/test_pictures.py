@@ -1,0 +1,155 @@
+"""The pictures of the layout, the stack-up drawing and the readme: measured in the SVG itself, drawn by librsvg."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import layouts
+import pytest
+
+from sitscad.finding import Finding, Severity
+from sitscad.writers import board_picture, excellon, fabrication_notes, gerber, gerber_job, ipc356
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def drawing(svg: str) -> ET.Element:
+    """The inner picture: the drawing to scale."""
+    return ET.fromstring(svg).find(f"{SVG}svg")
+
+
+def scale_of(svg: str) -> float:
+    """User units a millimetre, from the scale bar and what is written beside it."""
+    bar = next(path for path in ET.fromstring(svg).iter(f"{SVG}path") if path.get("d").startswith("M20 8V16M20 12H"))
+    end = float(re.search(r"H([0-9.]+)", bar.get("d"))[1])
+    words = [text.text for text in ET.fromstring(svg).iter(f"{SVG}text") if re.fullmatch(r"[0-9.]+ (mm|um)", text.text)]
+    number, unit = words[0].split()
+    return (end - 20.0) / (float(number) * (1e-3 if unit == "um" else 1.0))
+
+
+def test_tracks_and_vias_are_drawn_to_the_scale_of_the_bar(board):
+    for svg in (board_picture.picture(board), board_picture.picture(board, window=board.body)):
+        scale = scale_of(svg)
+        group = next(g for g in drawing(svg).iter(f"{SVG}g") if g.get("class") == "copper-1")
+        (width,) = {float(path.get("stroke-width")) for path in group}
+        assert width == pytest.approx(0.1 * scale, abs=0.006)
+        radii = sorted({float(circle.get("r")) for circle in drawing(svg).iter(f"{SVG}circle")})
+        assert radii == pytest.approx([0.075 * scale, 0.175 * scale], abs=0.006)
+
+
+def test_arcs_stay_arcs_and_turn_the_right_way():
+    svg = board_picture.picture(layouts.two_coils(), layers=[1])
+    spirals = [p.get("d") for p in drawing(svg).iter(f"{SVG}path") if p.get("d").count("A") == 9]
+    assert len(spirals) == 2
+    first = re.match(r"M([0-9.]+) ([0-9.]+)A([0-9.]+) [0-9.]+ 0 0 0 ([0-9.]+) ([0-9.]+)", spirals[0])
+    assert first, "a counter-clockwise half turn is a small arc of sweep 0 where y points down"
+    x0, y0, radius, x1, y1 = map(float, first.groups())
+    assert x0 - x1 == pytest.approx(2 * radius, abs=0.03) and y0 == pytest.approx(y1)
+
+
+def test_layers_are_chosen_and_coloured_apart(board):
+    last = board.copper_layers
+    everything = board_picture.picture(board)
+    only = board_picture.picture(board, layers=[last])
+    assert f"class='copper-{last}'" in only and "class='copper-1'" not in only
+    assert len({board_picture.COLOURS[i] for i in range(last)}) == last
+    assert all(f"class='copper-{i}'" in everything for i in range(1, last + 1))
+
+
+def test_labels_and_legend_name_what_is_shown(board):
+    whole, body = board_picture.picture(board), board_picture.picture(board, window=board.body)
+    for word in ("C1", "C2", "1: C1.A", "4: C2.A", "stiffener 200 um", "bend zone", "top coverlay open", "copper 1"):
+        assert f">{word}<" in whole
+    assert ">contacts<" not in body and ">bend zone<" not in body
+
+
+def test_pictures_are_self_contained(board):
+    for module in (board_picture, fabrication_notes):
+        for path, text in module.render(board).items():
+            if path.endswith(".svg"):
+                root = ET.fromstring(text)
+                assert not [
+                    e.tag for e in root.iter() if e.tag.rpartition("}")[2] in ("script", "image", "use", "style")
+                ]
+                assert b"href" not in text and b"url(" not in text and b" id=" not in text
+                assert b"nan" not in text.lower().replace(b"dominant", b"") and b"inf" not in text.lower()
+
+
+def test_names_are_escaped():
+    board = layouts.two_coils()
+    spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=replace(board.spec.fpc.stackup, name="a<b & c")))
+    ET.fromstring(fabrication_notes.stackup_drawing(replace(board, spec=spec)))
+
+
+def test_stackup_drawing_has_heights_to_scale(board):
+    rows = list(ET.fromstring(fabrication_notes.stackup_drawing(board)).iter(f"{SVG}rect"))
+    body = [float(r.get("height")) for r in rows if r.get("x") == "300"]
+    layers = board.spec.fpc.stackup.layers
+    scale = body[0] / layers[0].thickness
+    assert body == pytest.approx([layer.thickness * scale for layer in layers], abs=0.05)
+    tail = [float(r.get("height")) for r in rows if r.get("x") in ("20", "150")]
+    bare = [*(layer.thickness for layer in layers), board.stiffener.thickness]
+    assert tail == pytest.approx([thickness * scale for thickness in bare], abs=0.05)
+
+
+def test_readme_states_the_order():
+    text = fabrication_notes.readme(layouts.two_coils())
+    assert "2 copper layers" in text and "20.4 mm x 4.7 mm" in text
+    assert "150 um finished, without stiffener" in text
+    assert "4 of 150 um (pad 350 um), plated" in text
+    assert "DO NOT ORDER" not in text
+
+
+def test_readme_compares_the_contacts_with_the_connector():
+    board = layouts.two_coils()
+    assert fabrication_notes.thickness_at_contacts(board) == pytest.approx(322.5e-6)
+    good = fabrication_notes.readme(board)
+    assert "give 322.5 um" in " ".join(good.split()) and "OUT OF TOLERANCE" not in good
+    thick = replace(board, stiffener=replace(board.stiffener, thickness=250e-6))
+    assert "OUT OF TOLERANCE" in fabrication_notes.readme(thick)
+
+
+def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_told():
+    board = layouts.thin_tail(layouts.two_coils(4))
+    assert fabrication_notes.thickness_at_contacts(board) == pytest.approx(322.5e-6)
+    text = " ".join(fabrication_notes.readme(board).split())
+    assert "only its first 2 copper layers: copper 3 to 4 and what lies between end there" in text
+    assert "the tail is 150 um thick" in text
+    assert "only its first" not in fabrication_notes.readme(layouts.two_coils(4))
+    bars = ET.fromstring(fabrication_notes.stackup_drawing(board)).iter(f"{SVG}rect")
+    assert len([bar for bar in bars if bar.get("x") in ("20", "150")]) == 5 + 1
+
+
+def test_readme_lists_every_file_of_the_set(board):
+    text = fabrication_notes.readme(board)
+    for module in (gerber, excellon, ipc356, gerber_job, board_picture):
+        for path in module.render(board):
+            assert f"\n{path.rpartition('/')[2]} " in text
+
+
+def test_readme_of_an_incomplete_layout_says_so_first():
+    finding = Finding("SIT110", "no-room", Severity.ERROR, "no room for the inner via: 0.1 mm short")
+    text = fabrication_notes.readme(replace(layouts.two_coils(), findings=(finding,)))
+    assert "DO NOT ORDER" in text.splitlines()[3] and "SIT110 no room for the inner via" in text
+
+
+def test_a_board_without_tail_is_described_too():
+    board = layouts.two_coils(tail=False)
+    text = fabrication_notes.readme(board)
+    assert "Stiffener" not in text and "Bend" not in text
+    assert "bend zone" not in board_picture.picture(board)
+
+
+@pytest.mark.clients
+@pytest.mark.skipif(shutil.which("rsvg-convert") is None, reason="rsvg-convert (librsvg2-bin) is not installed")
+def test_librsvg_draws_the_pictures(board, tmp_path):
+    for module in (board_picture, fabrication_notes):
+        for path, text in module.render(board).items():
+            if path.endswith(".svg"):
+                picture = tmp_path / "picture.png"
+                run = subprocess.run(["rsvg-convert", "-o", picture], input=text, capture_output=True, timeout=60)
+                assert run.returncode == 0 and run.stderr == b"" and picture.stat().st_size > 5000
