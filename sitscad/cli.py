@@ -14,8 +14,7 @@ import sitscad
 from sitscad.finding import NotChecked, Severity
 
 if TYPE_CHECKING:
-    from sitscad.package import BuildResult
-    from sitscad.report.findings import CheckedSpec
+    from sitscad import BuildResult, CheckedSpec
 
 ISSUES = "the project's issue tracker"
 

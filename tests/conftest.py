@@ -14,7 +14,7 @@ TEMPLATES = ROOT / "templates"
 
 CAD_MODULES = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh")
 
-INSTALL_EXTRA = "pip install 'sitscad[all]' brings it"
+INSTALL_EXTRA = "pip install 'sitscad[all,test]' brings it"
 INSTALL_CLIENTS = ".ci/install-clients installs it on Debian 12"
 
 

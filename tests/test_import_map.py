@@ -20,7 +20,7 @@ MAY_IMPORT = {
     "spec": {"units", "finding"},
     "layout": {"units", "finding", "geometry", "spec"},
     "parts": {"units", "finding", "geometry", "spec", "layout"},
-    "estimates": {"units", "spec", "layout", "physics", "readout", "mechanics"},
+    "estimates": {"units", "spec", "geometry", "layout", "physics", "readout", "mechanics"},
     "checks": {"units", "finding", "spec", "layout", "parts", "estimates", "readout", "mechanics"},
     "writers": {"units", "geometry", "spec", "layout", "parts", "readout"},
     "report": {"units", "finding", "spec", "layout", "parts", "estimates"},

@@ -226,7 +226,7 @@ def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) 
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
     names = _name(near.one), _name(near.other)
     what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
-    more = f" (and so in {places - 1} more places)" if places > 1 else ""
+    more = f" (and in {places - 1} more)" if places > 1 else ""
     return Complaint(
         f"{what} {how} on layer {near.layer}{more}; {subject.spec.fpc.rules.name} asks {um(asked)}",
         f"{um(asked - near.gap)} are missing: fewer turns, a narrower pitch or a larger coil give the room",

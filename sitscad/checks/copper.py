@@ -118,7 +118,8 @@ def copper_of(layout: Layout) -> Copper:
 def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator[Nearness]:
     """Every pair of items with copper nearer than `spacing` (m) to one another on one layer, where they are not joined.
 
-    A coil's own turns, and what leads to them, are held against `winding_spacing`. One result a pair of items and layer, the nearest place of it.
+    A coil's own turns, and what leads to them, are held against `winding_spacing`. One result a pair of items
+    and layer, the nearest place of it.
     """
     i, j = _pairs(copper, spacing)
     solid = np.array([not isinstance(item, Trace) for item in copper.items], dtype=bool)
@@ -203,7 +204,8 @@ def _worst_by_items(
 ) -> Iterator[Nearness]:
     """One result a pair of items and layer, the worst of all first."""
     seen: set[tuple[int, int, int]] = set()
-    for k in np.argsort(gap, kind="stable"):
+    gap = np.round(gap, 12)  # picometres: rounding noise must not decide which of two equal places is named
+    for k in np.lexsort((j, i, gap)):
         a, b = int(i[k]), int(j[k])
         layer, one, other = int(copper.layer[a]), int(copper.item[a]), int(copper.item[b])
         if (layer, one, other) in seen:

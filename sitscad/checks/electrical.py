@@ -28,7 +28,7 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
     worst = worst_of(subject, "inductance", min)
     if worst is None or worst.value >= floor:
         return
-    growth = floor / worst.value
+    growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
     yield Complaint(
         f"the inductance of {where(worst)} is "
         f"{show(worst.value, 'H')}{other_states(subject, worst, 'inductance', 'H')}; below {show(floor, 'H')} the "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -208,7 +208,7 @@ class Path:
 
         return self.mapped(turned)
 
-    def mapped(self, move, flips: bool = False) -> Path:
+    def mapped(self, move: Callable[[Point], Point], flips: bool = False) -> Path:
         """The path under a rigid motion of its points; `flips` when that motion is a mirror image."""
         moved: list[Segment] = []
         for s in self.segments:
@@ -263,8 +263,8 @@ def rounded(corners: list[Point], radius: float | list[float]) -> Path:
         arcs.append(arc)
     segments: list[Segment] = []
     for i in range(count):
-        if arcs[i] is not None:
-            segments.append(arcs[i])
+        if (arc := arcs[i]) is not None:
+            segments.append(arc)
         nxt = (i + 1) % count
         if ends[i].distance(starts[nxt]) > 1e-12:
             segments.append(Line(ends[i], starts[nxt]))

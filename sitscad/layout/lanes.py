@@ -113,7 +113,7 @@ def _single_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> li
         height = lane.side * lane_height(bus, lane.index)
         corner = lane.side * math.atan2(ring.half_size[1], ring.half_size[0])
         return [(corner, (_diagonal(ring.at(corner), height), Point(funnel_x, height)))]
-    found = []
+    found: list[tuple[float, tuple[Point, ...]]] = []
     for degrees in (0, 20, -20, 40, -40):
         angle = math.radians(degrees)
         place = ring.at(angle)

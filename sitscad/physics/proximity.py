@@ -154,7 +154,7 @@ def _mode_values() -> tuple[Array, Array]:
 
 
 def _legendre(order: int, x: Array) -> Array:
-    return np.polynomial.legendre.legval(x, [0.0] * order + [1.0])
+    return np.asarray(np.polynomial.legendre.legval(x, [0.0] * order + [1.0]), dtype=np.float64)
 
 
 @lru_cache(maxsize=32)

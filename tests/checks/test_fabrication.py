@@ -99,7 +99,7 @@ def test_turn_to_turn_is_measured_exactly(judge, good):
     strict = replace(spec, coil=replace(spec.coil, trace_spacing=102.5e-6))
     found = judge("SIT108", *(lambda s: (s, replace(layout, spec=s)))(ruled(strict, trace_spacing=102.5e-6)))
     turns = [f for f in found if "two parts of the winding" in f.message]
-    assert len(turns) == 1 and "3 more places" in turns[0].message  # two coils, two layers
+    assert len(turns) == 1 and "and in 3 more" in turns[0].message  # two coils, two layers
     innermost = 3.45e-3 - 12 * 0.2e-3
     slope = 0.2e-3 / 6.283185307
     shortfall = 0.2e-3 * (1 - 1 / (1 + (slope / innermost) ** 2) ** 0.5)
@@ -155,7 +155,7 @@ def test_a_via_on_a_turn_of_its_own_coil_is_found(judge, good):
     onto = winding.path.segments[len(winding.path.segments) // 2].at(0.5)
     moved = replace(layout, vias=(*layout.vias, replace(via, centre=onto)))
     (found,) = judge("SIT107", spec, moved)
-    assert found.measured < 0.0 and "more places" in found.message
+    assert found.measured < 0.0 and "more)" in found.message
     assert {f.place.layer for f in judge("SIT110", spec, moved)} == {1, 2}
 
 

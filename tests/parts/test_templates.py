@@ -1,0 +1,23 @@
+"""The solids of every template: closed, apart from each other, and of the same envelope by figures and by meshes."""
+
+from __future__ import annotations
+
+import pytest
+
+from sitscad.layout import lay_out
+from sitscad.parts import fit, solids
+from sitscad.parts.assembly import closed_pair
+from sitscad.spec.load import load
+
+pytestmark = pytest.mark.cad
+
+
+def test_a_template_s_solids_fit_together(template):
+    layout = lay_out(load(template))
+    built = solids(layout)
+    assert all(solid.shape.is_valid for solid in built)
+    pair, section = closed_pair(layout), fit.closed_section(layout)
+    assert fit.interferences(pair or built) == ()
+    assert (section is None) == (not pair)
+    if section is not None:
+        assert fit.envelope_radius(pair) == pytest.approx(section.radius, rel=1e-4)
