@@ -162,10 +162,9 @@ def _log_block(width: float, thickness: float, across: int = 16, through: int = 
     # <P_a P_b ln(distance) P_c P_d> over one rectangle, by cells whose pairs keep their geometric mean distance, and
     # the same weighted with the mean of both radial offsets: sqrt(r r') = r + (x + x') / 2 + ...
     dx, dz = width / across, thickness / through
-    steps = np.arange(across) * dx
+    steps = dx * np.arange(across, dtype=np.float64)
     table = np.array([log_mean_distance(steps, k * dz, (dx, dx), (dz, dz)) for k in range(through)])
-    i, k = np.meshgrid(np.arange(across), np.arange(through), indexing="ij")
-    i, k = i.ravel(), k.ravel()
+    i, k = (index.ravel() for index in np.meshgrid(np.arange(across), np.arange(through), indexing="ij"))
     logs = table[np.abs(k[:, None] - k[None, :]), np.abs(i[:, None] - i[None, :])]
     cells = np.array([_cell_means(a, across)[i] * _cell_means(b, through)[k] for a, b in MODES])
     cells /= across * through

@@ -136,7 +136,7 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     height = (first.z - second.z) / unit
     offset = first.sense * (first.angle - second.angle)
     count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
-    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1)
+    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1, dtype=np.float64)
     apart = np.abs(rb - ra - b * centres)
     clearance = strand_clearance(apart, height, (first.width / unit, second.width / unit),
                                  (first.thickness / unit, second.thickness / unit), resolution.strands)  # fmt: skip
@@ -172,7 +172,7 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     height = (first.z - second.z) / unit
     offset = -first.sense * (first.angle - second.angle)
     count = math.ceil(span / math.pi) + 2
-    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-1, count)
+    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-1, count, dtype=np.float64)
     widths = (first.width / unit, second.width / unit)
     table = _clearance_table(height, widths, (first.thickness / unit, second.thickness / unit), resolution.strands)
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))

@@ -31,8 +31,8 @@ ul { padding-left: 1.2rem; }
 }
 .banner { margin: 1.2rem 0; padding: .8rem 1rem; border: 2px solid; color: var(--error); font-weight: 600; }
 .tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(9rem, 1fr)); gap: .8rem; margin: 1.5rem 0; }
-.tile { background: var(--card); border: 1px solid var(--line); border-radius: .4rem; padding: .7rem .9rem; }
-.tile b { display: block; white-space: nowrap; font-variant-numeric: tabular-nums; }
+.tile { background: var(--card); border: 1px solid var(--line); border-radius: .4rem; padding: .7rem; }
+.tile b { display: block; font-size: .95rem; white-space: nowrap; font-variant-numeric: tabular-nums; }
 .tile span { color: var(--soft); font-size: .85rem; }
 .finding {
   margin: .8rem 0; padding: .7rem 1rem; break-inside: avoid; background: var(--card);
