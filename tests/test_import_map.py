@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "layout": {"units", "finding", "geometry", "spec"},
     "parts": {"units", "finding", "geometry", "spec", "layout"},
     "estimates": {"units", "spec", "geometry", "layout", "physics", "readout", "mechanics"},
-    "checks": {"units", "finding", "spec", "layout", "parts", "estimates", "readout", "mechanics"},
+    "checks": {"units", "finding", "geometry", "spec", "layout", "parts", "estimates", "readout", "mechanics"},
     "writers": {"units", "geometry", "spec", "layout", "parts", "readout"},
     "report": {"units", "finding", "spec", "layout", "parts", "estimates"},
     "extraction": {"units", "finding"},

@@ -1,4 +1,4 @@
-"""SIT107 to SIT110 and SIT112 to SIT115: copper, holes and openings as drawn, against the fabricator's distances."""
+"""SIT107 to SIT110, SIT112 to SIT115, SIT118, SIT119: copper, holes and openings as drawn, and what found no room."""
 
 from __future__ import annotations
 
@@ -15,13 +15,12 @@ from sitscad.checks.copper import (
     Position,
     copper_of,
     drill_nearness,
-    path_rows,
     too_near,
 )
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, source_of, um
-from sitscad.checks.primitives import Floats, Primitives, distances, from_rows, nearest_pairs
 from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Place, Severity
+from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
 from sitscad.layout.board import Pad, Trace, Via
 from sitscad.units import show
 
@@ -106,14 +105,13 @@ def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
                 yield _opening_complaint(subject, item, gap, Place(float(point[0]), float(point[1]), number))
 
 
-def inner_via_room(subject: Subject) -> Iterator[Verdict]:
-    """Room for the vias inside the innermost turn: what the layout could not place."""
-    return (finding for finding in subject.layout.findings if finding.rule == "SIT112")
+def no_room(rule: str) -> Callable[[Subject], Iterator[Verdict]]:
+    """What the layout itself reported under one rule: it says what found no room, and how much is missing."""
 
+    def reported(subject: Subject) -> Iterator[Verdict]:
+        return (finding for finding in subject.layout.findings if finding.rule == rule)
 
-def lead_room(subject: Subject) -> Iterator[Verdict]:
-    """Whatever else the layout found no room for, under the rule that it names."""
-    return (finding for finding in subject.layout.findings if finding.rule not in ("SIT111", "SIT112"))
+    return reported
 
 
 # ----------------------------------------------------------------------------------------------------------- distances
@@ -293,12 +291,12 @@ CLEARANCE_RULES: tuple[Rule, ...] = (
         "The innermost turn leaves room for the vias that join the layers inside it.",
         "One inner via needs about a pad and two spacings, two need about two pads and three spacings.",
         "Wind fewer turns, make the pitch narrower or the coil larger, or use fewer layers.",
-    ), "geometry; " + FABRICATOR, inner_via_room),
+    ), "geometry; " + FABRICATOR, no_room("SIT112")),
     _rule(113, "lead-room", (
         "Every lead, stub and outer via found its place between and beside the coils.",
         "What found no room is missing in the layout; the finding says how much is missing.",
         "Follow the finding: it names the missing length, mostly in array.pitch.",
-    ), "geometry; " + FABRICATOR, lead_room),
+    ), "geometry; " + FABRICATOR, no_room("SIT113")),
     _rule(114, "coverlay-web", (
         "Between two openings the coverlay keeps the fabricator's smallest web.",
         "A narrower strip of coverlay tears, or comes off.",
@@ -309,4 +307,14 @@ CLEARANCE_RULES: tuple[Rule, ...] = (
         "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare.",
         "Move the track, or lengthen the tail.",
     ), FABRICATOR, coverlay_opening),
+    _rule(118, "array-not-routed", (
+        "The coils stand in one line along the jaw, so that their leads can be routed.",
+        "Other arrays are laid out and estimated, but their coils are not led to contacts: such a board is no use.",
+        "Take pattern single or line, or explicit centres with y = 0.",
+    ), "README, Limits", no_room("SIT118")),
+    _rule(119, "tail-room", (
+        "On their way to the contacts the tracks of different coils keep the fabricator's spacing.",
+        "Many coils on a narrow connector or a short tail leave no room for their tracks and vias.",
+        "Take a connector of wider pitch, fewer coils, or a longer tail.",
+    ), "geometry; " + FABRICATOR, no_room("SIT119")),
 )  # fmt: skip

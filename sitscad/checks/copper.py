@@ -12,7 +12,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.checks.primitives import Floats, Indices, Primitives, distances, from_rows, nearest_pairs, to_points
+from sitscad.geometry.primitives import (
+    Floats,
+    Indices,
+    Primitives,
+    Row,
+    distances,
+    from_rows,
+    line_row,
+    nearest_pairs,
+    path_rows,
+    to_points,
+)
 from sitscad.layout.board import Coil, Layout, Pad, Role, Trace, Via
 
 ALONG = 1.0 / math.sin(math.pi / 8.0)
@@ -24,7 +35,6 @@ ROUNDING = 1e-9
 _SPLITS = 4
 
 Item = Trace | Via | Pad
-Row = tuple[float, ...]
 
 
 class Position(Protocol):
@@ -250,7 +260,7 @@ def _touches_own_winding(copper: Copper, i: Indices, j: Indices) -> NDArray[np.b
 def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
     """(row, half-width, way from the item's start, length along it, reach) of every piece of an item."""
     if isinstance(item, Via):
-        yield _line_row(*item.centre, *item.centre), item.pad / 2.0, 0.0, 0.0, 0.0
+        yield line_row(*item.centre, *item.centre), item.pad / 2.0, 0.0, 0.0, 0.0
     elif isinstance(item, Pad):
         reach = float(np.hypot(*item.size)) / 2.0
         for row, half in _pad_rows(item):
@@ -262,31 +272,15 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
             way += length
 
 
-def path_rows(path: Outline) -> Iterator[tuple[Row, float]]:
-    """The rows of `primitives.from_rows` for the segments of a path, each with its length (m)."""
-    for segment in path:
-        centre = getattr(segment, "centre", None)
-        if centre is None:
-            yield _line_row(*segment.start, *segment.end), segment.length
-        else:
-            sweep, radius = segment.sweep, segment.radius
-            row = (*segment.start, *segment.end, *centre, radius, segment.start_angle, sweep)
-            yield row, radius * abs(sweep)
-
-
 def _pad_rows(pad: Pad) -> Iterator[tuple[Row, float]]:
     """The four edges of a contact, and along its middle the widest track that fits in it, so that its inside counts."""
     (x, y), (width, height) = pad.centre, pad.size
     x0, y0, x1, y1 = x - width / 2.0, y - height / 2.0, x + width / 2.0, y + height / 2.0
     for edge in ((x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)):
-        yield _line_row(*edge), 0.0
+        yield line_row(*edge), 0.0
     half = min(width, height) / 2.0
     dx, dy = max(0.0, width / 2.0 - half), max(0.0, height / 2.0 - half)
-    yield _line_row(x - dx, y - dy, x + dx, y + dy), half
-
-
-def _line_row(x0: float, y0: float, x1: float, y1: float) -> Row:
-    return x0, y0, x1, y1, 0.0, 0.0, 0.0, 0.0, 0.0
+    yield line_row(x - dx, y - dy, x + dx, y + dy), half
 
 
 def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:

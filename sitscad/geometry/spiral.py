@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
-from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, polar
+from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, polar, rounded_polyline
 
 CHORD_TOLERANCE = 0.05e-6
 """What is drawn follows the ideal curve within this distance, in metres (the contract allows 0.1 um)."""
@@ -18,7 +19,7 @@ CHORD_TOLERANCE = 0.05e-6
 
 @dataclass(frozen=True)
 class SpiralDimensions:
-    """Outer size [x, y] across the copper edges, trace width and turn-to-turn pitch, all in metres; turns of this layer."""
+    """Outer size [x, y] across the copper edges, trace width and turn-to-turn pitch (m); turns of this layer."""
 
     size: tuple[float, float]
     trace_width: float
@@ -46,7 +47,7 @@ def circle(dimensions: SpiralDimensions, outer_angle: float) -> Path:
 
 
 def _arc_step(slope: float) -> float:
-    """Angle of one arc: an arc through both ends and the middle of a spiral piece departs by less than slope step^3 / 60."""
+    """Angle of one arc: one through both ends and the middle of a spiral piece departs by under slope step^3 / 60."""
     return min(math.pi / 4, (60.0 * CHORD_TOLERANCE / slope) ** (1 / 3))
 
 
@@ -62,7 +63,7 @@ def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
 
 
 def polygon(corners: int) -> Callable[[SpiralDimensions, float], Path]:
-    """The spiral on a polygon of that many sides, one flat facing +x: side m lies floor(m / corners) pitches further in."""
+    """The spiral on a regular polygon, one flat facing +x: side m lies floor(m / corners) pitches further in."""
 
     def wind_polygon(dimensions: SpiralDimensions, outer_angle: float) -> Path:
         step = TWO_PI / corners
@@ -74,7 +75,7 @@ def polygon(corners: int) -> Callable[[SpiralDimensions, float], Path]:
 
         start = _crossing((first, _flat(dimensions, first, corners)), side(0), step)
         points = [start, *(_crossing(side(m), side(m + 1), step) for m in range(count))]
-        return Path(tuple(Line(a, b) for a, b in zip(points, points[1:], strict=False)))
+        return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
     return wind_polygon
 
@@ -126,8 +127,6 @@ def corner_angle(shape: str, angle: float, sense: int) -> float:
 
 def rounded_corners(path: Path, radius: float) -> Path:
     """A polygon spiral with its inner corners rounded by `radius` (m), less where the sides are too short for it."""
-    from sitscad.geometry.path import rounded_polyline
-
     if radius <= 0.0 or len(path.segments) < 2:
         return path
     corners = [path.start, *(segment.end for segment in path)]
@@ -152,5 +151,5 @@ def outer_boundary(shape: str, size: tuple[float, float], offset: float) -> Path
     points = [_crossing(flat(i), flat(i + 1), step) for i in range(corners)]
     east = Point(size[0] / 2 + offset, 0.0)
     ring = [east, *points, east]
-    segments: list[Segment] = [Line(a, b) for a, b in zip(ring, ring[1:], strict=False)]
+    segments: list[Segment] = [Line(a, b) for a, b in pairwise(ring)]
     return Path(tuple(segments))

@@ -50,6 +50,8 @@ def lay_out(spec: SensorSpec) -> Layout:
     bus = bus_for(spec)
     wound = _wind(spec, bus)
     findings = list(wound[0].findings)
+    if any(abs(placement.centre[1]) > 1e-9 or placement.rotation for placement in spec.array.placements):
+        findings.append(room.not_in_line(spec))
     front = _front(spec, bus)
     routing = None if findings else _route(spec, bus, wound, front)
     if not findings and routing is None:
@@ -57,7 +59,22 @@ def lay_out(spec: SensorSpec) -> Layout:
     bus = routing.bus if routing else bus
     half_width = routing.half_width if routing else _boards(spec, bus)[0][1]
     tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
+    if routing and not _tail_is_clear(spec, routing, tail):
+        findings.append(room.no_tail_room(spec, tail))
     return _assemble(spec, bus, wound, routing, tail, half_width, tuple(findings))
+
+
+def _tail_is_clear(spec: SensorSpec, routing: _Routing, tail: TailFrame) -> bool:
+    """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
+    board = Obstacles(spec.fpc.rules, routing.bus.spacing)
+    for way, lane in zip(routing.escapes, routing.lanes, strict=True):
+        for run in runs(spec, routing.bus, tail, lane, _entries(way)):
+            tracks = [piece for piece in run.pieces if isinstance(piece, Track)]
+            holes = [piece for piece in run.pieces if isinstance(piece, Hole)]
+            if not board.admits(tracks, holes):
+                return False
+            board.add(tracks, holes)
+    return True
 
 
 def _wind(spec: SensorSpec, bus: Bus) -> tuple[_WoundCoil, ...]:
@@ -118,8 +135,8 @@ def _front(spec: SensorSpec, bus: Bus) -> float:
 def _boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
     """Boards to try, narrow first: the lanes' base and the body's half width.
 
-    Lanes close to the coils; with a track's room between; with a via's room between; and in each case no more room beside
-    the coils than the lanes take, room for a track, or room for a via.
+    Lanes close to the coils; with a track's room between; with a via's room between; and in each case no more room
+    beside the coils than the lanes take, room for a track, or room for a via.
     """
     rules = spec.fpc.rules
     hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
@@ -135,7 +152,7 @@ def _boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
 
 
 def _route(spec: SensorSpec, bus: Bus, wound: tuple[_WoundCoil, ...], front: float) -> _Routing | None:
-    """The narrowest board that has room, with the first lane on the side where the far coil begins, else on the other."""
+    """The narrowest board with room, the first lane on the side where the far coil begins, else on the other."""
     begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
     sides = (1, -1) if begins >= -1e-9 else (-1, 1)
     patience = Patience()
@@ -158,8 +175,9 @@ def _route_by(
 ) -> _Routing | None:
     lanes = assign_lanes(spec.array.placements, side)
     board = Obstacles(spec.fpc.rules, bus.spacing, half_width)
-    escapes = []
-    for index, (coil, lane) in enumerate(zip(wound, lanes, strict=True)):
+    escapes: dict[int, Escape] = {}
+    for index in sorted(range(len(wound)), key=lambda i: spec.array.placements[i].centre[0]):
+        coil, lane = wound[index], lanes[index]
         obstacles = board.copy()
         obstacles.add(_other_coils(spec, index), _inner_holes(coil))
         start, joins, end = _ends(coil)
@@ -175,8 +193,8 @@ def _route_by(
             return None
         for branch in found.branches:
             board.add(branch.tracks, branch.holes)
-        escapes.append(found)
-    return _Routing(bus, lanes, tuple(escapes), half_width)
+        escapes[index] = found
+    return _Routing(bus, lanes, tuple(escapes[i] for i in range(len(wound))), half_width)
 
 
 def _other_coils(spec: SensorSpec, index: int) -> list[Track]:
@@ -325,5 +343,6 @@ def _pieces(
 
 def _backwards(pieces: list[Trace | Via]) -> list[Trace | Via]:
     return [
-        Trace(p.path.reversed(), p.width, p.layer, p.net, p.role) if isinstance(p, Trace) else p for p in reversed(pieces)
+        Trace(p.path.reversed(), p.width, p.layer, p.net, p.role) if isinstance(p, Trace) else p
+        for p in reversed(pieces)
     ]

@@ -43,7 +43,7 @@ class Via:
 
 @dataclass(frozen=True)
 class Pad:
-    """A rectangular contact: centre and size [x, y] in metres, the net and the pin it belongs to (``C1.A``, ``C1.B``)."""
+    """A rectangular contact: centre and size [x, y] in metres, its net and its pin (``C1.A``, ``C1.B``)."""
 
     centre: Point
     size: tuple[float, float]
@@ -57,9 +57,9 @@ class Pad:
 class Winding:
     """One layer of a coil, walked in the coil's direction.
 
-    ``outer_angle`` (rad) is where this layer's outer end stands; ``sense`` is +1 when the layer, walked from the outside
-    in, runs counter-clockwise, -1 otherwise; ``inward`` says which way the coil's current walks it; ``z`` is the copper's
-    mid-plane below the board's top face (m, negative).
+    ``outer_angle`` (rad) is where this layer's outer end stands; ``sense`` is +1 when the layer, walked from the
+    outside in, runs counter-clockwise, -1 otherwise; ``inward`` says which way the coil's current walks it; ``z`` is
+    the copper's mid-plane below the board's top face (m, negative).
     """
 
     layer: int

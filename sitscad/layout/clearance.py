@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
-from sitscad.geometry.path import Path, Point, bounding_box
+import numpy as np
+
+from sitscad.geometry.path import Path, Point
+from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows
 from sitscad.spec.design_rules import DesignRules
-
-SAMPLE_STEP = 60e-6
-"""Tracks are compared at points this far apart (m); the design-rule check afterwards is exact."""
 
 SLACK = 1e-9
 
@@ -22,6 +23,16 @@ class Track:
     path: Path
     width: float
     layer: int
+
+    @cached_property
+    def pieces(self) -> Primitives:
+        """The track's segments, for exact distances."""
+        return from_rows([row for row, _ in path_rows(self.path)])
+
+    @cached_property
+    def boxes(self) -> np.ndarray:
+        """Bounding boxes (n, 4) of the segments' centre lines."""
+        return self.pieces.boxes
 
 
 @dataclass(frozen=True)
@@ -40,19 +51,19 @@ class Obstacles:
         self._rules = rules
         self._spacing = spacing
         self._half_width = half_width
-        self._tracks: list[tuple[Track, list[Point], tuple[float, float, float, float]]] = []
+        self._tracks: dict[int, list[Track]] = {}
         self._holes: list[Hole] = []
 
     def add(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> None:
         """Put tracks and holes on the board."""
         for track in tracks:
-            self._tracks.append((track, sampled(track.path), bounding_box([track.path])))
+            self._tracks[track.layer] = [*self._tracks.get(track.layer, []), track]
         self._holes.extend(holes)
 
     def copy(self) -> Obstacles:
         """An independent copy, to try things on."""
         other = Obstacles(self._rules, self._spacing, self._half_width)
-        other._tracks, other._holes = list(self._tracks), list(self._holes)
+        other._tracks, other._holes = dict(self._tracks), list(self._holes)
         return other
 
     def admits(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> bool:
@@ -60,33 +71,42 @@ class Obstacles:
         return all(self._admits_track(t) for t in tracks) and all(self._admits_hole(h) for h in holes)
 
     def _admits_track(self, track: Track) -> bool:
-        points = sampled(track.path)
-        box = bounding_box([track.path])
         limit = self._half_width - self._rules.copper_to_edge - track.width / 2
-        if max(-box[1], box[3]) > limit + 2e-9:
+        low, high = track.boxes[:, :2].min(axis=0), track.boxes[:, 2:].max(axis=0)
+        if max(-low[1], high[1]) > limit + 2 * SLACK:
             return False
         for hole in self._holes:
-            need = hole_keep_out(hole, self._rules, self._spacing) + track.width / 2
-            if _near(box, (*hole.centre, *hole.centre), need) and track.path.distance(hole.centre) < need - SLACK:
+            if _too_near(hole, track, hole_keep_out(hole, self._rules, self._spacing)):
                 return False
-        for other, other_points, other_box in self._tracks:
-            need = self._spacing + (track.width + other.width) / 2
-            if other.layer != track.layer or not _near(box, other_box, need):
-                continue
-            if closest(points, track.path, other_points, other.path) < need - SLACK:
-                return False
-        return True
+        return not any(self._touches(track, other) for other in self._tracks.get(track.layer, []))
+
+    def _touches(self, track: Track, other: Track) -> bool:
+        need = self._spacing + (track.width + other.width) / 2
+        reach = np.full(len(track.pieces), need)
+        pairs = nearest_pairs(track.boxes, reach, other.boxes, np.zeros(len(other.pieces)))
+        if not len(pairs):
+            return False
+        gaps = distances(track.pieces.take(pairs[:, 0]), other.pieces.take(pairs[:, 1]))
+        return bool(gaps.min() < need - SLACK)
 
     def _admits_hole(self, hole: Hole) -> bool:
-        keep = hole_keep_out(hole, self._rules, self._spacing)
         for other in self._holes:
             if hole.centre.distance(other.centre) < hole_distance(hole, other, self._rules, self._spacing) - SLACK:
                 return False
-        for track, _, box in self._tracks:
-            need = keep + track.width / 2
-            if _near(box, (*hole.centre, *hole.centre), need) and track.path.distance(hole.centre) < need - SLACK:
-                return False
-        return True
+        keep = hole_keep_out(hole, self._rules, self._spacing)
+        return not any(_too_near(hole, track, keep) for tracks in self._tracks.values() for track in tracks)
+
+
+def _too_near(hole: Hole, track: Track, keep: float) -> bool:
+    """Whether a track's copper comes nearer to a hole's centre than `keep` (m)."""
+    need = keep + track.width / 2
+    x, y = hole.centre
+    boxes = track.boxes
+    inside = (
+        (boxes[:, 0] <= x + need) & (boxes[:, 2] >= x - need) & (boxes[:, 1] <= y + need) & (boxes[:, 3] >= y - need)
+    )
+    near = [track.path.segments[i] for i in np.flatnonzero(inside)]
+    return any(segment.distance(hole.centre) < need - SLACK for segment in near)
 
 
 def hole_keep_out(hole: Hole, rules: DesignRules, spacing: float) -> float:
@@ -101,23 +121,3 @@ def hole_distance(one: Hole, other: Hole, rules: DesignRules, spacing: float) ->
         (one.drill + other.drill) / 2 + rules.hole_to_hole,
         hole_keep_out(one, rules, spacing) + other.pad / 2,
     )
-
-
-def sampled(path: Path) -> list[Point]:
-    """Points along a path, at most `SAMPLE_STEP` apart, both ends included."""
-    points = [path.start]
-    for segment in path:
-        count = max(1, math.ceil(segment.length / SAMPLE_STEP))
-        points.extend(segment.at(i / count) for i in range(1, count + 1))
-    return points
-
-
-def closest(points: list[Point], path: Path, other_points: list[Point], other: Path) -> float:
-    """Smallest distance (m) between two sampled paths, from the fewer points to the other path's segments."""
-    if len(points) <= len(other_points):
-        return min(other.distance(point) for point in points)
-    return min(path.distance(point) for point in other_points)
-
-
-def _near(a: tuple[float, ...], b: tuple[float, ...], margin: float) -> bool:
-    return a[0] <= b[2] + margin and b[0] <= a[2] + margin and a[1] <= b[3] + margin and b[1] <= a[3] + margin

@@ -1,4 +1,4 @@
-"""How one coil's outer ends get out: stubs to the vias outside the winding, and the leads round the ring to their exits.
+"""How one coil's outer ends get out: stubs to the vias outside the winding, leads round the ring to their exits.
 
 A small search: every end may go either way round the ring, every outer via may stand at several places; the shortest
 combination that keeps the rules' distances is taken. Branches of one coil are compared by the angles that they claim on
@@ -66,7 +66,7 @@ class Surroundings:
         return min(self.spec.coil.size) / 2 + self.bus.ring_offset
 
     def via_places(self) -> Iterator[Hole]:
-        """Holes where the outline has room: next outside the coil's copper, and beyond the ring road so that it stays free."""
+        """Holes where the outline has room: next outside the coil, and farther out so that the ring road stays free."""
         limit = self.half_width - self.hole.pad / 2 - self.spec.fpc.rules.copper_to_edge + 1e-9
         beyond = self.bus.ring_offset + self.bus.width / 2 + self.keep_out
         for offset in (self.keep_out, beyond):
@@ -76,6 +76,17 @@ class Surroundings:
                 if abs(place.y) <= limit:
                     yield Hole(place, self.hole.pad, self.hole.drill)
 
+    @cached_property
+    def _stands(self) -> dict[Point, tuple[float, float]]:
+        return {}
+
+    def stand(self, hole: Hole) -> tuple[float, float]:
+        """A hole's direction from the coil's centre (rad) and its distance from the ring road (m); remembered."""
+        if hole.centre not in self._stands:
+            angle = self.angle(hole.centre)
+            self._stands[hole.centre] = angle, hole.centre.distance(self.ring.at(angle))
+        return self._stands[hole.centre]
+
     def angle(self, point: Point) -> float:
         """Direction of a point from the coil's centre (rad)."""
         centre = self.ring.centre
@@ -84,7 +95,7 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Leg:
-    """One track: from `begin` out to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
+    """One track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
 
     around: Surroundings
     layer: int
@@ -264,8 +275,7 @@ def _conflict(around: Surroundings, one: Branch, other: Branch) -> bool:
 def _meets(around: Surroundings, leg: Leg, hole: Hole) -> bool:
     """Whether a leg comes too near a via that it does not join."""
     need = around.keep_out + around.bus.width / 2 - 1e-9
-    angle = around.angle(hole.centre)
-    beside = hole.centre.distance(around.ring.at(angle))
+    angle, beside = around.stand(hole)
     if beside < need and _interval_gap(leg.angle, leg.sweep, angle, 0.0) * around.radius < need:
         return True
     return leg.way.distance(hole.centre) < need
@@ -277,13 +287,10 @@ def _gap(one: Leg, other: Leg) -> float:
 
 def _interval_gap(start: float, sweep: float, other_start: float, other_sweep: float) -> float:
     """Angle (rad) between two intervals on a circle; 0 where they overlap."""
-    low, length = (start, sweep) if sweep >= 0 else (start + sweep, -sweep)
-    other_low, other_length = (other_start, other_sweep) if other_sweep >= 0 else (other_start + other_sweep, -other_sweep)
-    ahead = (other_low - low) % TWO_PI
-    behind = (low - other_low) % TWO_PI
-    if ahead <= length or behind <= other_length:
-        return 0.0
-    return min(ahead - length, behind - other_length)
+    low, other_low = start + min(sweep, 0.0), other_start + min(other_sweep, 0.0)
+    ahead = (other_low - low) % TWO_PI - abs(sweep)
+    behind = (low - other_low) % TWO_PI - abs(other_sweep)
+    return max(0.0, min(ahead, behind))
 
 
 def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole]) -> Iterator[Branch]:

@@ -26,7 +26,7 @@ class InnerJoin:
 
 @dataclass(frozen=True)
 class InnerEnd:
-    """The inner end of one layer: where it is, on which copper layer, and the unit direction from the end back along the turn."""
+    """The inner end of one layer: where it is, its copper layer, the unit direction from it back along the turn."""
 
     point: Point
     layer: int

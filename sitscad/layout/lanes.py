@@ -1,7 +1,7 @@
 """The lanes along the jaw: which way each coil's pair of conductors runs past the other coils and into the tail.
 
-The coil next to the tail leaves forwards; the others pass it above and below in turn, the nearest on the inner lanes, so no
-pair ever crosses another. A pair runs stacked on two copper layers, or side by side where the tail has only one.
+The coil next to the tail leaves forwards; the others pass it above and below in turn, the nearest on the inner lanes, so
+that no pair crosses another. A pair runs stacked on two copper layers, or side by side where the tail has only one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ STAGGER = math.sqrt(2.0) - 1.0
 
 @dataclass(frozen=True)
 class Exit:
-    """Where one end of a coil leaves its ring (angle, rad) and the corners that it then passes up to the tail's lane."""
+    """Where one end of a coil leaves its ring (angle, rad), and the corners that it then passes up to the tail."""
 
     angle: float
     way: tuple[Point, ...]
@@ -58,7 +58,10 @@ class Bus:
 
 @dataclass(frozen=True)
 class Lane:
-    """One coil's lane: ``side`` is +1 above, -1 below, 0 forwards; ``index`` counts outwards; ``rank`` from the top in the tail."""
+    """One coil's lane.
+
+    ``side`` is +1 above, -1 below, 0 forwards; ``index`` counts outwards; ``rank`` counts from the top in the tail.
+    """
 
     placement: CoilPlacement
     side: int
@@ -67,32 +70,25 @@ class Lane:
 
 
 def bus_for(spec: SensorSpec) -> Bus:
-    """The bus of a spec: the coil's own trace width, the fabricator's spacing, the two top layers if the tail has two."""
+    """The coil's own trace width, the fabricator's spacing, and the two top layers if the tail has two."""
     tail_layers = spec.fpc.tail.layers if spec.fpc.tail else 2
     second = 2 if min(tail_layers, len(spec.fpc.stackup.copper)) >= 2 else 1
-    reach = max(
-        abs(p.centre[1]) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements
-    )
+    reach = max(abs(p.centre[1]) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
     return Bus(spec.coil.trace_width, spec.fpc.rules.trace_spacing, (1, second), reach)
 
 
 def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:
-    """A lane for every coil, in the order of the placements (far end first); `first_side` is the side used first."""
-    count = len(placements)
-    sides: list[tuple[int, int]] = []
-    for distance in range(count):
-        if distance == 0:
-            sides.append((0, 0))
-        else:
-            sides.append((first_side if distance % 2 else -first_side, (distance - 1) // 2))
-    by_coil = list(reversed(sides))
-    height = [side * (1 + index) for side, index in by_coil]
-    order = sorted(range(count), key=lambda i: -height[i])
-    return tuple(Lane(placements[i], *by_coil[i], rank=order.index(i)) for i in range(count))
+    """A lane for every coil, in the order of the placements; `first_side` is the side that is used first."""
+    near_first = sorted(range(len(placements)), key=lambda i: -placements[i].centre[0])
+    taken = {near_first[0]: (0, 0)}
+    for distance, coil in enumerate(near_first[1:]):
+        taken[coil] = (-first_side if distance % 2 else first_side, distance // 2)
+    from_top = sorted(taken, key=lambda coil: -taken[coil][0] * (1 + taken[coil][1]))
+    return tuple(Lane(placement, *taken[i], rank=from_top.index(i)) for i, placement in enumerate(placements))
 
 
 def lane_height(bus: Bus, index: int, track: int = 0) -> float:
-    """Distance (m) from the axis to a lane's track: lane `index` outwards, `track` 1 for the outer one of a flat pair."""
+    """Distance (m) from the axis to a lane's track: `index` counts outwards, `track` 1 is the outer of a flat pair."""
     tracks = index if bus.is_stacked else 2 * index + track
     return bus.reach + bus.ring_offset + bus.base + tracks * bus.pitch
 

@@ -23,9 +23,9 @@ class Body:
 def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
     """The closed outline, counter-clockwise from the body's far lower corner.
 
-    ``copper`` lists points of the body's copper with their half widths (m): a corner of the body is rounded only as far as
-    they keep the distance `edge` from it. Where the taper begins, the radius is that of the lead which bends there, so
-    that the lead keeps its distance round the corner.
+    ``copper`` lists points of the body's copper with their half widths (m): a corner of the body is rounded only as far
+    as they keep the distance `edge` from it. Where the taper begins, the radius is that of the lead which bends there,
+    so that the lead keeps its distance round the corner.
     """
     wide, narrow = body.half_width, tail.half_width
     shoulder = edge + tail.neck_width / 2
@@ -45,7 +45,7 @@ def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge
 
 
 def far_corner_radius(body: Body, copper: list[tuple[Point, float]], edge: float) -> float:
-    """The largest radius (m) of the body's far corners, at most `CORNER_RADIUS`, that leaves all copper its distance."""
+    """The largest radius (m) of the far corners, at most `CORNER_RADIUS`, that leaves all copper its distance."""
     radius = CORNER_RADIUS
     while radius > edge and not all(_keeps(body, radius, point, half + edge) for point, half in copper):
         radius -= 0.05e-3
@@ -61,6 +61,6 @@ def _keeps(body: Body, radius: float, point: Point, need: float) -> bool:
 
 
 def _fitting(corners: list[Point], index: int, radius: float) -> float:
-    """The radius, at most a fifth of the shorter of the two sides that meet in the corner (and none where that is nothing)."""
+    """The radius, at most a fifth of the shorter of the two sides that meet in the corner."""
     here, count = corners[index], len(corners)
     return min(radius, 0.2 * min(here.distance(corners[index - 1]), here.distance(corners[(index + 1) % count])))

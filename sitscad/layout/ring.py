@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
 from sitscad.geometry.spiral import outer_boundary
@@ -45,14 +46,14 @@ class Ring:
         return polar(distance, angle, self.centre)
 
     def along(self, start: float, end: float, ccw: bool) -> Path:
-        """The way along the ring from one angle to another, counter-clockwise or clockwise; empty where they are equal."""
+        """The way along the ring from one angle to another, either way round; empty where they are equal."""
         sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
         if abs(sweep) < 1e-9 or TWO_PI - abs(sweep) < 1e-9:
             return Path(())
         if self.coil.shape == "circle":
             return Path((Arc(self.at(start), self.at(end), self.centre, ccw),))
         points = [self.at(start), *self._corners(start, sweep), self.at(end)]
-        return Path(tuple(Line(a, b) for a, b in zip(points, points[1:], strict=False) if a.distance(b) > 1e-9))
+        return Path(tuple(Line(a, b) for a, b in pairwise(points) if a.distance(b) > 1e-9))
 
     def _corners(self, start: float, sweep: float) -> list[Point]:
         turned = [segment.end for segment in self.boundary.segments[:-1]]

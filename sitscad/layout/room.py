@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Hole, hole_keep_out
 from sitscad.layout.inner_vias import room_needed
 from sitscad.layout.lanes import Bus
+from sitscad.layout.tail import TailFrame
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -39,10 +42,42 @@ def no_inner_room(spec: SensorSpec, bus: Bus, clear_radius: float, joins: int) -
         severity=Severity.ERROR,
         message=f"no room for {vias} inside the innermost turn: {have * 1e3:.3f} mm are clear, "
         f"{needed * 1e3:.3f} mm are needed, {missing * 1e6:.0f} um are missing",
-        hint=f"take {fewer:.2f} turns less on every layer, or an outer diameter larger by {missing * 1e6:.0f} um, or finer rules",
+        hint=f"take {fewer:.2f} turns less on every layer, an outer diameter larger by {missing * 1e6:.0f} um, "
+        "or finer rules",
         key="coil.turns",
         measured=have,
         limit=needed,
+        unit="m",
+        source=f"via pad and spacing of the rules {spec.fpc.rules.name}",
+    )
+
+
+def not_in_line(spec: SensorSpec) -> Finding:
+    """The routing knows coils in one line along the jaw only."""
+    return Finding(
+        rule="SIT118",
+        name="array-not-routed",
+        severity=Severity.ERROR,
+        message=f"leads can be routed for coils in one line along x; this {spec.array.pattern} array is not one, "
+        "so its coils are drawn and estimated, but not led out",
+        hint="take pattern single or line, or explicit centres with y = 0 and no rotation",
+        key="array.pattern",
+    )
+
+
+def no_tail_room(spec: SensorSpec, tail: TailFrame) -> Finding:
+    """The tracks to the contacts come too near each other."""
+    connector = tail.connector
+    return Finding(
+        rule="SIT119",
+        name="tail-room",
+        severity=Severity.ERROR,
+        message=f"the tracks of {len(spec.array.placements)} coils come too near each other on their way to the "
+        f"contacts of {connector.name} (pitch {connector.pitch * 1e3:g} mm, {(tail.end - tail.start) * 1e3:.1f} mm of "
+        "tail)",
+        hint="a connector of wider pitch, fewer coils on one tail, or a longer tail",
+        key="fpc.tail.connector" if spec.fpc.tail else "fpc",
+        measured=connector.pitch,
         unit="m",
         source=f"via pad and spacing of the rules {spec.fpc.rules.name}",
     )
@@ -54,13 +89,13 @@ def no_way_for_leads(spec: SensorSpec, bus: Bus) -> Finding:
     hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
     needed = 2.0 * hole_keep_out(hole, rules, bus.spacing) + bus.pitch
     centres = sorted(p.centre[0] for p in spec.array.placements)
-    pitch = min((b - a for a, b in zip(centres, centres[1:], strict=False)), default=None)
-    if pitch is None:
+    pitch = min((b - a for a, b in pairwise(centres)), default=None)
+    if pitch is None or pitch - spec.coil.size[0] >= needed:
         return Finding(
             rule="SIT113",
             name="lead-room",
             severity=Severity.ERROR,
-            message="the coil's leads find no way out of the winding",
+            message="the coils' leads and outer vias find no way out of the windings",
             hint="change coil.start_angle or the number of turns, so that the layers end at other angles",
             key="coil.start_angle",
         )

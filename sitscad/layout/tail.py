@@ -1,4 +1,4 @@
-"""The tail: from the end of the body to the contacts, with the pairs' tracks, their vias, the openings and the stiffener."""
+"""The tail: from the end of the body to the contacts; the pairs' tracks and vias, the openings, the stiffener."""
 
 from __future__ import annotations
 
@@ -70,14 +70,20 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     funnel = front if narrows else front + slack
     start = body_end + abs(body_half_width - half_width)
     needed = _fan_length(spec, bus, connector) + connector.contact_length + 0.2e-3
-    length = max(spec.fpc.tail.length, start - body_end + needed) if spec.fpc.tail else start - body_end + needed + BARE_LENGTH
+    length = (
+        max(spec.fpc.tail.length, start - body_end + needed)
+        if spec.fpc.tail
+        else start - body_end + needed + BARE_LENGTH
+    )
     width = _tail_trace_width(spec, bus, connector)
     return TailFrame(connector, body_end, funnel, start, body_end + length, half_width, width, bus.width)
 
 
 def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
-    """As wide as a via beside it allows at the connector's pitch, at most `TAIL_TRACE_WIDTH`, at least the coil's own."""
-    keep = hole_keep_out(Hole(Point(0, 0), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill), spec.fpc.rules, bus.spacing)
+    """As wide as a via beside it allows at the connector's pitch, between the coil's own and `TAIL_TRACE_WIDTH`."""
+    keep = hole_keep_out(
+        Hole(Point(0, 0), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill), spec.fpc.rules, bus.spacing
+    )
     return max(bus.width, min(TAIL_TRACE_WIDTH, 2.0 * (connector.pitch - keep), connector.contact_width))
 
 
@@ -153,9 +159,7 @@ def _stacked_run(
     return Run(tuple(pieces), pad)
 
 
-def _flat_run(
-    spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entry: Point, number: int, end: str
-) -> Run:
+def _flat_run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entry: Point, number: int, end: str) -> Run:
     contacts = 2 * len(spec.array.placements)
     height = contact_height(tail.connector, contacts, number)
     neck, foot = _descent(bus, tail, entry, height)

@@ -1,6 +1,7 @@
 """Lines, arcs and paths: lengths, boxes, distances, areas, rounding."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -60,8 +61,7 @@ def test_the_box_of_an_arc_holds_it_tightly(start, sweep, ccw):
 
 def test_flattening_converges_at_second_order():
     piece = arc(0.3, 2.5, True)
-    lengths = [sum(a.distance(b) for a, b in zip(p, p[1:], strict=False)) for p in (
-        piece.flattened(1e-6), piece.flattened(0.25e-6))]
+    lengths = [sum(a.distance(b) for a, b in pairwise(p)) for p in (piece.flattened(1e-6), piece.flattened(0.25e-6))]
     errors = [piece.length - length for length in lengths]
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
 
@@ -70,7 +70,7 @@ def test_flattening_converges_at_second_order():
 def test_flattened_chords_stay_within_the_tolerance(tolerance):
     piece = arc(0.1, 3.0, True)
     points = piece.flattened(tolerance)
-    middles = [Line(a, b).at(0.5) for a, b in zip(points, points[1:], strict=False)]
+    middles = [Line(a, b).at(0.5) for a, b in pairwise(points)]
     assert max(piece.distance(p) for p in middles) <= tolerance * (1 + 1e-9)
 
 
@@ -84,7 +84,7 @@ def test_area_counts_arcs_exactly():
 def test_rounding_keeps_the_path_closed_and_tangent():
     path = rounded([Point(0, 0), Point(3e-3, 0), Point(3e-3, 1e-3), Point(1e-3, 1e-3), Point(0, 3e-3)], 0.2e-3)
     assert path.is_closed
-    for one, other in zip(path.segments, path.segments[1:], strict=False):
+    for one, other in pairwise(path.segments):
         assert one.end.distance(other.start) < 1e-12
         before, after = one.at(1 - 1e-6), other.at(1e-6)
         a = math.atan2(one.end.y - before.y, one.end.x - before.x)

@@ -1,13 +1,15 @@
 """Every layout, whatever its shape, layers, array and angles: joined in the right order, touching nothing else."""
 
+import dataclasses
 import math
 import random
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import pytest
 
 from sitscad.geometry.path import Point
 from sitscad.layout import Role, Trace, Via, lay_out
+from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
 CASES = {
     "bench": dict(diameter=7e-3, turns=12, layers=2, width=1e-4, spacing=1e-4, pitch=8e-3, stackup="flex-2l-35um",
@@ -44,14 +46,14 @@ def assert_sound(layout):
 
 
 def assert_in_series(series):
-    for one, other in zip(series, series[1:], strict=False):
+    for one, other in pairwise(series):
         end = one.path.end if isinstance(one, Trace) else one.centre
         start = other.path.start if isinstance(other, Trace) else other.centre
         assert end.distance(start) < 1e-9
         if isinstance(one, Trace) and isinstance(other, Trace):
             assert one.layer == other.layer
     kinds = [isinstance(piece, Via) for piece in series]
-    assert not any(a and b for a, b in zip(kinds, kinds[1:], strict=False))
+    assert not any(a and b for a, b in pairwise(kinds))
 
 
 def clashes(layout, spacing):
@@ -100,7 +102,7 @@ def test_the_current_circulates_one_way_through_all_layers(layout):
                     - math.atan2(a.y - coil.centre.y, a.x - coil.centre.x),
                     2 * math.pi,
                 )
-                for a, b in zip(points, points[1:], strict=False)
+                for a, b in pairwise(points)
             )
             assert swept == pytest.approx(sense * 2 * math.pi * layout.spec.coil.turns, abs=0.35)
 
@@ -147,13 +149,9 @@ def test_the_missing_room_for_an_inner_via_is_named(sensor, extra):
 
 
 def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
-    import dataclasses
-
-    from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
-
     spec = sensor(layers=1, coils=1, turns=5, stackup="flex-2l-18um")
-    one = Stackup("one", (StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide"), StackLayer(LayerKind.COPPER, 18e-6, "copper"),
-                          StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide")))  # fmt: skip
+    coverlay = StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide")
+    one = Stackup("one", (coverlay, StackLayer(LayerKind.COPPER, 18e-6, "copper"), coverlay))
     layout = lay_out(dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, stackup=one)))
     assert [finding.name for finding in layout.findings] == ["no-way-out"]
     assert not layout.coils[0].is_closed_circuit and layout.coils[0].windings
@@ -205,3 +203,30 @@ def test_names_and_points_are_what_they_say(sensor):
     layout = lay_out(sensor())
     assert layout.nets == ("C1", "C2") and layout.coils[0].centre == Point(-2.25e-3, 0.0)
     assert layout.body_size[1] == pytest.approx(4.712e-3, abs=1e-6)
+
+
+def test_coils_beside_the_axis_are_drawn_but_not_led_out(sensor):
+    spec = sensor(coils=3, pitch=5e-3)
+    moved = tuple(
+        dataclasses.replace(placement, centre=(placement.centre[0], y))
+        for placement, y in zip(spec.array.placements, (0.0, 4e-3, 0.0), strict=True)
+    )
+    layout = lay_out(dataclasses.replace(spec, array=dataclasses.replace(spec.array, placements=moved)))
+    assert [finding.name for finding in layout.findings] == ["array-not-routed"]
+    assert layout.pads == () and len(layout.coils) == 3
+
+
+def test_the_order_of_explicit_centres_does_not_matter(sensor):
+    spec = sensor(coils=3, pitch=5e-3, layers=2, stackup="flex-2l-18um", turns=6)
+    backwards = dataclasses.replace(spec.array, placements=spec.array.placements[::-1])
+    layout = lay_out(dataclasses.replace(spec, array=backwards))
+    assert_sound(layout)
+
+
+def test_a_tail_too_crowded_for_its_tracks_is_refused(sensor):
+    spec = sensor(diameter=7e-3, turns=6.5, coils=9, pitch=8e-3)
+    from sitscad.spec import presets
+
+    tail = dataclasses.replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"), length=5e-3)
+    layout = lay_out(dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, tail=tail)))
+    assert [finding.name for finding in layout.findings] == ["tail-room"]

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitscad.checks.copper import path_rows
-from sitscad.checks.primitives import Primitives, distances, from_rows, nearest_pairs
 from sitscad.geometry.path import Arc, Line, Path, Point, polar
+from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs
 
 COORDINATES = st.integers(-20, 20).map(lambda n: n / 10)
 POINTS = st.builds(Point, COORDINATES, COORDINATES)

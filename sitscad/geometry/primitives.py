@@ -7,10 +7,13 @@ square to the line for a line and an arc), or the pieces cross. All of these are
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sitscad.geometry.path import Arc, Segment
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -58,7 +61,26 @@ class Primitives:
 _FIELDS = ("start", "end", "centre", "radius", "angle", "sweep")
 
 
-def from_rows(rows: list[tuple[float, ...]]) -> Primitives:
+Row = tuple[float, ...]
+
+
+def line_row(x0: float, y0: float, x1: float, y1: float) -> Row:
+    """The row of a straight segment, or of a point where both ends agree."""
+    return x0, y0, x1, y1, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+def path_rows(path: Iterable[Segment]) -> Iterator[tuple[Row, float]]:
+    """The rows of a path's segments, each with its length (m)."""
+    for segment in path:
+        if isinstance(segment, Arc):
+            sweep, radius = segment.sweep, segment.radius
+            row = (*segment.start, *segment.end, *segment.centre, radius, segment.start_angle, sweep)
+            yield row, radius * abs(sweep)
+        else:
+            yield line_row(*segment.start, *segment.end), segment.length
+
+
+def from_rows(rows: list[Row]) -> Primitives:
     """Primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep)."""
     table = np.array(rows, dtype=float).reshape(-1, 9)
     return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
