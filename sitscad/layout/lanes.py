@@ -1,7 +1,7 @@
 """The lanes along the jaw: which way each coil's pair of conductors runs past the other coils and into the tail.
 
-The coil next to the tail leaves forwards; the others pass it above and below in turn, the nearest on the inner lanes, so
-that no pair crosses another. A pair runs stacked on two copper layers, or side by side where the tail has only one.
+The coil next to the tail leaves forwards; the others pass it above and below in turn, the nearest on the inner lanes,
+so that no pair crosses another. A pair runs stacked on two copper layers, or side by side where the tail has only one.
 """
 
 from __future__ import annotations
