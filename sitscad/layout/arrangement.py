@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import islice
 
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point, bounding_box
@@ -12,10 +13,11 @@ from sitscad.layout.board import Coil, Layout, Role, Trace, Via, Winding
 from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
 from sitscad.layout.escape import Escape, OuterEnd, Patience, Surroundings, escape, outer_ends
 from sitscad.layout.inner_vias import InnerJoin, place_inner_vias
-from sitscad.layout.lanes import Bus, Lane, assign_lanes, bus_for, exits, lane_height
+from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, bus_for, exits, lane_height, rows_of_lanes
+from sitscad.layout.maze import Ground, Maze
 from sitscad.layout.outline import Body, outline
 from sitscad.layout.ring import Ring
-from sitscad.layout.tail import Run, TailFrame, connector_of, frame, opening, runs, stiffener
+from sitscad.layout.tail import Run, TailFrame, connector_of, frame, opening, pair_height, runs, stiffener
 from sitscad.layout.windings import inner_clear_radius, wind_coil
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
@@ -39,6 +41,7 @@ class _Routing:
     lanes: tuple[Lane, ...]
     escapes: tuple[Escape, ...]
     half_width: float
+    free: bool = False
 
 
 def lay_out(spec: SensorSpec) -> Layout:
@@ -50,18 +53,28 @@ def lay_out(spec: SensorSpec) -> Layout:
     bus = bus_for(spec)
     wound = _wind(spec, bus)
     findings = list(wound[0].findings)
-    if any(abs(placement.centre[1]) > 1e-9 or placement.rotation for placement in spec.array.placements):
+    if not _in_line(spec) and not bus.is_stacked:
         findings.append(room.not_in_line(spec))
     front = _front(spec, bus)
-    routing = None if findings else _route(spec, bus, wound, front)
+    routing = None if findings else (_route if _in_line(spec) else _route_freely)(spec, bus, wound, front)
     if not findings and routing is None:
         findings.append(room.no_way_for_leads(spec, bus))
     bus = routing.bus if routing else bus
     half_width = routing.half_width if routing else _boards(spec, bus)[0][1]
-    tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
+    free = routing is not None and routing.free
+    tail = (
+        _free_frame(spec, bus, front, half_width)
+        if free
+        else frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
+    )
     if routing and not _tail_is_clear(spec, routing, tail):
         findings.append(room.no_tail_room(spec, tail))
     return _assemble(spec, bus, wound, routing, tail, half_width, tuple(findings))
+
+
+def _in_line(spec: SensorSpec) -> bool:
+    """Whether all coils stand on the jaw's axis, so that lanes along it serve them."""
+    return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in spec.array.placements)
 
 
 def _tail_is_clear(spec: SensorSpec, routing: _Routing, tail: TailFrame) -> bool:
@@ -177,17 +190,9 @@ def _route_by(
     board = Obstacles(spec.fpc.rules, bus.spacing, half_width)
     escapes: dict[int, Escape] = {}
     for index in sorted(range(len(wound)), key=lambda i: spec.array.placements[i].centre[0]):
-        coil, lane = wound[index], lanes[index]
-        obstacles = board.copy()
-        obstacles.add(_other_coils(spec, index), _inner_holes(coil))
-        start, joins, end = _ends(coil)
-        found = escape(
-            Surroundings(spec, bus, lane.placement, half_width),
-            joins,
-            (start, end),
-            exits(spec, bus, lane, front),
-            obstacles,
-            patience,
+        choices = exits(spec, bus, lanes[index], front)
+        found = _lead_out(
+            Surroundings(spec, bus, lanes[index].placement, half_width), wound, index, choices, board, patience
         )
         if found is None:
             return None
@@ -195,6 +200,79 @@ def _route_by(
             board.add(branch.tracks, branch.holes)
         escapes[index] = found
     return _Routing(bus, lanes, tuple(escapes[i] for i in range(len(wound))), half_width)
+
+
+def _lead_out(
+    around: Surroundings,
+    wound: tuple[_WoundCoil, ...],
+    index: int,
+    choices: list[tuple[Exit, Exit]],
+    board: Obstacles,
+    patience: Patience,
+) -> Escape | None:
+    """One coil's escape among the other coils and what is on the board already."""
+    obstacles = board.copy()
+    obstacles.add(_other_coils(around.spec, index), _inner_holes(wound[index]))
+    start, joins, end = _ends(wound[index])
+    return escape(around, joins, (start, end), choices, obstacles, patience)
+
+
+def _route_freely(spec: SensorSpec, bus: Bus, wound: tuple[_WoundCoil, ...], front: float) -> _Routing | None:
+    """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left."""
+    patience = Patience()
+    half_widths = sorted({width for _, width in _boards(spec, bus)})
+    lanes = rows_of_lanes(spec.array.placements)
+    via_room = Surroundings(spec, bus, lanes[0].placement, 0.0).keep_out + spec.fpc.rules.via_pad / 2
+    for base in (0.0, bus.pitch, via_room):
+        for half_width in half_widths[-2:]:
+            raised = replace(bus, base=base)
+            routing = _route_through(spec, raised, wound, lanes, front, half_width, patience)
+            if routing is not None:
+                return routing
+    return None
+
+
+def _route_through(
+    spec: SensorSpec,
+    bus: Bus,
+    wound: tuple[_WoundCoil, ...],
+    lanes: tuple[Lane, ...],
+    front: float,
+    half_width: float,
+    patience: Patience,
+) -> _Routing | None:
+    tail = _free_frame(spec, bus, front, half_width)
+    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    board = Obstacles(spec.fpc.rules, bus.spacing, half_width)
+    maze = Maze(spec, bus, Ground(start, front, tail.funnel, half_width, tail.half_width))
+    escapes: dict[int, Escape] = {}
+    for index in sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0]):
+        lane = lanes[index]
+        entry = Point(tail.funnel, pair_height(spec, tail, lane))
+        around = Surroundings(spec, bus, lane.placement, half_width)
+        for choice in islice(maze.exits(lane.placement, entry), TRIED):
+            found = _lead_out(around, wound, index, [choice], board, patience)
+            if found is not None:
+                break
+        else:
+            return None
+        for branch in found.branches:
+            board.add(branch.tracks, branch.holes)
+            maze.tracks.extend(branch.tracks)
+            maze.holes.extend(branch.holes)
+        escapes[index] = found
+    return _Routing(bus, lanes, tuple(escapes[i] for i in range(len(wound))), half_width, free=True)
+
+
+def _free_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float) -> TailFrame:
+    """The tail of an array not in line: the taper is room for the pairs to come together, their lanes begin behind it."""
+    tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
+    gather = max(tail.start, front + 0.3e-3 * len(spec.array.placements))
+    return replace(tail, start=gather, funnel=gather)
+
+
+TRIED = 8
+"""Exits of a coil that are tried in an array not in line, shortest way first."""
 
 
 def _other_coils(spec: SensorSpec, index: int) -> list[Track]:

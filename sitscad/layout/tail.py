@@ -98,6 +98,13 @@ def contact_height(connector: Connector, contacts: int, number: int) -> float:
     return connector.pitch * ((contacts - 1) / 2 - (number - 1))
 
 
+def pair_height(spec: SensorSpec, tail: TailFrame, lane: Lane) -> float:
+    """Height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
+    contacts = 2 * len(spec.array.placements)
+    first = contact_height(tail.connector, contacts, 2 * lane.rank + 1)
+    return (first + contact_height(tail.connector, contacts, 2 * lane.rank + 2)) / 2
+
+
 def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entries: tuple[Point, Point]) -> tuple[Run, Run]:
     """Both conductors (A, B) of one coil from where they enter the funnel to their contacts."""
     contacts = 2 * len(spec.array.placements)
