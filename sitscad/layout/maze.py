@@ -84,7 +84,8 @@ class Maze:
     def _lattice(self) -> tuple[Floats, Floats]:
         ground, step = self.ground, self.step
         rows = math.floor(ground.half_width / step)
-        return np.arange(ground.start, ground.tail_start + step / 2, step), step * np.arange(-rows, rows + 1)
+        columns = math.ceil((ground.tail_start - ground.start) / step)
+        return ground.start + step * np.arange(columns + 1.0), step * np.arange(-rows, rows + 1.0)
 
     def _starts(self, placement: CoilPlacement) -> Iterator[tuple[float, Point]]:
         """Exits round the ring: the angle, and the point outside from which the way is free to turn."""

@@ -58,8 +58,8 @@ def not_in_line(spec: SensorSpec) -> Finding:
         rule="SIT118",
         name="array-not-routed",
         severity=Severity.ERROR,
-        message=f"the pairs of a {spec.array.pattern} array are led out above each other on two copper layers, and here "
-        "the tail has only one: the coils are drawn and estimated, but not led out",
+        message=f"the pairs of a {spec.array.pattern} array are led out above each other on two copper layers, and "
+        "here the tail has only one: the coils are drawn and estimated, but not led out",
         hint="give the tail two layers (fpc.tail.layers: 2), or take pattern line",
         key="fpc.tail.layers",
     )
