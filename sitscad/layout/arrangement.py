@@ -47,7 +47,7 @@ def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
     """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
     board = Obstacles(spec.fpc.rules, routing.bus.spacing)
     for way, lane in zip(routing.escapes, routing.lanes, strict=True):
-        for run in runs(spec, routing.bus, routing.tail, lane, _entries(way)):
+        for run in runs(spec, routing.bus, routing.tail, lane, way.entries):
             tracks = [piece for piece in run.pieces if isinstance(piece, Track)]
             holes = [piece for piece in run.pieces if isinstance(piece, Hole)]
             if not board.admits(tracks, holes):
@@ -69,7 +69,7 @@ def _assemble(
     pads = []
     for index, (placement, coil) in enumerate(zip(spec.array.placements, wound, strict=True)):
         way = routing.escapes[index] if routing else None
-        ends = runs(spec, bus, tail, routing.lanes[index], _entries(way)) if routing and way else None
+        ends = runs(spec, bus, tail, routing.lanes[index], way.entries) if routing and way else None
         series = _series(spec, placement.name, coil, way, ends)
         coils.append(Coil(placement, placement.name, coil.windings, series, way is not None and way.lead_b is not None))
         pads += [run.pad for run in ends] if ends else []
@@ -92,11 +92,6 @@ def _assemble(
         bend_zone=_bend_zone(spec, tail),
         findings=findings,
     )
-
-
-def _entries(way: Escape) -> tuple[Point, Point]:
-    lead_b = way.lead_b or way.lead_a
-    return way.lead_a.tracks[-1].path.end, lead_b.tracks[-1].path.end
 
 
 def _body(

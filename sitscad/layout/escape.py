@@ -181,6 +181,12 @@ class Escape:
         return (*self.joins, self.lead_a) + ((self.lead_b,) if self.lead_b else ())
 
     @property
+    def entries(self) -> tuple[Point, Point]:
+        """Where the two leads enter the tail."""
+        last = (self.lead_b or self.lead_a).legs[-1]
+        return self.lead_a.legs[-1].track.path.end, last.track.path.end
+
+    @property
     def cost(self) -> float:
         """Length of everything (m), vias counted as in `Branch.cost`."""
         return sum(branch.cost for branch in self.branches)

@@ -12,7 +12,7 @@ from sitscad.layout.escape import Escape, OuterEnd, Patience, Surroundings, esca
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.maze import Ground, Maze
 from sitscad.layout.ring import Ring
-from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height
+from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height, stretched
 from sitscad.layout.wound_coils import WoundCoil
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
@@ -98,7 +98,15 @@ def _route_by(
             board.add(branch.tracks, branch.holes)
         escapes[index] = found
     tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
-    return Routing(bus, lanes, tuple(escapes[i] for i in range(len(wound))), half_width, tail)
+    return _routing(spec, bus, lanes, escapes, half_width, tail)
+
+
+def _routing(
+    spec: SensorSpec, bus: Bus, lanes: tuple[Lane, ...], escapes: dict[int, Escape], half_width: float, tail: TailFrame
+) -> Routing:
+    """The finished routing, on a tail long enough for it."""
+    ways = tuple(escapes[i] for i in range(len(lanes)))
+    return Routing(bus, lanes, ways, half_width, stretched(spec, bus, tail, lanes, [way.entries for way in ways]))
 
 
 def _lead_out(
@@ -160,7 +168,7 @@ def _route_through(
             maze.tracks.extend(branch.tracks)
             maze.holes.extend(branch.holes)
         escapes[index] = found
-    return Routing(bus, lanes, tuple(escapes[i] for i in range(len(wound))), half_width, tail)
+    return _routing(spec, bus, lanes, escapes, half_width, tail)
 
 
 def gathering_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float) -> TailFrame:

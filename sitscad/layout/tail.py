@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sitscad.geometry.path import Path, Point, polyline, rectangle
 from sitscad.geometry.region import Region
@@ -105,6 +105,25 @@ def pair_height(spec: SensorSpec, tail: TailFrame, lane: Lane) -> float:
     return (first + contact_height(tail.connector, contacts, 2 * lane.rank + 2)) / 2
 
 
+def _parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+    """Where along x the two tracks of a stacked pair part, or a flat pair must have reached its lanes."""
+    if not bus.is_stacked:
+        return tail.pad_start - CAP
+    return tail.pad_start - spec.fpc.rules.via_pad - 2.0 * CAP - tail.connector.pitch / 2
+
+
+def stretched(
+    spec: SensorSpec, bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[tuple[Point, Point]]
+) -> TailFrame:
+    """The tail, made longer where the pairs, entering at these points, would come down to their lanes too late."""
+    late = 0.0
+    for lane, ends in zip(lanes, entries, strict=True):
+        for entry in ends:
+            _, foot = _descent(bus, tail, entry, pair_height(spec, tail, lane))
+            late = max(late, foot.x + tail.connector.pitch / 2 - _parting(spec, bus, tail))
+    return replace(tail, end=tail.end + late)
+
+
 def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entries: tuple[Point, Point]) -> tuple[Run, Run]:
     """Both conductors (A, B) of one coil from where they enter the funnel to their contacts."""
     contacts = 2 * len(spec.array.placements)
@@ -150,7 +169,7 @@ def _stacked_run(
     neck, foot = _descent(bus, tail, entry, middle)
     pad = _contact(spec, tail, lane, height, number, end)
     via_x = tail.pad_start - spec.fpc.rules.via_pad / 2 - CAP
-    part = Point(via_x - spec.fpc.rules.via_pad / 2 - CAP - abs(height - middle), middle)
+    part = Point(_parting(spec, bus, tail), middle)
     joint = Point(part.x + abs(height - middle), height)
     layer = bus.layers[0] if end == "A" else bus.layers[1]
     pieces: list[Track | Hole] = [Track(neck, bus.width, layer)]
