@@ -1,4 +1,4 @@
-"""Random sensors over shapes, layers and arrays: built, accepted by KiCad's checker, and extracted back to their nets."""
+"""Random sensors over shapes, layers and arrays: built, accepted by KiCad's checker, extracted back to their nets."""
 
 import json
 import random
@@ -29,7 +29,8 @@ def random_spec(seed):
     tail = pick.choice(["", ", tail: {length: 25, connector: zif-0.5mm, layers: 2}"])
     return (
         f"sitscad: 1\nname: random-{seed}\n"
-        f"coil: {{shape: {shape}, outer_diameter: {diameter}, turns: {turns}, layers: {pick.choice([1, 2, 2, 3, 4, 4])}, "
+        f"coil: {{shape: {shape}, outer_diameter: {diameter}, turns: {turns}, "
+        f"layers: {pick.choice([1, 2, 2, 3, 4, 4])}, "
         f"trace_width: {width} um, trace_spacing: {width} um, start_angle: {pick.choice([0, 0, 45, 90, 200])} deg, "
         f"sense: {pick.choice(['counter-clockwise', 'clockwise'])}}}\n"
         f"array: {array}\nfpc: {{rules: generic-fine{tail}}}\n"
