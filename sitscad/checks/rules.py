@@ -31,6 +31,7 @@ class Complaint:
     severity: Severity | None = None
     source: str | None = None
     place: Place | None = None
+    sigma: float | None = None
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,7 @@ def named(rule: Rule, complaint: Complaint) -> Finding:
         unit=complaint.unit,
         source=complaint.source or rule.source,
         place=complaint.place,
+        sigma=complaint.sigma,
     )
 
 

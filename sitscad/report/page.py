@@ -13,6 +13,8 @@ from sitscad.report.findings import CheckedSpec
 from sitscad.report.numbers import (
     CROSS_HEAD,
     NONE,
+    READING_HEAD,
+    SPREAD_HEAD,
     STATE_HEAD,
     coil_rows,
     compression_rows,
@@ -21,7 +23,9 @@ from sitscad.report.numbers import (
     matrix_rows,
     number_columns,
     quantity,
+    reading_rows,
     readout_rows,
+    spread_rows,
     state_rows,
 )
 from sitscad.report.section import section
@@ -141,6 +145,8 @@ def _electrical(estimates: Estimates) -> str:
     matrix = _table(names, matrix_rows(estimates), "Inductance matrix of the windings")
     return (
         _table(STATE_HEAD, state_rows(estimates), "At the contacts, leads included")
+        + _table(READING_HEAD, reading_rows(estimates), "As the converter reads them")
+        + _table(SPREAD_HEAD, spread_rows(estimates), "Scatter of manufacture, one sigma")
         + _table(names, coil_rows(estimates), "Each coil")
         + (matrix if len(estimates.coils) > 1 else "")
         + _list(estimates.notes)
