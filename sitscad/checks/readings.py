@@ -56,14 +56,17 @@ def sigmas_between(reading: Reading, limit: float) -> float | None:
 
 
 def in_sigmas(reading: Reading, limit: float, unit: str) -> str:
-    """The same in words, to follow the limit: empty where it is unknown."""
+    """The same in words, to follow the limit: empty where it is unknown, or so much that nobody needs to count."""
     count = sigmas_between(reading, limit)
-    if count is None or reading.sigma is None:
+    if count is None or reading.sigma is None or count > COUNTED:
         return ""
     mostly = f", mostly by the {reading.cause}" if reading.cause else ""
     side = "below" if reading.value < limit else "above"
     return f" ({count:.1f} sigma {side} {show(limit, unit)}; one sigma is {show(reading.sigma, unit, 2)}{mostly})"
 
+
+COUNTED = 10.0
+"""Sigmas up to which a message counts them."""
 
 NEAR = 2.0
 """Sigmas within which a number that keeps its limit is still worth a note."""

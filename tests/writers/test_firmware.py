@@ -107,3 +107,19 @@ def test_comments_cannot_be_ended_from_outside():
     spec = replace(SPEC, name="x*/y")
     header = firmware.render(spec, estimates())[firmware.HEADER].decode()
     assert "x*/y" not in header and "x* /y" in header
+
+
+def test_the_header_says_what_to_expect_on_the_bench():
+    header, table = rendered(estimates())
+    for words in (
+        "settling 4 us",
+        "conversion 800 us",
+        "500.0 scans a second",
+        "C1 free: 8 MHz",
+        "R_P 4 kohm",
+        "1.5 V",
+    ):
+        assert words in header, words
+    assert "Supply current about 2.3 mA" in header
+    assert table["timing"]["read_back_time_s"] == 4.9e-4
+    assert all(len(line) < 160 for line in header.splitlines())
