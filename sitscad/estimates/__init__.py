@@ -163,8 +163,8 @@ def _working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, 
     failed: dict[str, str] = {}
     for circuit in circuits:
         for state in circuit.reflections:
-            free = circuit.own(FREE, PROBE)[0]
-            inductance, resistance = circuit.exactly(state, PROBE)
+            free = circuit.terminal(FREE, PROBE)[0]
+            inductance, resistance = circuit.terminal(state, PROBE)
             if inductance <= LEAST_SHARE * free or resistance <= 0.0:
                 failed[state] = (
                     f"no numbers for this state: the half-space model fails there (it takes {show(free, 'H', 3)} down "

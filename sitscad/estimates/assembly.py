@@ -136,23 +136,15 @@ def _extent(spec: SensorSpec) -> tuple[float, float, float, float]:
 
 
 class Reflection:
-    """Change of inductance and resistance of a winding by its surroundings, as a smooth function of frequency.
+    """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept.
 
-    Sampled at Chebyshev points of ln f from 0.2 to 20 MHz; frequencies beyond are computed directly. `distances` (m)
-    are those of alike coils beside it, whose mutual inductance the surroundings change too.
+    `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too.
     """
-
-    LOW, HIGH, POINTS = 0.2e6, 20e6, 8
 
     def __init__(self, spectrum: CurrentSpectrum, around: Surroundings, distances: Sequence[float] = ()) -> None:
         self._spectrum, self._around = spectrum, around
         self._distances = (0.0, *distances)
-        nodes = np.cos(math.pi * (np.arange(self.POINTS) + 0.5) / self.POINTS)
-        self._middle = 0.5 * math.log(self.LOW * self.HIGH)
-        self._half = 0.5 * math.log(self.HIGH / self.LOW)
-        rows = [self._exact(math.exp(self._middle + self._half * x)) for x in nodes]
-        parts = np.array([[*row.real, *row.imag] for row in rows])
-        self._fit = np.polynomial.chebyshev.chebfit(nodes, parts, self.POINTS - 1)
+        self._known: dict[float, ComplexArray] = {}
 
     def __call__(self, frequency: float) -> tuple[float, float]:
         """Change of inductance (H) and resistance (ohm) at a frequency (Hz)."""
@@ -164,11 +156,9 @@ class Reflection:
         return complex(self._at(frequency)[self._distances.index(distance)])
 
     def _at(self, frequency: float) -> ComplexArray:
-        if not self.LOW <= frequency <= self.HIGH:
-            return self._exact(frequency)
-        x = (math.log(frequency) - self._middle) / self._half
-        found = np.asarray(np.polynomial.chebyshev.chebval(x, self._fit))
-        return np.asarray(found[: len(self._distances)] + 1j * found[len(self._distances) :])
+        if frequency not in self._known:
+            self._known[frequency] = self._exact(frequency)
+        return self._known[frequency]
 
     def _exact(self, frequency: float) -> ComplexArray:
         around = self._around

@@ -24,7 +24,7 @@ from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
 FLATTENED = 10e-6
 """Arcs of the leads become chords within this distance (m)."""
 
-SAMPLED = 100e-6
+SAMPLED = 150e-6
 """Chords of the winding, for its coupling with the leads, lie within this distance (m) of it."""
 
 GAUSS_PAIR = (0.5 - math.sqrt(1.0 / 12.0), 0.5 + math.sqrt(1.0 / 12.0))

@@ -30,7 +30,7 @@ ROBUST_CAPACITANCE = 100e-12
 class CoilCircuit:
     """One coil as the tank sees it: winding, leads, own capacitance, what surrounds it in every state.
 
-    `neighbours` are what idle coils add there, `curves` the terminal values once they are known.
+    `neighbours` are what idle coils add there; `curves` and `known` keep terminal values once they were asked for.
     """
 
     name: str
@@ -44,6 +44,7 @@ class CoilCircuit:
     winding_capacitance: float = 0.0
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
     curves: dict[str, SmoothCurve] = field(default_factory=dict)
+    known: dict[tuple[str, float], tuple[float, float]] = field(default_factory=dict)
 
     def winding_resistance(self, frequency: float) -> float:
         """The winding's resistance (ohm) alone at a frequency (Hz)."""
@@ -51,10 +52,12 @@ class CoilCircuit:
 
     def own(self, state: str, frequency: float) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) between the contacts in a state (Hz), its neighbours open."""
-        change, added = self.reflections[state](frequency)
-        inductance = self.inductance + self.loss.inductance_change(frequency) + self.leads.inductance + change
-        resistance = self.winding_resistance(frequency) + self.leads.resistance_at(frequency, self.conductivity) + added
-        return inductance, resistance
+        if (state, frequency) not in self.known:
+            change, added = self.reflections[state](frequency)
+            leads = self.leads.resistance_at(frequency, self.conductivity)
+            inductance = self.inductance + self.loss.inductance_change(frequency) + self.leads.inductance + change
+            self.known[state, frequency] = inductance, self.winding_resistance(frequency) + leads + added
+        return self.known[state, frequency]
 
     def exactly(self, state: str, frequency: float) -> tuple[float, float]:
         """The same with the neighbours idle, where the state has them."""
@@ -244,6 +247,7 @@ def _reason(value: float, trespass: tuple[float, bool], windows: _Windows) -> st
         f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}, "
         f"{windows.swing[0]:.2f} to {windows.swing[1]:.2f} V in the working states"
     )
+    found += f"; +-{50.0 * ldc1614.limit('capacitor_tolerance'):.2g} % of frequency by its tolerance"
     if trespass[1]:
         return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({found})"
     return f"E12, C0G: of the values that keep all windows the one with the highest R_P ({found})"

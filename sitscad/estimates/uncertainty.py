@@ -81,8 +81,8 @@ def inductance_slopes(
     """Change of the winding's inductance (H) with the logarithm of each tolerance.
 
     Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
-    neighbours, layer distance through the crossing layers' coupling. Inductance is homogeneous of degree one in all
-    lengths (Euler), so the lateral size takes what is left.
+    neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie over each other: up to a
+    third more). Inductance is homogeneous of degree one in all lengths (Euler): the lateral size takes what is left.
     """
     width, pitch, turns = spec.coil.trace_width, spec.coil.pitch, spec.coil.turns
     by_width = by_thickness = 0.0
@@ -116,7 +116,7 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
 def _distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
     heights = sorted(layer.z for layer in layers)
     nearest = min(b - a for a, b in pairwise(heights))
-    return distance_derivative(spiral_spectrum(layers, 0.5 * nearest, 96))
+    return distance_derivative(spiral_spectrum(layers[:1], 0.5 * nearest, 64), [layer.z for layer in layers])
 
 
 def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:

@@ -162,16 +162,17 @@ def polyline_spectrum(
     )
 
 
-def distance_derivative(spectrum: CurrentSpectrum) -> Array:
-    """Change of the mutual inductance of every two layers with their distance (H/m), at most 0; 0 on the diagonal.
+def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:
+    """Change of the mutual inductance of every two alike layers with their distance (H/m), 0 on the diagonal.
 
-    dM/dh = -mu0 pi times the sum of k S_i S_j exp(-k h). `nearest` of the spectrum must be the least of the distances.
+    dM/dh = -mu0 pi times the sum of k S^2 exp(-k h) for layers at `heights` (m) whose currents circulate alike; S is
+    that of the spectrum's first layer, its `nearest` no more than the least of the distances.
     """
-    k, z = spectrum.wave_numbers, spectrum.heights
+    k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
     distance = np.abs(z[:, None] - z[None, :])
-    decay = np.exp(-k[:, None, None] * distance) * k[:, None, None]
-    slope = -MU0 * math.pi * np.einsum("n,nij,nij->ij", spectrum.weights, spectrum.power, decay)
-    return np.asarray(slope * (1.0 - np.eye(z.size)))
+    share = spectrum.weights * spectrum.power[:, 0, 0] * k
+    slope = -MU0 * math.pi * np.tensordot(share, np.exp(-k[:, None, None] * distance), axes=1)
+    return np.asarray(slope * (1.0 - np.eye(z.size)), dtype=np.float64)
 
 
 def _wave_numbers(outer: float, nearest: float, count: int) -> tuple[Array, Array]:
