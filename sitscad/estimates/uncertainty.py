@@ -81,7 +81,7 @@ def inductance_slopes(
     """Change of the winding's inductance (H) with the logarithm of each tolerance.
 
     Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
-    neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie over each other: up to a
+    neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie face to face: up to a
     third more). Inductance is homogeneous of degree one in all lengths (Euler): the lateral size takes what is left.
     """
     width, pitch, turns = spec.coil.trace_width, spec.coil.pitch, spec.coil.turns

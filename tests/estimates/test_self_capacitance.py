@@ -7,8 +7,10 @@ import math
 import pytest
 
 from sitscad.estimates import estimate
-from sitscad.estimates.self_capacitance import self_capacitance, turn_lengths
+from sitscad.estimates.leads import between_layers
+from sitscad.estimates.self_capacitance import self_capacitance, slabs, turn_lengths
 from sitscad.layout import lay_out
+from sitscad.physics import capacitance
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.spec.load import load_text
 
@@ -16,9 +18,9 @@ from sitscad.spec.load import load_text
 def of(coil, stackup):
     """Capacitance of a winding, its inductance and both together as a resonance."""
     layout = lay_out(load_text(f"sitscad: 1\nname: c\ncoil: {coil}\nfpc: {{stackup: {stackup}}}\n", "c.yaml"))
-    capacitance = self_capacitance(layout.coils[0], layout.spec)
+    own = self_capacitance(layout.coils[0], layout.spec)
     inductance = estimate(layout).coils[0].winding_inductance
-    return capacitance, inductance, resonance_frequency(inductance, capacitance)
+    return own, inductance, resonance_frequency(inductance, own)
 
 
 BENCH = "{shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
@@ -27,11 +29,11 @@ MINIATURE = "{shape: circle, outer_diameter: 3.5, turns: 6.5, layers: 2, trace_w
 
 def test_the_thesis_coils():
     # PHYSICS 6: 6 to 8 pF and 35 to 41 MHz for 7 mm, about 2 pF and 200 MHz for 3.5 mm (their own overlap estimate)
-    capacitance, _, resonance = of(BENCH, "flex-2l-35um")
-    assert 6e-12 < capacitance < 8.5e-12
+    own, _, resonance = of(BENCH, "flex-2l-35um")
+    assert 6e-12 < own < 8.5e-12
     assert 34e6 < resonance < 41e6
-    capacitance, _, resonance = of(MINIATURE, "flex-2l-35um")
-    assert capacitance == pytest.approx(2e-12, rel=0.1)
+    own, _, resonance = of(MINIATURE, "flex-2l-35um")
+    assert own == pytest.approx(2e-12, rel=0.1)
     assert resonance == pytest.approx(200e6, rel=0.05)
 
 
@@ -61,11 +63,11 @@ def test_zhao_2010():
 
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
 def test_polygons_hold_about_as_much_as_their_area_says(shape):
-    capacitance, _, _ = of(BENCH.replace("circle", shape), "flex-2l-35um")
+    own, _, _ = of(BENCH.replace("circle", shape), "flex-2l-35um")
     round_one, _, _ = of(BENCH, "flex-2l-35um")
     area = {"square": 4.0 / math.pi, "hexagon": 6 * math.tan(math.pi / 6) / math.pi,
             "octagon": 8 * math.tan(math.pi / 8) / math.pi}[shape]  # fmt: skip
-    assert capacitance == pytest.approx(round_one * area, rel=0.05)
+    assert own == pytest.approx(round_one * area, rel=0.05)
 
 
 def test_turn_lengths_add_up_to_the_track():
@@ -82,3 +84,16 @@ def test_more_layers_of_one_build_hold_less_than_two():
     four, _, _ = of("{shape: circle, outer_diameter: 4, turns: 7.75, layers: 4, trace_width: 80 um, "
                     "trace_spacing: 80 um}", "flex-4l")  # fmt: skip
     assert four < two
+
+
+@pytest.mark.parametrize(("stackup", "width"), [("flex-2l-35um", 200), ("flex-2l-35um", 100), ("flex-4l", 80)])
+def test_the_tail_pair_s_formula_against_the_whole_stackup(stackup, width, monkeypatch):
+    """Thick copper under coverlay and air, by the layered sum with pairs far apart, against thin strips in one filling."""
+    monkeypatch.setattr(capacitance, "OFFSETS", ((0.0, 1.0),))
+    monkeypatch.setattr(capacitance, "CELLS", 6)
+    monkeypatch.setattr(capacitance, "HARMONICS", 1000)
+    text = f"sitscad: 1\nname: c\ncoil: {BENCH}\nfpc: {{stackup: {stackup}}}\n"
+    stack = load_text(text, "c.yaml").fpc.stackup
+    width *= 1e-6
+    whole = -capacitance.strip_layers(slabs(stack, [1, 2]), width, 12 * width, 0.05)[0, 1] * 12 * width
+    assert capacitance.stacked_strips(width, *between_layers(stack, 1, 2)) == pytest.approx(whole, rel=0.06)
