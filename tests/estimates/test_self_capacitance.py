@@ -88,7 +88,7 @@ def test_more_layers_of_one_build_hold_less_than_two():
 
 @pytest.mark.parametrize(("stackup", "width"), [("flex-2l-35um", 200), ("flex-2l-35um", 100), ("flex-4l", 80)])
 def test_the_tail_pair_s_formula_against_the_whole_stackup(stackup, width, monkeypatch):
-    """Thick copper under coverlay and air, by the layered sum with pairs far apart, against thin strips in one filling."""
+    """Thick copper under coverlay and air, by the layered sum with pairs far apart, against thin strips all in one."""
     monkeypatch.setattr(capacitance, "OFFSETS", ((0.0, 1.0),))
     monkeypatch.setattr(capacitance, "CELLS", 6)
     monkeypatch.setattr(capacitance, "HARMONICS", 1000)
