@@ -199,7 +199,8 @@ def outline_box(subject: Subject) -> tuple[float, float, float, float]:
 def _turns_at(coil: CoilSpec, wider: float) -> str:
     """How many turns take the room of the present ones at a pitch that is `wider` (m)."""
     turns = math.floor(4.0 * coil.turns * coil.pitch / (coil.pitch + wider)) / 4.0
-    return f"at that pitch {turns:g} turns take the room of {coil.turns:g}"
+    room = f"at that pitch {turns:g} turns take the room of {coil.turns:g}"
+    return f"{room} (fewer turns lower L and Rp: see SIT201 and SIT203)"
 
 
 def um(length: float) -> str:
