@@ -75,14 +75,18 @@ def render(
     )
 
 
+_ADJECTIVES = {"circle": "circular", "rectangle": "rectangular", "hexagon": "hexagonal", "octagon": "octagonal"}
+
+
 def _head(checked: CheckedSpec, spec: SensorSpec) -> str:
     counts = [_counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     errors = _counted(checked.count(Severity.ERROR), "error")
     verdict = "No errors found" if checked.ok else f"{errors}: do not order this"
     coil = spec.coil
     turns = f"{coil.turns:g} turns on {_counted(len(coil.layers), 'layer')}"
+    shape = _ADJECTIVES.get(coil.shape, coil.shape)
     what = (
-        f"{_counted(len(spec.array.placements), coil.shape + ' coil')} of {show(coil.outer_diameter, 'm')}, {turns}, "
+        f"{_counted(len(spec.array.placements), f'{shape} coil')} of {show(coil.outer_diameter, 'm')}, {turns}, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
     )
     banner = "" if checked.ok else f"<p class='banner'>{FORCED}</p>"
