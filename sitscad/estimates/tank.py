@@ -43,7 +43,7 @@ class CoilCircuit:
     reflections: Mapping[str, Reflection | NoReflection]
     winding_capacitance: float = 0.0
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
-    curves: dict[str, SmoothCurve] = field(default_factory=dict)
+    curves: dict[tuple[str, int], SmoothCurve] = field(default_factory=dict)
     known: dict[tuple[str, float], tuple[float, float]] = field(default_factory=dict)
 
     def winding_resistance(self, frequency: float) -> float:
@@ -69,28 +69,31 @@ class CoilCircuit:
 
     def terminal(self, state: str, frequency: float) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) between the contacts in a state at a frequency (Hz)."""
-        if state not in self.curves:
-            self.curves[state] = SmoothCurve(lambda at: self.exactly(state, at))
-        return self.curves[state](frequency)
+        band = math.floor(math.log(frequency / LOWEST) / math.log(BAND))
+        if (state, band) not in self.curves:
+            low = LOWEST * BAND**band
+            self.curves[state, band] = SmoothCurve(lambda at: self.exactly(state, at), low, BAND * low)
+        return self.curves[state, band](frequency)
+
+
+LOWEST, BAND = 1e6, 11.0
+"""The terminal values are known from 1 to 11 MHz, and in bands of the same ratio below and above that where asked."""
 
 
 class SmoothCurve:
-    """A pair of smooth functions of frequency, known at Chebyshev points of ln f from 1 to 11 MHz; beyond directly."""
+    """A pair of smooth functions of frequency, known at Chebyshev points of ln f over a band (Hz)."""
 
-    LOW, HIGH, POINTS = 1e6, 11e6, 6
+    POINTS = 6
 
-    def __init__(self, exact: Circuit) -> None:
-        self._exact = exact
+    def __init__(self, exact: Circuit, low: float, high: float) -> None:
         angles = [math.pi * (k + 0.5) / self.POINTS for k in range(self.POINTS)]
-        middle, half = 0.5 * math.log(self.LOW * self.HIGH), 0.5 * math.log(self.HIGH / self.LOW)
+        middle, half = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
         self._places = [middle + half * math.cos(angle) for angle in angles]
         self._weights = [(-1.0) ** k * math.sin(angle) for k, angle in enumerate(angles)]
         self._values = [exact(math.exp(place)) for place in self._places]
 
     def __call__(self, frequency: float) -> tuple[float, float]:
         """Both values at a frequency (Hz), by barycentric interpolation."""
-        if not self.LOW <= frequency <= self.HIGH:
-            return self._exact(frequency)
         place = math.log(frequency)
         first = second = total = 0.0
         for at, weight, (one, other) in zip(self._places, self._weights, self._values, strict=True):
