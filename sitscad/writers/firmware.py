@@ -160,7 +160,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
         " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
         f" * Reference clock {show(spec.readout.clock, 'Hz')} at CLKIN, capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
-        *(f" * {line}" for line in _expected(estimates)),
+        *(f" * {line}".rstrip() for line in _expected(estimates)),
         " */",
         "#ifndef LDC1614_CONFIG_H",
         "#define LDC1614_CONFIG_H",
@@ -207,8 +207,14 @@ def _expected(estimates: Measured) -> list[str]:
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
                 f"one count of the reference {_shown(state.quantum, 'H', 2)}"
             )
-    lines += ["", "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28; L = 1 / (C (2 pi f_SENSOR)^2) (SNOSCY9A 8.1)."]
-    return lines
+    if any(name != "free" for coil in estimates.coils for name in coil.states):
+        lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
+    return [
+        *lines,
+        "",
+        "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28 and L = 1 / (C (2 pi f_SENSOR)^2) (SNOSCY9A 8.1); losses and the",
+        "5 ns of the drive make that L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q, the cable's inductance adds to it.",
+    ]
 
 
 def _device(number: int, device: Device) -> list[str]:
