@@ -20,7 +20,7 @@ from sitscad.estimates.leads import (
 from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.self_capacitance import self_capacitance
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates
-from sitscad.estimates.uncertainty import Slopes, inductance_slopes, sigmas, spread
+from sitscad.estimates.uncertainty import Slopes, inductance_slopes, scatter_note, sigmas, spread
 from sitscad.estimates.values import (
     CoilEstimate,
     CrossCheck,
@@ -97,7 +97,12 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
         compression=assembly.compression,
         gaps=assembly.gaps,
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
-        notes=(*_layout_notes(layout), *assembly.notes, *(f"{name}: {reason}" for name, reason in failed.items())),
+        notes=(
+            *_layout_notes(layout),
+            *assembly.notes,
+            *(f"{name}: {reason}" for name, reason in failed.items()),
+            scatter_note(spec),
+        ),
     )
 
 

@@ -75,6 +75,15 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
     return found
 
 
+def scatter_note(spec: SensorSpec) -> str:
+    """Which of the tolerances behind the scatter nobody has seen a source for."""
+    measured = {THICKNESS} if spec.fpc.stackup.copper_thickness_sigma is not None else set()
+    unseen = [name for name, row in tolerances().items() if not row.verified and name not in measured]
+    if not ldc1614.limits()["capacitor_tolerance"].verified:
+        unseen.append(CAPACITOR)
+    return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
+
+
 def inductance_slopes(
     geometry: WindingGeometry, layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec
 ) -> dict[str, float]:

@@ -14,9 +14,6 @@ from sitscad.physics.elliptic import coaxial_rings
 
 Array = NDArray[np.float64]
 
-EDGE = 2.0 * math.log(2.0) / math.pi
-"""Fringe of a wide parallel-plate edge, in plate distances (0.44; Maxwell's edge correction)."""
-
 CELLS = 4
 """Cells across each face of a strip, crowded to its edges."""
 

@@ -103,21 +103,11 @@ def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
     return SegmentSet(starts, ends, first.width, first.thickness, first.z)
 
 
-def segment_sets_inductance(first: SegmentSet, second: SegmentSet) -> float:
-    """Sum of the partial mutual inductances (H) of every segment of one set with every one of the other.
-
-    Of a set with itself this is its partial inductance. One filament a track, the geometric mean distance kept.
-    """
-    table = _table(first.z - second.z, (first.width, second.width), (first.thickness, second.thickness), 1)
-    p, q = (first.starts, first.ends), (second.starts, second.ends)
-    return _segments_mutual(p, q, first.z - second.z, np.interp(_side_distances(p, q), *table))
-
-
 def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int]) -> Array:
     """Partial mutual inductances (H) of groups of straight tracks with one another: (groups, groups), symmetrical.
 
     `groups[k]` says to which group (from 0) set k belongs; the diagonal holds each group's partial inductance. One
-    filament a track, the geometric mean distance kept, as in `segment_sets_inductance`, but all sets at once.
+    filament a track, the geometric mean distance kept.
     """
     starts, ends = np.concatenate([s.starts for s in sets]), np.concatenate([s.ends for s in sets])
     sizes = np.cumsum([0, *(len(s.starts) for s in sets)])

@@ -213,7 +213,7 @@ def _expected(estimates: Measured) -> list[str]:
         *lines,
         "",
         "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28 and L = 1 / (C (2 pi f_SENSOR)^2) (SNOSCY9A 8.1); losses and the",
-        "5 ns of the drive make that L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q, the cable's inductance adds to it.",
+        "5 ns of the drive make that L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q, and the cable adds its own.",
     ]
 
 
