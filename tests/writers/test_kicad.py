@@ -303,7 +303,7 @@ def test_a_long_board_gets_a_sheet_of_its_own_size():
     ((width, height),) = [tuple(map(float, size)) for size in re.findall(r'\(paper "User" (\S+) (\S+)\)', text)]
     assert 640 <= width <= 650 and height >= 210
     ((ox, _),) = _numbers(text, "aux_axis_origin")
-    assert 0 < ox - 5 and ox + 600 < width
+    assert ox - 5 > 0 and ox + 600 < width
 
 
 # --- numbers and points
