@@ -303,7 +303,8 @@ def _touching(width, thickness, across, through):
     s, ws = rule(across)
     v, wv = rule(through)
     reach = math.asinh(width / thickness)
-    sloped, wsloped = thickness / width * np.sinh(reach * v), wv * reach * thickness / width * np.cosh(reach * v)
+    x, wx = rule(through + math.ceil(reach))
+    sloped, wsloped = thickness / width * np.sinh(reach * x), wx * reach * thickness / width * np.cosh(reach * x)
     found = []
     for u, w1 in zip(s * s, 2.0 * s * ws, strict=True):
         points = [(u, u * y, w) for y, w in zip(v, wv, strict=True)]
