@@ -315,7 +315,11 @@ def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[H
         for sweep in _sweeps(around, end, out.angle):
             yield Branch((Leg(around, end.layer, end.point, out.angle - sweep, sweep, out.way),))
         return
+    way = polyline([around.ring.at(out.angle), *out.way])
+    clear = around.keep_out + around.bus.width / 2 - 1e-9
     for hole in places:
+        if way.distance(hole.centre) < clear:  # a lead that passes its own via closes a loop with it
+            continue
         angle = around.angle(hole.centre)
         for first in _sweeps(around, end, angle):
             to_via = Leg(around, end.layer, end.point, angle - first, first, (hole.centre,))
