@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from sitscad.estimates.assembly import Assembly, Reflection, assemble, no_reflection
+from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.leads import (
     NO_LEADS,
     LeadEstimate,
@@ -70,7 +71,8 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
     matrix = inductance_matrix(inductance, geometries)
     assembly = assemble(spec)
-    circuits = _circuits(layout, geometry, inductance, assembly)
+    shares = target_shares(spec, [winding.z for winding in first.windings], assembly.states)
+    circuits = _circuits(layout, geometry, inductance, assembly, shares)
     resonance = min(_self_resonance(circuit) for circuit in circuits)
     capacitor, reason = choose_capacitor(circuits, spec.readout, resonance)
     readout = settle(circuits, spec.readout, capacitor, reason)
@@ -85,22 +87,24 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
         compression=assembly.compression,
         gaps=assembly.gaps,
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
-        notes=(*_layout_notes(layout), *assembly.notes),
+        notes=(*_layout_notes(layout), *shares.notes, *assembly.notes),
     )
 
 
-def _circuits(layout: Layout, geometry: WindingGeometry, inductance: float, assembly: Assembly) -> list[CoilCircuit]:
+def _circuits(
+    layout: Layout, geometry: WindingGeometry, inductance: float, assembly: Assembly, shares: TargetShares
+) -> list[CoilCircuit]:
     spec, first = layout.spec, layout.coils[0]
     loss = winding_loss(equivalent_spirals(geometry, first), COPPER_CONDUCTIVITY, _slices(geometry))
     resistance = _winding_resistance(first, spec)
     own = _winding_capacitance(first, spec)
-    reflections = _reflections(geometry, assembly)
+    reflections = _reflections(geometry, assembly, [coil.name for coil in layout.coils], shares)
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout)
         capacitance = own + leads.capacitance
         circuits.append(CoilCircuit(coil.name, inductance, resistance, COPPER_CONDUCTIVITY, loss, leads, capacitance,
-                                    reflections))  # fmt: skip
+                                    reflections[coil.name]))  # fmt: skip
     return circuits
 
 
@@ -110,16 +114,23 @@ def _slices(geometry: WindingGeometry) -> int:
     return 4 if rings <= 64 else 2 if rings <= 160 else 1
 
 
-def _reflections(geometry: WindingGeometry, assembly: Assembly) -> dict[str, Callable[[float], tuple[float, float]]]:
+def _reflections(
+    geometry: WindingGeometry, assembly: Assembly, names: Sequence[str], shares: TargetShares
+) -> dict[str, dict[str, Callable[[float], tuple[float, float]]]]:
+    # Alike coils under alike parts of the target are one.
     spectrum: CurrentSpectrum | None = None
-    found: dict[str, Callable[[float], tuple[float, float]]] = {}
+    known: dict[tuple[str, float], Callable[[float], tuple[float, float]]] = {}
+    found: dict[str, dict[str, Callable[[float], tuple[float, float]]]] = {name: {} for name in names}
     for around in assembly.states:
-        if around.above is None and around.below is None:
-            found[around.state] = no_reflection
-            continue
-        if spectrum is None:
-            spectrum = _spectrum(geometry, assembly)
-        found[around.state] = Reflection(spectrum, around)
+        for name in names:
+            key = around.state, shares.of(name, around.state)
+            if key not in known:
+                if around.above is None and around.below is None:
+                    known[key] = no_reflection
+                else:
+                    spectrum = spectrum or _spectrum(geometry, assembly)
+                    known[key] = Reflection(spectrum, around, key[1])
+            found[name][around.state] = known[key]
     return found
 
 

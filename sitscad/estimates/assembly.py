@@ -96,12 +96,6 @@ def _compression(spec: SensorSpec) -> Compression:
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     notes = []
-    x0, y0, x1, y1 = _extent(spec)
-    if spec.target is not None and (spec.target.size[0] < x1 - x0 or spec.target.size[1] < y1 - y0):
-        notes.append(
-            "the target is smaller than the coils: it enters as an endless plate, so its effect is overstated "
-            "(coarse: expect up to a third less change of inductance)"
-        )
     if compression is not None and not compression.valid:
         notes.append(f"pressed gap: {compression.note}")
     if spec.mount is not None and spec.mount.jaw is not None:
@@ -109,23 +103,16 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     return notes
 
 
-def _extent(spec: SensorSpec) -> tuple[float, float, float, float]:
-    xs = [p.centre[0] for p in spec.array.placements]
-    ys = [p.centre[1] for p in spec.array.placements]
-    hx, hy = spec.coil.size[0] / 2, spec.coil.size[1] / 2
-    return min(xs) - hx, min(ys) - hy, max(xs) + hx, max(ys) + hy
-
-
 class Reflection:
     """Change of inductance and resistance of a winding by its surroundings, as a smooth function of frequency.
 
-    Sampled at Chebyshev points of ln f from 0.2 to 20 MHz; frequencies beyond are computed directly.
+    `share` is how much of an endless target's effect the real one has (see `finite_target`). Sampled at Chebyshev points of ln f from 0.2 to 20 MHz; frequencies beyond are computed directly.
     """
 
     LOW, HIGH, POINTS = 0.2e6, 20e6, 8
 
-    def __init__(self, spectrum: CurrentSpectrum, around: Surroundings) -> None:
-        self._spectrum, self._around = spectrum, around
+    def __init__(self, spectrum: CurrentSpectrum, around: Surroundings, share: float = 1.0) -> None:
+        self._spectrum, self._around, self._share = spectrum, around, share
         nodes = np.cos(math.pi * (np.arange(self.POINTS) + 0.5) / self.POINTS)
         self._middle = 0.5 * math.log(self.LOW * self.HIGH)
         self._half = 0.5 * math.log(self.HIGH / self.LOW)
@@ -145,7 +132,12 @@ class Reflection:
         return float(found[0]), float(found[1]) * frequency
 
     def _exact(self, frequency: float) -> tuple[float, float]:
-        return reflected_impedance(self._spectrum, frequency, self._around.above, self._around.below)
+        above, below = self._around.above, self._around.below
+        full = reflected_impedance(self._spectrum, frequency, above, below)
+        if self._share == 1.0 or above is None:
+            return full
+        bare = reflected_impedance(self._spectrum, frequency, None, below)
+        return bare[0] + self._share * (full[0] - bare[0]), bare[1] + self._share * (full[1] - bare[1])
 
 
 def no_reflection(frequency: float) -> tuple[float, float]:
