@@ -88,6 +88,7 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
         gaps=assembly.gaps,
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
         notes=(*_layout_notes(layout), *shares.notes, *assembly.notes),
+        normal_force=spec.requirements.normal_force,
     )
 
 

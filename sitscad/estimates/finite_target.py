@@ -10,7 +10,7 @@ import numpy as np
 
 from sitscad.estimates.assembly import Surroundings
 from sitscad.physics.constants import MU0
-from sitscad.physics.finite_plate import STATED_ERROR, CoaxialRings, Plate, plate_share
+from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share, share_error
 from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
 
 FREQUENCY = 5e6
@@ -52,13 +52,16 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
         found = np.minimum(plate_share(plate, rings, distinct, gap + depth, floor), 1.0)
         for placement, row in zip(spec.array.placements, member.ravel(), strict=True):
             shares[placement.name, name] = float(found[row])
-    return TargetShares(shares, tuple(_notes(spec, shares, [name for name, _, _ in covered])))
+    notes = _notes(spec, shares, [name for name, _, _ in covered], share_error(plate, rings))
+    return TargetShares(shares, tuple(notes))
 
 
 def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
     """A coil as coaxial rings that enclose each turn's area; the last, broken turn counts as its fraction."""
     turns = np.minimum(1.0, coil.turns - np.arange(math.ceil(coil.turns)))
-    inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + 0.5 * turns)
+    # A circle winds in steadily, a polygon steps in by a pitch after each turn.
+    middle = 0.5 * turns if coil.shape == "circle" else 0.0
+    inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
     sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
     cut = (4.0 - math.pi) * np.minimum(_corner(coil) - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
     radii = np.sqrt((AREA.get(coil.shape, 1.0) * sides.prod(axis=1) - cut) / math.pi)
@@ -82,17 +85,21 @@ def _plate(target: Target) -> tuple[Plate, float]:
     return Plate(shape, size, target.thickness - 2.0 * depth), depth
 
 
-def _notes(spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Sequence[str]) -> list[str]:
+def _notes(
+    spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Sequence[str], error: float
+) -> list[str]:
+    if min(shares.values()) > 0.995:
+        return []
     said = []
     for state in states:
         values = [share for (_, where), share in shares.items() if where == state]
         low, high = min(values), max(values)
-        said.append(f"{state} {low:.2f}" + (f" to {high:.2f}" if high - low > 0.005 else ""))
+        said.append(f"{low:.2f}" + (f" to {high:.2f}" if high - low > 0.005 else "") + f" {state}")
     notes = [
-        f"the target is a plate of finite size: its change of inductance is {', '.join(said)} of an endless plate's, by "
-        f"coil and state, to about {100.0 * STATED_ERROR:.0f} % of the change; its loss is taken to scale alike, which is "
-        "an approximation (currents crowd at the edges)"
+        f"the target is a finite plate: it changes a coil's inductance by {', '.join(said)} of what an endless plate "
+        f"would, each +- {100.0 * error:.0f} %; its loss is taken to scale alike, which is an approximation (currents "
+        "crowd at the edges)"
     ]
     if spec.coil.shape != "circle":
-        notes.append(f"for that share a {spec.coil.shape} coil counts as a round one of the same area turn by turn")
+        notes.append(f"for that share a {spec.coil.shape} coil counts as a round one of the same area, turn by turn")
     return notes

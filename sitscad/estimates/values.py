@@ -55,6 +55,14 @@ class CoilEstimate:
     states: Mapping[str, StateEstimate]
 
 
+    def sensitivity(self, force: float | None) -> tuple[float, float] | None:
+        """Change of inductance (H/N) and of frequency (Hz/N) from rest to pressed by that force (N): the secant."""
+        rest, pressed = self.states.get("rest"), self.states.get("pressed")
+        if rest is None or pressed is None or not force:
+            return None
+        return (pressed.inductance - rest.inductance) / force, (pressed.frequency - rest.frequency) / force
+
+
 @dataclass(frozen=True)
 class ReadoutEstimate:
     """How the converter is set: tank capacitor (F) and why, one drive code for all coils and working states, clocks
@@ -90,7 +98,8 @@ class CrossCheck:
 @dataclass(frozen=True)
 class Estimates:
     """Everything electrical about a layout. `inductance_matrix` (H) is for currents entering each coil at its outer end
-    on layer 1; `gaps` are distances in metres by name; `notes` say what the numbers leave out.
+    on layer 1; `gaps` are distances in metres by name; `notes` say what the numbers leave out; `normal_force` (N) is
+    the one of the pressed state.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -100,6 +109,7 @@ class Estimates:
     gaps: Mapping[str, float]
     cross_checks: tuple[CrossCheck, ...]
     notes: tuple[str, ...]
+    normal_force: float | None = None
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
@@ -108,7 +118,7 @@ class Estimates:
         return {
             "sitscad": __version__,
             "spec": spec_path,
-            "coils": [_coil_document(coil) for coil in self.coils],
+            "coils": [_coil_document(coil) | _sensitivity_document(coil, self.normal_force) for coil in self.coils],
             "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
             "readout": _readout_document(self.readout),
             "gaps_m": {name: _number(value) for name, value in self.gaps.items()},
@@ -141,6 +151,11 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
         "trace_length_m": _number(coil.trace_length),
         "states": {name: _state_document(state) for name, state in coil.states.items()},
     }
+
+
+def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
+    inductance, frequency = coil.sensitivity(force) or (None, None)
+    return {"inductance_H_per_N": _number(inductance), "frequency_Hz_per_N": _number(frequency)}
 
 
 def _state_document(state: StateEstimate) -> dict[str, Any]:

@@ -59,15 +59,18 @@ def spherical_bessel_orders(x: Array, highest: int) -> Array:
 def _downward(x: Array, highest: int, shift: float) -> Array:
     # f_(n-1) = 2 (n + shift) / x f_n - f_(n+1) from far above, made right by J0^2 + 2 sum J_n^2 = 1 or by
     # sum (2n + 1) j_n^2 = 1. All start positive, as the functions are for orders beyond x.
+    x = np.maximum(x, 1e-6)
     above, here, total = np.zeros_like(x), np.full_like(x, 1e-120), np.zeros_like(x)
     found = np.zeros((highest + 1, x.size))
+    slope = 2.0 / x
     for n in range(max(highest, math.ceil(float(x.max()))) + 40, 0, -1):
-        above, here = here, 2.0 * (n + shift) / x * here - above
-        scale = np.where(np.abs(here) > 1e100, 1e-100, 1.0)
-        above, here = above * scale, here * scale
-        total = total * scale**2 + (2 * n - 1 if shift else 2 if n > 1 else 1) * here**2
+        above, here = here, (n + shift) * slope * here - above
+        total += (2 * n - 1 if shift else 2 if n > 1 else 1) * here * here
         if n <= highest + 1:
-            found *= scale
             found[n - 1] = here
+        if n % 4 == 0:
+            scale = np.where(total > 1e120, 1e-60, 1.0)
+            above, here, total = above * scale, here * scale, total * (scale * scale)
+            found[n - 1 :] *= scale
     found /= np.sqrt(total)
     return found

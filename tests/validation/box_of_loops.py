@@ -1,8 +1,8 @@
 """The yardstick for finite plates: a perfectly conducting box whose six faces are covered with current loops.
 
 Every rectangular panel carries a loop of current round its border (a surface of constant stream function); the loops'
-strengths cancel the coil's normal field at all panel centres. Panels shrink towards the edges, where the current crowds.
-It shares nothing with the package's spectral sheet: fields are Biot and Savart's of straight pieces, the coil's are
+strengths cancel the coil's normal field at all panel centres. Panels shrink towards the edges, where current crowds. It
+shares nothing with the package's spectral sheet: fields are Biot and Savart's of straight pieces, the coil's are
 Maxwell's rings by the arithmetic-geometric mean.
 """
 
@@ -13,15 +13,15 @@ import numpy as np
 MU0 = 4e-7 * np.pi
 
 
-def ring_field(radius, height, points):
-    """Flux density (T, shape (n, 3)) at points (n, 3) of rings about the z axis, each with 1 A; summed over the rings."""
+def ring_field(radius, height, points, current=1.0):
+    """Flux density (T, shape (n, 3)) at points (n, 3) of rings about the z axis, each with its current (A); summed."""
     rho = np.maximum(np.hypot(points[:, 0], points[:, 1]), 1e-12)[:, None]
     z = points[:, 2][:, None] - height
     far, near = (radius + rho) ** 2 + z**2, (radius - rho) ** 2 + z**2
     k, e = _elliptic(np.sqrt(near / far))
     axial = MU0 / (2 * np.pi * np.sqrt(far)) * (k + (radius**2 - rho**2 - z**2) / near * e)
     radial = MU0 * z / (2 * np.pi * rho * np.sqrt(far)) * (-k + (radius**2 + rho**2 + z**2) / near * e)
-    radial, axial = radial.sum(axis=1), axial.sum(axis=1)
+    radial, axial = (radial * current).sum(axis=1), (axial * current).sum(axis=1)
     return np.stack([radial * points[:, 0] / rho[:, 0], radial * points[:, 1] / rho[:, 0], axial], axis=1)
 
 
@@ -59,10 +59,11 @@ def _graded(count):
     return -np.cos(np.pi * np.arange(count + 1) / count)
 
 
-def box_change(size, thickness, offset, radii, heights, gap, across=20, through=4):
+def box_change(size, thickness, offset, radii, heights, gap, across=24, through=8, floor=None):
     """Change of inductance (H) of rings (all 1 turn) by the box; its lower face is `gap` over z = 0.
 
-    `offset` is the coil's along x from the box's middle; the mirror symmetry in y halves the unknowns.
+    `offset` is the coil's along x from the box's middle; the mirror symmetry in y halves the unknowns. `floor` (m,
+    below 0) is a perfect mirror behind the coil, there before and after.
     """
     corners = box_panels(size, thickness, across, through)
     if across % 2:
@@ -78,10 +79,18 @@ def box_change(size, thickness, offset, radii, heights, gap, across=20, through=
     own = corners[kept]
     # A loop's mirror image in y runs the other way round seen from outside: reversed, it is outward again.
     matrix = _loops(own, here, outward) + _loops((own * mirror)[:, ::-1], here, outward)
+    current = np.ones_like(radii)
+    if floor is not None:
+        # Images run the other way round; their loops are not those of a closed surface seen from outside, but currents.
+        level = 2.0 * (floor - gap)
+        image = own * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, level])
+        matrix += _loops(image[:, ::-1], here, outward) + _loops(image * mirror, here, outward)
+        radii, heights = np.tile(radii, 2), np.concatenate((heights, 2.0 * floor - heights))
+        current = np.concatenate((current, -current))
     # One constant is free on a closed surface: fix the mean.
     matrix += np.abs(matrix).max() * area[kept] / area.sum()
     shift = np.array([offset, 0.0, -gap])
-    field = (ring_field(radii, heights, here - shift) * outward).sum(axis=1)
+    field = (ring_field(radii, heights, here - shift, current) * outward).sum(axis=1)
     strength = np.linalg.solve(matrix, -field)
     nodes = np.array([-1.0, 1.0]) / np.sqrt(3.0)
     flux = np.zeros(kept.size)
@@ -90,7 +99,7 @@ def box_change(size, thickness, offset, radii, heights, gap, across=20, through=
             u, v = 0.5 * (1 + s), 0.5 * (1 + t)
             point = (own[:, 0] * (1 - u) * (1 - v) + own[:, 1] * u * (1 - v) + own[:, 2] * u * v
                      + own[:, 3] * (1 - u) * v)  # fmt: skip
-            flux += 0.25 * (ring_field(radii, heights, point - shift) * outward).sum(axis=1)
+            flux += 0.25 * (ring_field(radii, heights, point - shift, current) * outward).sum(axis=1)
     return 2.0 * float(np.sum(strength * flux * area[kept]))
 
 
@@ -114,13 +123,34 @@ def _block(loops, points, normals):
     return found
 
 
-def endless_change(radii, heights, gap):
-    """Change of inductance (H) by an endless perfect conductor: the image rings, by their flux through the coil."""
+def converged_change(*arguments, floor=None, across=24, through=8):
+    """`box_change` for panels endlessly small: its error falls like the panels' size, so two sizes give the limit."""
+    coarse = box_change(*arguments, across // 2, through // 2, floor)
+    return 2.0 * box_change(*arguments, across, through, floor) - coarse
+
+
+def endless_change(radii, heights, gap, floor=None):
+    """Change of inductance (H) by an endless perfect conductor: the image rings, by their flux through the coil.
+
+    With a mirror behind the coil the images repeat; their sum is what the plate adds to the mirror's own image.
+    """
+    if floor is None:
+        return _mutual(radii, heights, 2.0 * gap - heights, -1.0)
+    room = gap - floor
+    total = _mutual(radii, heights, 2.0 * gap - heights, -1.0)
+    for n in range(1, 200):
+        total += 2.0 * _mutual(radii, heights, heights + 2.0 * n * room, 1.0)
+        total += _mutual(radii, heights, 2.0 * gap - heights + 2.0 * n * room, -1.0)
+        total += _mutual(radii, heights, 2.0 * floor - heights - 2.0 * n * room, -1.0)
+    return total
+
+
+def _mutual(radii, heights, images, sign):
+    # Sum (H) over all pairs of a ring and an image ring.
     total = 0.0
     for radius, height in zip(radii, heights, strict=True):
-        image = 2.0 * gap - heights
-        far = (radius + radii) ** 2 + (height - image) ** 2
+        far = (radius + radii) ** 2 + (height - images) ** 2
         k2 = 4 * radius * radii / far
         k, e = _elliptic(np.sqrt(1.0 - k2))
-        total -= float(np.sum(MU0 * np.sqrt(radius * radii / k2) * ((2.0 - k2) * k - 2.0 * e)))
+        total += sign * float(np.sum(MU0 * np.sqrt(radius * radii / k2) * ((2.0 - k2) * k - 2.0 * e)))
     return total
