@@ -106,8 +106,8 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
 class Reflection:
     """Change of inductance and resistance of a winding by its surroundings, as a smooth function of frequency.
 
-    `share` is how much of an endless target's effect the real one has (see `finite_target`). Sampled at Chebyshev points
-    of ln f from 0.2 to 20 MHz; frequencies beyond are computed directly.
+    `share` is how much of an endless target's effect the real one has (see `finite_target`). Sampled at Chebyshev
+    points of ln f from 0.2 to 20 MHz; frequencies beyond are computed directly.
     """
 
     LOW, HIGH, POINTS = 0.2e6, 20e6, 8

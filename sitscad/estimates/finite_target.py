@@ -85,9 +85,7 @@ def _plate(target: Target) -> tuple[Plate, float]:
     return Plate(shape, size, target.thickness - 2.0 * depth), depth
 
 
-def _notes(
-    spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Sequence[str], error: float
-) -> list[str]:
+def _notes(spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Sequence[str], error: float) -> list[str]:
     if min(shares.values()) > 0.995:
         return []
     said = []

@@ -54,7 +54,6 @@ class CoilEstimate:
     trace_length: float
     states: Mapping[str, StateEstimate]
 
-
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
         """Change of inductance (H/N) and of frequency (Hz/N) from rest to pressed by that force (N): the secant."""
         rest, pressed = self.states.get("rest"), self.states.get("pressed")
