@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import Assembly, Reflection, assemble, no_reflection
+from sitscad.estimates.assembly import FREE, PRESSED, Assembly, NoReflection, Reflection, assemble
 from sitscad.estimates.finite_target import TargetShares, target_shares
+from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
     NO_LEADS,
     LeadEstimate,
-    between_layers,
     estimate_leads,
     is_connected,
-    mean_permittivity,
 )
 from sitscad.estimates.neighbours import inductance_matrix
+from sitscad.estimates.self_capacitance import self_capacitance
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates
+from sitscad.estimates.uncertainty import Slopes, inductance_slopes, scatter_note, sigmas, spread
 from sitscad.estimates.values import (
     CoilEstimate,
     CrossCheck,
@@ -35,12 +38,15 @@ from sitscad.estimates.windings import (
     winding_geometry,
 )
 from sitscad.layout.board import Coil, Layout
-from sitscad.physics.capacitance import crossing_layers, turn_capacitance, winding_capacitance
-from sitscad.physics.eddy_target import CurrentSpectrum, polyline_spectrum, spiral_spectrum
+from sitscad.physics.eddy_target import CurrentSpectrum, polyline_spectrum, reflected_impedance, spiral_spectrum
 from sitscad.physics.proximity import winding_loss
 from sitscad.physics.resistance import COPPER_CONDUCTIVITY, track_resistance
 from sitscad.physics.resonator import resonance_frequency
+from sitscad.physics.spirals import SpiralLayer
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+Array = NDArray[np.float64]
 
 __all__ = [
     "METHODS",
@@ -71,42 +77,140 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
     matrix = inductance_matrix(inductance, geometries)
     assembly = assemble(spec)
-    shares = target_shares(spec, [winding.z for winding in first.windings], assembly.states)
-    circuits = _circuits(layout, geometry, inductance, assembly, shares)
+    winding = _Winding(geometry, equivalent_spirals(geometry, first), inductance, chosen)
+    spectrum = _spectrum(geometry, assembly)
+    shares = target_shares(spec, [layer.z for layer in first.windings], assembly.states)
+    circuits, failed = _working(_circuits(layout, winding, spectrum, matrix, assembly, shares))
     resonance = min(_self_resonance(circuit) for circuit in circuits)
     capacitor, reason = choose_capacitor(circuits, spec.readout, resonance)
     readout = settle(circuits, spec.readout, capacitor, reason)
-    coils = tuple(
-        _coil_estimate(coil, circuit, spec, readout, chosen, geometry)
-        for coil, circuit in zip(layout.coils, circuits, strict=True)
-    )
+    tank = Tank(capacitor, spec.readout)
+    slopes = inductance_slopes(geometry, winding.spirals, first, spec)
+    coils = []
+    for coil, circuit in zip(layout.coils, circuits, strict=True):
+        states = state_estimates(circuit, tank, readout)
+        moved = Slopes(sigmas(spec), slopes, _modulus_moves(spectrum, assembly, states, shares.of(coil.name, PRESSED)))
+        states = {name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()}
+        coils.append(_coil_estimate(coil, circuit, tank, states, winding, failed))
     return Estimates(
-        coils=coils,
+        coils=tuple(coils),
         inductance_matrix=tuple(tuple(float(value) for value in row) for row in matrix),
         readout=readout,
         compression=assembly.compression,
         gaps=assembly.gaps,
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
-        notes=(*_layout_notes(layout), *shares.notes, *assembly.notes),
+        notes=(
+            *_layout_notes(layout),
+            *shares.notes,
+            *assembly.notes,
+            *(f"{name}: {reason}" for name, reason in failed.items()),
+            scatter_note(spec),
+        ),
         normal_force=spec.requirements.normal_force,
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Winding:
+    """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found."""
+
+    geometry: WindingGeometry
+    spirals: tuple[SpiralLayer, ...]
+    inductance: float
+    method: Method
+
+
 def _circuits(
-    layout: Layout, geometry: WindingGeometry, inductance: float, assembly: Assembly, shares: TargetShares
+    layout: Layout,
+    winding: _Winding,
+    spectrum: CurrentSpectrum | None,
+    matrix: Array,
+    assembly: Assembly,
+    shares: TargetShares,
 ) -> list[CoilCircuit]:
     spec, first = layout.spec, layout.coils[0]
-    loss = winding_loss(equivalent_spirals(geometry, first), COPPER_CONDUCTIVITY, _slices(geometry))
+    loss = winding_loss(winding.spirals, COPPER_CONDUCTIVITY, _slices(winding.geometry))
     resistance = _winding_resistance(first, spec)
-    own = _winding_capacitance(first, spec)
-    reflections = _reflections(geometry, assembly, [coil.name for coil in layout.coils], shares)
+    own = self_capacitance(first, spec)
+    distances = _distances(layout)
+    beside = sorted({d for row in distances for d in row if d > 0.0})
+    reflections = _reflections(spectrum, assembly, beside, [coil.name for coil in layout.coils], shares)
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout)
-        capacitance = own + leads.capacitance
-        circuits.append(CoilCircuit(coil.name, inductance, resistance, COPPER_CONDUCTIVITY, loss, leads, capacitance,
-                                    reflections[coil.name]))  # fmt: skip
-    return circuits
+        circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, COPPER_CONDUCTIVITY, loss, leads,
+                                    own + leads.capacitance, reflections[coil.name], own))  # fmt: skip
+    if len(circuits) == 1:
+        return circuits
+    return [
+        replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec))
+        for k, circuit in enumerate(circuits)
+    ]
+
+
+def _neighbours(
+    active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], spec: SensorSpec
+) -> dict[str, Circuit]:
+    # The state "free" is the coil alone: nothing around it, no neighbour either.
+    def of_state(state: str) -> Circuit:
+        reflection = circuits[active].reflections[state]
+
+        def mutual(i: int, j: int, frequency: float) -> complex:
+            return float(matrix[i, j]) + reflection.mutual(distances[i][j], frequency)
+
+        own = [lambda at, c=c: c.own(state, at) for c in circuits]
+        return idle_neighbours(active, own, mutual, spec.readout.cable)
+
+    return {state: of_state(state) for state in circuits[active].reflections if state != FREE}
+
+
+def _distances(layout: Layout) -> list[list[float]]:
+    # Alike distances get alike numbers, so that each is reflected once.
+    return [[round(math.dist(a.centre, b.centre), 9) for b in layout.coils] for a in layout.coils]
+
+
+LEAST_SHARE = 0.02
+"""Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
+
+
+def _working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
+    """The circuits without the states in which the model fails, and why each of those is missing."""
+    failed: dict[str, str] = {}
+    for circuit in circuits:
+        for state in circuit.reflections:
+            free = circuit.terminal(FREE, PROBE)[0]
+            inductance, resistance = circuit.terminal(state, PROBE)
+            if inductance <= LEAST_SHARE * free or resistance <= 0.0:
+                failed[state] = (
+                    f"no numbers for this state: the half-space model fails there (it takes {show(free, 'H', 3)} down "
+                    f"to {show(inductance, 'H', 3)}); the metal is too near for so small a coil"
+                )
+    kept = [
+        replace(
+            circuit,
+            reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
+            neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
+        )
+        for circuit in circuits
+    ]
+    return kept, failed
+
+
+PROBE = 5e6
+"""Frequency (Hz) at which a state's inductance is tried."""
+
+
+def _modulus_moves(
+    spectrum: CurrentSpectrum | None, assembly: Assembly, states: Mapping[str, StateEstimate], share: float
+) -> dict[str, tuple[float, float]]:
+    """By how much one sigma of the elastomer's modulus moves the pressed state (H, ohm), half of soft against stiff."""
+    if spectrum is None or assembly.pressed_range is None or PRESSED not in states:
+        return {}
+    soft, stiff = (
+        reflected_impedance(spectrum, states[PRESSED].frequency, around.above, around.below)
+        for around in assembly.pressed_range
+    )
+    return {PRESSED: (0.5 * share * (stiff[0] - soft[0]), 0.5 * share * (stiff[1] - soft[1]))}
 
 
 def _slices(geometry: WindingGeometry) -> int:
@@ -116,30 +220,35 @@ def _slices(geometry: WindingGeometry) -> int:
 
 
 def _reflections(
-    geometry: WindingGeometry, assembly: Assembly, names: Sequence[str], shares: TargetShares
-) -> dict[str, dict[str, Callable[[float], tuple[float, float]]]]:
-    # Alike coils under alike parts of the target are one.
-    spectrum: CurrentSpectrum | None = None
-    known: dict[tuple[str, float], Callable[[float], tuple[float, float]]] = {}
-    found: dict[str, dict[str, Callable[[float], tuple[float, float]]]] = {name: {} for name in names}
+    spectrum: CurrentSpectrum | None,
+    assembly: Assembly,
+    distances: list[float],
+    names: Sequence[str],
+    shares: TargetShares,
+) -> dict[str, dict[str, Reflection | NoReflection]]:
+    # By coil and state; coils under alike parts of the target have one in common.
+    known: dict[tuple[str, float], Reflection | NoReflection] = {}
+    found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
     for around in assembly.states:
+        nothing = spectrum is None or (around.above is None and around.below is None)
         for name in names:
-            key = around.state, shares.of(name, around.state)
-            if key not in known:
-                if around.above is None and around.below is None:
-                    known[key] = no_reflection
-                else:
-                    spectrum = spectrum or _spectrum(geometry, assembly)
-                    known[key] = Reflection(spectrum, around, key[1])
-            found[name][around.state] = known[key]
+            share = shares.of(name, around.state)
+            if (around.state, share) not in known:
+                known[around.state, share] = (
+                    NoReflection() if nothing or spectrum is None else Reflection(spectrum, around, distances, share)
+                )
+            found[name][around.state] = known[around.state, share]
     return found
 
 
-def _spectrum(geometry: WindingGeometry, assembly: Assembly) -> CurrentSpectrum:
+def _spectrum(geometry: WindingGeometry, assembly: Assembly) -> CurrentSpectrum | None:
     layers = geometry.spirals or geometry.tracks
     heights = [layer.z for layer in layers]
-    above = [s.above.distance - max(heights) for s in assembly.states if s.above]
-    below = [s.below.distance + min(heights) for s in assembly.states if s.below]
+    states = [*assembly.states, *(assembly.pressed_range or ())]
+    above = [s.above.distance - max(heights) for s in states if s.above]
+    below = [s.below.distance + min(heights) for s in states if s.below]
+    if not above and not below:
+        return None
     nearest = max(min([*above, *below]), 10e-6)
     if geometry.spirals:
         return spiral_spectrum(geometry.spirals, nearest)
@@ -158,19 +267,6 @@ def _winding_resistance(coil: Coil, spec: SensorSpec) -> float:
     )
 
 
-def _winding_capacitance(coil: Coil, spec: SensorSpec) -> float:
-    length = coil.windings[0].path.length
-    c, stackup = spec.coil, spec.fpc.stackup
-    if len(coil.windings) == 1:
-        permittivity = 0.5 * (1.0 + mean_permittivity(stackup))
-        return turn_capacitance(length, c.turns, c.trace_width, c.trace_spacing, permittivity)
-    gaps = []
-    for one, other in zip(coil.windings, coil.windings[1:], strict=False):
-        distance, permittivity = between_layers(stackup, *sorted((one.layer, other.layer)))
-        gaps.append(crossing_layers(length, c.trace_width, c.pitch, distance, permittivity))
-    return winding_capacitance(gaps)
-
-
 def _self_resonance(circuit: CoilCircuit) -> float:
     inductance = circuit.inductance + circuit.leads.inductance
     return resonance_frequency(inductance, max(circuit.self_capacitance, 1e-16))
@@ -179,20 +275,18 @@ def _self_resonance(circuit: CoilCircuit) -> float:
 def _coil_estimate(
     coil: Coil,
     circuit: CoilCircuit,
-    spec: SensorSpec,
-    readout: ReadoutEstimate,
-    method: Method,
-    geometry: WindingGeometry,
+    tank: Tank,
+    states: Mapping[str, StateEstimate],
+    winding: _Winding,
+    failed: Mapping[str, str],
 ) -> CoilEstimate:
-    tank = Tank(readout.capacitance, spec.readout)
-    states = state_estimates(circuit, tank, readout.drive_code, readout.high_current)
-    free = states["free"]
+    free = states[FREE]
     return CoilEstimate(
         name=coil.name,
         centre=(coil.centre.x, coil.centre.y),
         winding_inductance=circuit.inductance,
-        inductance_error=method.error(geometry),
-        method=method.name,
+        inductance_error=winding.method.error(winding.geometry),
+        method=winding.method.name,
         terminal_inductance=free.inductance,
         lead_inductance=circuit.leads.inductance,
         resistance_dc=circuit.resistance,
@@ -206,6 +300,10 @@ def _coil_estimate(
         self_resonance=_self_resonance(circuit),
         trace_length=math.fsum(w.path.length for w in coil.windings),
         states=states,
+        lead_parts=circuit.leads.parts,
+        winding_capacitance=circuit.winding_capacitance,
+        apparent_inductance=free.apparent_inductance,
+        failed_states=failed,
     )
 
 

@@ -238,3 +238,20 @@ def test_a_tail_too_crowded_for_its_tracks_is_refused(sensor):
     """At 0.3 mm pitch the vias of generic-flex leave no room for a track between them."""
     layout = lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, pitch=8e-3, rules="generic-flex")))
     assert [finding.name for finding in layout.findings] == ["tail-room"]
+
+
+def with_edge_distance(spec, edge):
+    rules = dataclasses.replace(spec.fpc.rules, copper_to_edge=edge)
+    return dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, rules=rules))
+
+
+@pytest.mark.parametrize("tail", [True, False])
+@pytest.mark.parametrize("edge", [0.15e-3, 0.3e-3, 0.381e-3])
+def test_a_fabricators_edge_distance_is_kept_down_to_the_contacts(sensor, edge, tail):
+    layout = lay_out(with_edge_distance(sensor(tail=tail), edge))
+    assert_sound(layout)
+    test_all_copper_keeps_away_from_the_edge(layout)
+    half = layout.spec.fpc.tail.connector.width(4) / 2 if tail else None
+    if half:
+        end = max(point.x for point in layout.outline.flattened(1e-6))
+        assert max(abs(p.y) for p in layout.outline.flattened(1e-6) if p.x > end - 1e-9) == pytest.approx(half)
