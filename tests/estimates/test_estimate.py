@@ -114,9 +114,9 @@ def test_every_coil_has_its_own_share_of_the_target():
     assert middle < 0.97 * outer
 
 
-@pytest.mark.parametrize("shape", ["circle", "square", "hexagon", "octagon", "rectangle"])
+@pytest.mark.parametrize("shape", ["circle", "square", "hexagon", "octagon", "rectangle", "racetrack"])
 def test_equivalent_rings_enclose_the_area_of_the_turns(shape):
-    size = "outer_diameter: [9, 5]" if shape == "rectangle" else "outer_diameter: 7"
+    size = "outer_diameter: [9, 5]" if shape in ("rectangle", "racetrack") else "outer_diameter: 7"
     text = BARE.replace("SHAPE", shape).replace("outer_diameter: 7", size).replace("12", "8")
     spec = load_text(text, "test.yaml")
     layout = lay_out(spec)
