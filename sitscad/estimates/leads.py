@@ -24,10 +24,11 @@ from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
 FLATTENED = 10e-6
 """Arcs of the leads become chords within this distance (m)."""
 
-SAMPLED = 150e-6
+SAMPLED = 50e-6
 """Chords of the winding, for its coupling with the leads, lie within this distance (m) of it."""
 
-GAUSS_PAIR = (0.5 - math.sqrt(1.0 / 12.0), 0.5 + math.sqrt(1.0 / 12.0))
+LONGEST = 0.8e-3
+"""Straight sides of a winding are cut to this (m) for the same purpose."""
 
 SELF_DISTANCE = 0.2235
 """Geometric mean distance of a rectangle from itself over the sum of its sides (Grover 1946)."""
@@ -46,7 +47,7 @@ class LeadEstimate:
 
     `parts` share the inductance out by name: "stubs", "leads" and "tail" each with all their mutual inductances within
     and half of every one between them, "vias", and "coupling" (twice the mutual inductance with the winding). `strips`
-    holds (resistance, width, thickness) of every track for the rise of resistance with frequency.
+    holds (resistance, width, thickness) of all tracks of a section, for the rise of resistance with frequency.
     """
 
     inductance: float
@@ -71,7 +72,7 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
     """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding."""
     copper = {layer.number: layer for layer in stackup.copper}
     tracks: list[tuple[Role, PolylineTrack]] = []
-    strips = []
+    strips: dict[tuple[float, float], float] = {}
     for trace in _leads(coil):
         layer = copper[trace.layer]
         corners = np.array(_distinct(_oriented(coil, trace)))
@@ -79,16 +80,24 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
             continue
         tracks.append((trace.role, PolylineTrack(corners, trace.width, layer.thickness, layer.z)))
         resistance = track_resistance(trace.path.length, trace.width, layer.thickness, conductivity)
-        strips.append((resistance, trace.width, layer.thickness))
+        section = trace.width, layer.thickness
+        strips[section] = strips.get(section, 0.0) + resistance
     parts = _partial_inductances(tracks) | {"coupling": _coupling(coil, tracks)}
     plating = stackup.plating_thickness or USUAL_PLATING
     barrels, parts["vias"] = 0.0, 0.0
     for via, length in _vias(coil, copper):
         barrels += via_resistance(length, via.drill, plating, conductivity)
         parts["vias"] += via_inductance(length, via.drill)
-    total = math.fsum(r for r, _, _ in strips) + barrels
+    total = math.fsum(strips.values()) + barrels
     inductance = math.fsum(parts.values())
-    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), tuple(strips), barrels, parts)
+    return LeadEstimate(
+        inductance,
+        total,
+        _pair_capacitance(coil, stackup),
+        tuple((r, *section) for section, r in strips.items()),
+        barrels,
+        parts,
+    )
 
 
 def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, float]:
@@ -112,10 +121,11 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
     for winding in coil.windings:
         corners = np.array(winding.path.flattened(SAMPLED))
         sides = np.diff(corners, axis=0)
-        for place in GAUSS_PAIR:
-            middle = corners[:-1] + place * sides
+        parts = max(1, math.ceil(float(np.hypot(sides[:, 0], sides[:, 1]).max()) / LONGEST))
+        for k in range(parts):
+            middle = corners[:-1] + (k + 0.5) / parts * sides
             points.append(np.column_stack([middle, np.full(len(middle), winding.z)]))
-            elements.append(0.5 * sides)
+            elements.append(sides / parts)
     curve = np.concatenate(points), np.concatenate(elements)
     alike: dict[tuple[float, float, float], list[PolylineTrack]] = {}
     for _, track in tracks:

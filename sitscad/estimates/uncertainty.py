@@ -6,7 +6,7 @@ import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -108,6 +108,7 @@ def inductance_slopes(
     return {WIDTH: by_width, THICKNESS: by_thickness, DISTANCE: by_distance}
 
 
+@lru_cache(maxsize=64)
 def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
     # d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its first two neighbours.
     across: Array = pitch * np.arange(min(3, math.ceil(turns)), dtype=np.float64)

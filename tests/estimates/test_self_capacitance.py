@@ -8,7 +8,7 @@ import pytest
 
 from sitscad.estimates import estimate
 from sitscad.estimates.leads import between_layers
-from sitscad.estimates.self_capacitance import self_capacitance, slabs, turn_lengths
+from sitscad.estimates.own_capacitance import self_capacitance, slabs, turn_lengths
 from sitscad.layout import lay_out
 from sitscad.physics import capacitance
 from sitscad.physics.resonator import resonance_frequency
