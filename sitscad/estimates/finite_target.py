@@ -59,7 +59,7 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
 def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
     """A coil as coaxial rings that enclose each turn's area; the last, broken turn counts as its fraction."""
     turns = np.minimum(1.0, coil.turns - np.arange(math.ceil(coil.turns)))
-    # A circle winds in steadily, a racetrack by half a pitch after each half turn, a polygon by a pitch after each turn.
+    # A circle winds in steadily, a racetrack by half a pitch each half turn, a polygon by a pitch after each turn.
     middle = 0.5 * turns if coil.shape == "circle" else 0.25 if coil.shape == "racetrack" else 0.0
     inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
     sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
