@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.assembly import FREE, PRESSED, Assembly, NoReflection, Reflection, assemble
+from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
     NO_LEADS,
@@ -78,7 +79,8 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
     assembly = assemble(spec)
     winding = _Winding(geometry, equivalent_spirals(geometry, first), inductance, chosen)
     spectrum = _spectrum(geometry, assembly)
-    circuits, failed = _working(_circuits(layout, winding, spectrum, matrix, assembly))
+    shares = target_shares(spec, [layer.z for layer in first.windings], assembly.states)
+    circuits, failed = _working(_circuits(layout, winding, spectrum, matrix, assembly, shares))
     resonance = min(_self_resonance(circuit) for circuit in circuits)
     capacitor, reason = choose_capacitor(circuits, spec.readout, resonance)
     readout = settle(circuits, spec.readout, capacitor, reason)
@@ -87,7 +89,7 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
     coils = []
     for coil, circuit in zip(layout.coils, circuits, strict=True):
         states = state_estimates(circuit, tank, readout)
-        moved = Slopes(sigmas(spec), slopes, _modulus_moves(spectrum, assembly, states))
+        moved = Slopes(sigmas(spec), slopes, _modulus_moves(spectrum, assembly, states, shares.of(coil.name, PRESSED)))
         states = {name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()}
         coils.append(_coil_estimate(coil, circuit, tank, states, winding, failed))
     return Estimates(
@@ -99,10 +101,12 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
         notes=(
             *_layout_notes(layout),
+            *shares.notes,
             *assembly.notes,
             *(f"{name}: {reason}" for name, reason in failed.items()),
             scatter_note(spec),
         ),
+        normal_force=spec.requirements.normal_force,
     )
 
 
@@ -117,19 +121,25 @@ class _Winding:
 
 
 def _circuits(
-    layout: Layout, winding: _Winding, spectrum: CurrentSpectrum | None, matrix: Array, assembly: Assembly
+    layout: Layout,
+    winding: _Winding,
+    spectrum: CurrentSpectrum | None,
+    matrix: Array,
+    assembly: Assembly,
+    shares: TargetShares,
 ) -> list[CoilCircuit]:
     spec, first = layout.spec, layout.coils[0]
     loss = winding_loss(winding.spirals, COPPER_CONDUCTIVITY, _slices(winding.geometry))
     resistance = _winding_resistance(first, spec)
     own = self_capacitance(first, spec)
     distances = _distances(layout)
-    reflections = _reflections(spectrum, assembly, sorted({d for row in distances for d in row if d > 0.0}))
+    beside = sorted({d for row in distances for d in row if d > 0.0})
+    reflections = _reflections(spectrum, assembly, beside, [coil.name for coil in layout.coils], shares)
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout)
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, COPPER_CONDUCTIVITY, loss, leads,
-                                    own + leads.capacitance, reflections, own))  # fmt: skip
+                                    own + leads.capacitance, reflections[coil.name], own))  # fmt: skip
     if len(circuits) == 1:
         return circuits
     return [
@@ -191,7 +201,7 @@ PROBE = 5e6
 
 
 def _modulus_moves(
-    spectrum: CurrentSpectrum | None, assembly: Assembly, states: Mapping[str, StateEstimate]
+    spectrum: CurrentSpectrum | None, assembly: Assembly, states: Mapping[str, StateEstimate], share: float
 ) -> dict[str, tuple[float, float]]:
     """By how much one sigma of the elastomer's modulus moves the pressed state (H, ohm), half of soft against stiff."""
     if spectrum is None or assembly.pressed_range is None or PRESSED not in states:
@@ -200,7 +210,7 @@ def _modulus_moves(
         reflected_impedance(spectrum, states[PRESSED].frequency, around.above, around.below)
         for around in assembly.pressed_range
     )
-    return {PRESSED: (0.5 * (stiff[0] - soft[0]), 0.5 * (stiff[1] - soft[1]))}
+    return {PRESSED: (0.5 * share * (stiff[0] - soft[0]), 0.5 * share * (stiff[1] - soft[1]))}
 
 
 def _slices(geometry: WindingGeometry) -> int:
@@ -210,14 +220,25 @@ def _slices(geometry: WindingGeometry) -> int:
 
 
 def _reflections(
-    spectrum: CurrentSpectrum | None, assembly: Assembly, distances: list[float]
-) -> dict[str, Reflection | NoReflection]:
-    return {
-        around.state: NoReflection()
-        if spectrum is None or (around.above is None and around.below is None)
-        else Reflection(spectrum, around, distances)
-        for around in assembly.states
-    }
+    spectrum: CurrentSpectrum | None,
+    assembly: Assembly,
+    distances: list[float],
+    names: Sequence[str],
+    shares: TargetShares,
+) -> dict[str, dict[str, Reflection | NoReflection]]:
+    # By coil and state; coils under alike parts of the target have one in common.
+    known: dict[tuple[str, float], Reflection | NoReflection] = {}
+    found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
+    for around in assembly.states:
+        nothing = spectrum is None or (around.above is None and around.below is None)
+        for name in names:
+            share = shares.of(name, around.state)
+            if (around.state, share) not in known:
+                known[around.state, share] = (
+                    NoReflection() if nothing or spectrum is None else Reflection(spectrum, around, distances, share)
+                )
+            found[name][around.state] = known[around.state, share]
+    return found
 
 
 def _spectrum(geometry: WindingGeometry, assembly: Assembly) -> CurrentSpectrum | None:

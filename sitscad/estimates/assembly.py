@@ -115,12 +115,6 @@ def _pressed_range(spec: SensorSpec, below: Reflector | None) -> tuple[Surroundi
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     notes = []
-    x0, y0, x1, y1 = _extent(spec)
-    if spec.target is not None and (spec.target.size[0] < x1 - x0 or spec.target.size[1] < y1 - y0):
-        notes.append(
-            "the target is smaller than the coils: it enters as an endless plate, so its effect is overstated "
-            "(coarse: expect up to a third less change of inductance)"
-        )
     if compression is not None and not compression.valid:
         notes.append(f"pressed gap: {compression.note}")
     if spec.mount is not None and spec.mount.jaw is not None:
@@ -128,21 +122,17 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     return notes
 
 
-def _extent(spec: SensorSpec) -> tuple[float, float, float, float]:
-    xs = [p.centre[0] for p in spec.array.placements]
-    ys = [p.centre[1] for p in spec.array.placements]
-    hx, hy = spec.coil.size[0] / 2, spec.coil.size[1] / 2
-    return min(xs) - hx, min(ys) - hy, max(xs) + hx, max(ys) + hy
-
-
 class Reflection:
     """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept.
 
-    `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too.
+    `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too. `share` is
+    how much of an endless target's effect the real one has on this coil (see `finite_target`), taken for both.
     """
 
-    def __init__(self, spectrum: CurrentSpectrum, around: Surroundings, distances: Sequence[float] = ()) -> None:
-        self._spectrum, self._around = spectrum, around
+    def __init__(
+        self, spectrum: CurrentSpectrum, around: Surroundings, distances: Sequence[float] = (), share: float = 1.0
+    ) -> None:
+        self._spectrum, self._around, self._share = spectrum, around, share
         self._distances = (0.0, *distances)
         self._known: dict[float, ComplexArray] = {}
 
@@ -161,8 +151,12 @@ class Reflection:
         return self._known[frequency]
 
     def _exact(self, frequency: float) -> ComplexArray:
-        around = self._around
-        return reflected_inductances(self._spectrum, frequency, around.above, around.below, self._distances)
+        around, share = self._around, self._share
+        full = reflected_inductances(self._spectrum, frequency, around.above, around.below, self._distances)
+        if around.above is None or share == 1.0:
+            return full
+        bare = reflected_inductances(self._spectrum, frequency, None, around.below, self._distances)
+        return bare + share * (full - bare)
 
 
 class NoReflection:

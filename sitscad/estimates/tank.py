@@ -203,9 +203,11 @@ def preferred_values() -> list[float]:
 
 
 def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
-    # Coils differ by their leads alone: the two extremes stand for all.
-    ordered = sorted(circuits, key=lambda c: c.leads.inductance)
-    return [ordered[0]] if len(ordered) == 1 else [ordered[0], ordered[-1]]
+    # Coils under alike parts of the target differ by their leads alone: the two extremes stand for all.
+    alike: dict[tuple[int, ...], list[CoilCircuit]] = {}
+    for circuit in sorted(circuits, key=lambda c: c.leads.inductance):
+        alike.setdefault(tuple(id(change) for change in circuit.reflections.values()), []).append(circuit)
+    return [one for group in alike.values() for one in (group if len(group) == 1 else (group[0], group[-1]))]
 
 
 @dataclass(frozen=True)

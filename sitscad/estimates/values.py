@@ -83,6 +83,13 @@ class CoilEstimate:
     apparent_inductance: float | None = None
     failed_states: Mapping[str, str] = field(default_factory=dict)
 
+    def sensitivity(self, force: float | None) -> tuple[float, float] | None:
+        """Change of inductance (H/N) and of frequency (Hz/N) from rest to pressed by that force (N): the secant."""
+        rest, pressed = self.states.get("rest"), self.states.get("pressed")
+        if rest is None or pressed is None or not force:
+            return None
+        return (pressed.inductance - rest.inductance) / force, (pressed.frequency - rest.frequency) / force
+
 
 @dataclass(frozen=True)
 class ReadoutEstimate:
@@ -133,7 +140,8 @@ class CrossCheck:
 @dataclass(frozen=True)
 class Estimates:
     """Everything electrical about a layout. `inductance_matrix` (H) is for currents entering each coil at its outer end
-    on layer 1; `gaps` are distances in metres by name; `notes` say what the numbers leave out.
+    on layer 1; `gaps` are distances in metres by name; `notes` say what the numbers leave out; `normal_force` (N) is
+    the one of the pressed state.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -143,6 +151,7 @@ class Estimates:
     gaps: Mapping[str, float]
     cross_checks: tuple[CrossCheck, ...]
     notes: tuple[str, ...]
+    normal_force: float | None = None
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
@@ -151,7 +160,7 @@ class Estimates:
         return {
             "sitscad": __version__,
             "spec": spec_path,
-            "coils": [_coil_document(coil) for coil in self.coils],
+            "coils": [_coil_document(coil) | _sensitivity_document(coil, self.normal_force) for coil in self.coils],
             "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
             "readout": _readout_document(self.readout),
             "gaps_m": {name: _number(value) for name, value in self.gaps.items()},
@@ -188,6 +197,11 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
         "failed_states": dict(coil.failed_states),
         "states": {name: _state_document(state) for name, state in coil.states.items()},
     }
+
+
+def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
+    inductance, frequency = coil.sensitivity(force) or (None, None)
+    return {"inductance_H_per_N": _number(inductance), "frequency_Hz_per_N": _number(frequency)}
 
 
 def _state_document(state: StateEstimate) -> dict[str, Any]:

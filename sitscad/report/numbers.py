@@ -74,7 +74,13 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("self-resonance", lambda c: quantity(c.self_resonance, "Hz")),
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
     )
-    return [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
+    found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
+    sensed = [coil.sensitivity(estimates.normal_force) for coil in estimates.coils]
+    for place, (name, unit) in enumerate((("inductance", "H"), ("frequency", "Hz"))):
+        if any(sensed):
+            values = (f"{quantity(s[place], unit, 3)}/N" if s else NONE for s in sensed)
+            found.append([f"{name} per newton, rest to pressed", *values])
+    return found
 
 
 LEAD_PARTS = {

@@ -69,8 +69,8 @@ name: two
 coil: {shape: circle, outer_diameter: 4.0, turns: 7.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
 array: {pattern: line, count: COUNT, pitch: 4.1}
 fpc: {stackup: flex-4l, rules: generic-fine}
-target: {shape: rectangle, size: [9, 5], thickness: 0.2, material: copper}
-elastomer: {material: dragon-skin-10, shape: rectangle, size: [9, 5], thickness: 3, kerf: 0.15}
+target: {shape: rectangle, size: [40, 30], thickness: 0.2, material: copper}
+elastomer: {material: dragon-skin-10, shape: rectangle, size: [40, 30], thickness: 3, kerf: 0.15}
 readout: {device: ldc1614, capacitance: 220 pF}
 """
     one = estimate(lay_out(load_text(text.replace("count: COUNT, pitch: 4.1", "count: 1").replace("line", "single")

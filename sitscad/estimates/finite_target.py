@@ -1,0 +1,103 @@
+"""How much of an endless plate's effect the target of a design has on each of its coils."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sitscad.estimates.assembly import Surroundings
+from sitscad.physics.constants import MU0
+from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share, share_error
+from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
+
+FREQUENCY = 5e6
+"""The frequency (Hz) whose skin depth sets how far the field enters the target: the share hardly depends on it."""
+
+AREA = {"circle": math.pi / 4.0, "hexagon": math.sqrt(3.0) / 2.0, "octagon": 2.0 * (math.sqrt(2.0) - 1.0)}
+"""Area of a shape over that of the square about it (across flats); 1 for those not named."""
+
+
+@dataclass(frozen=True)
+class TargetShares:
+    """Share of an endless plate's effect by coil name and state, and what is worth saying about it."""
+
+    shares: Mapping[tuple[str, str], float]
+    notes: tuple[str, ...]
+
+    def of(self, coil: str, state: str) -> float:
+        """The share for a coil in a state: 1 where nothing is known to be smaller."""
+        return self.shares.get((coil, state), 1.0)
+
+
+def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings]) -> TargetShares:
+    """The shares of all coils in all states with a target; `heights` (m) are the mid-planes of the coils' layers.
+
+    The target stands over the mean of the coils' centres. Mirrored places are solved once. Coils that are not round
+    count as round ones with the same area turn by turn.
+    """
+    covered = [(state.state, state.above.distance, state.below) for state in states if state.above is not None]
+    if spec.target is None or not covered:
+        return TargetShares({}, ())
+    rings = equivalent_rings(spec.coil, heights)
+    places = np.array([placement.centre for placement in spec.array.placements])
+    places = np.round(np.abs(places - places.mean(axis=0)), 9)
+    distinct, member = np.unique(places, axis=0, return_inverse=True)
+    plate, depth = _plate(spec.target)
+    shares = {}
+    for name, gap, below in covered:
+        floor = -math.inf if below is None else -below.distance
+        found = np.minimum(plate_share(plate, rings, distinct, gap + depth, floor), 1.0)
+        for placement, row in zip(spec.array.placements, member.ravel(), strict=True):
+            shares[placement.name, name] = float(found[row])
+    notes = _notes(spec, shares, [name for name, _, _ in covered], share_error(plate, rings))
+    return TargetShares(shares, tuple(notes))
+
+
+def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
+    """A coil as coaxial rings that enclose each turn's area; the last, broken turn counts as its fraction."""
+    turns = np.minimum(1.0, coil.turns - np.arange(math.ceil(coil.turns)))
+    # A circle winds in steadily, a racetrack by half a pitch each half turn, a polygon by a pitch after each turn.
+    middle = 0.5 * turns if coil.shape == "circle" else 0.25 if coil.shape == "racetrack" else 0.0
+    inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
+    sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
+    cut = (4.0 - math.pi) * np.minimum(_corner(coil) - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
+    radii = np.sqrt((AREA.get(coil.shape, 1.0) * sides.prod(axis=1) - cut) / math.pi)
+    layers = len(heights)
+    return CoaxialRings(np.tile(radii, layers), np.repeat(np.asarray(heights, dtype=float), radii.size),
+                        np.tile(turns, layers))  # fmt: skip
+
+
+def _corner(coil: CoilSpec) -> float:
+    # Radius of the corners at the outer edge: a racetrack's ends are half circles.
+    return 0.5 * min(coil.size) if coil.shape == "racetrack" else coil.corner_radius
+
+
+def _plate(target: Target) -> tuple[Plate, float]:
+    # A good conductor is a perfect one whose faces lie half a skin depth deeper; a magnetic one draws the field in.
+    metal = target.material
+    depth = 0.5 / math.sqrt(math.pi * FREQUENCY * MU0 * metal.relative_permeability * metal.conductivity)
+    depth = min(depth, 0.25 * target.thickness)
+    shape = "circle" if target.shape == "circle" else "rectangle"
+    size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
+    return Plate(shape, size, target.thickness - 2.0 * depth), depth
+
+
+def _notes(spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Sequence[str], error: float) -> list[str]:
+    if min(shares.values()) > 0.995:
+        return []
+    said = []
+    for state in states:
+        values = [share for (_, where), share in shares.items() if where == state]
+        low, high = min(values), max(values)
+        said.append(f"{low:.2f}" + (f" to {high:.2f}" if high - low > 0.005 else "") + f" {state}")
+    notes = [
+        f"the target is a finite plate: it changes a coil's inductance by {', '.join(said)} of what an endless plate "
+        f"would, each +- {100.0 * error:.0f} %; its loss is taken to scale alike, which is an approximation (currents "
+        "crowd at the edges)"
+    ]
+    if spec.coil.shape != "circle":
+        notes.append(f"for that share a {spec.coil.shape} coil counts as a round one of the same area, turn by turn")
+    return notes

@@ -1,0 +1,255 @@
+"""A conducting plate of finite size over a round coil: what share of an endless plate's effect it has.
+
+The plate is a perfectly conducting sheet that carries eddy currents with the stream function psi (zero at its edge):
+the one that cancels the coil's normal field everywhere on it. psi is expanded in functions that fall to the edge like
+the square root of the distance, as it does: Chebyshev's U times a square root on the rectangle, and Zernike-like ones
+on the disc. Their Fourier transforms are Bessel functions in closed form, and a sheet's energy in Fourier space is
+mu0/2 k |psi|^2. With the normal flux b through every function and the energy matrix K the change of inductance is
+- b K^-1 b; an endless plate's is - mu0 pi times the integral of the coil's power spectrum.
+
+A conductor behind the coil enters as a perfect mirror at a plane, for both.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.bessel import bessel_orders, j0, j1, spherical_bessel_orders
+from sitscad.physics.mean_distance import gauss
+
+Array = NDArray[np.float64]
+Source = tuple[Array, Array, Array]
+
+MARGIN = 3.0
+"""Beyond the coil's edge plus this many times (radius + gap) the rest of a plate no longer matters (below 0.2 %)."""
+
+MOST_MODES = 32
+"""Functions along one side at most, half of them even."""
+
+
+@dataclass(frozen=True, eq=False)
+class CoaxialRings:
+    """A round coil as rings about its axis: radii (m), heights (m, z = 0 is where gaps count from), turns of each."""
+
+    radii: Array
+    heights: Array
+    turns: Array
+
+    def spectrum(self, wave_numbers: Array, roof: float, floor: float) -> Array:
+        """The field's spectrum at the plane z = `roof`: the sum of turns a J1(k a) exp(-k distance), less that of the
+        image in a mirror at z = `floor` (-inf: none); in units of mu0 pi it is the normal flux density's.
+        """
+        k = wave_numbers[:, None]
+        waves = np.exp(-k * (roof - self.heights))
+        if math.isfinite(floor):
+            waves = waves - np.exp(-k * (roof + self.heights - 2.0 * floor))
+        found: Array = (self.turns * self.radii * j1(k * self.radii) * waves).sum(axis=1)
+        return found
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A flat plate: "rectangle" or "circle", size along x and y (m; a circle's diameter twice) and thickness (m)."""
+
+    shape: str
+    size: tuple[float, float]
+    thickness: float
+
+
+def plate_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
+    """Change of inductance by the plate over that by an endless one, both with their near faces at z = `gap` (m).
+
+    `offsets` (m, shape (n, 2)) are the places of the coil's axis seen from the plate's centre; the answer has shape
+    (n,). The plate is a sheet in its middle plane, a little larger for the current on its side walls, and a volume that
+    keeps out the field along it. That field is the coil's and the eddy currents' own, half and half; the first half is
+    shared out by its square on the plate, the second like the sheet's effect. For endless plates this is exact.
+    """
+    offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
+    middle, outer = gap + 0.5 * plate.thickness, float(coil.radii.max())
+    depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
+    reach = float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
+    half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate.thickness, outer), reach)
+    k, weights = _wave_numbers(11.0 / depth, reach)
+    front = _endless(k, weights, coil.spectrum(k, gap, floor), gap - floor)
+    spectrum, room = coil.spectrum(k, middle, floor), middle - floor
+    sheet = _endless(k, weights, spectrum, room)
+    source = k, weights, spectrum
+    detail = min(depth, 0.5 * outer)
+    if plate.shape == "circle":
+        changes = _disc(float(half[0]), offsets, source, detail, room)
+    else:
+        changes = _rectangle(half, offsets, source, detail, room)
+    excluded = _field_along(plate, half, offsets, source, detail)
+    return (changes + 0.5 * (front - sheet) * (excluded + changes / sheet)) / front
+
+
+def _edge_growth(thickness: float, outer: float) -> float:
+    # How far (m) the sheet reaches beyond a plate with side walls: t / 2 pi ln(D / t). The form is that of a thick
+    # strip's (a logarithm of size over thickness), the coil's diameter D in it a fit to boxes of surface loops.
+    if thickness <= 0.0:
+        return 0.0
+    return thickness / (2.0 * math.pi) * math.log(max(2.0 * outer / thickness, math.e))
+
+
+def share_error(plate: Plate, coil: CoaxialRings) -> float:
+    """Relative error of a share, from the comparison with boxes of surface loops (tests/validation), by the plate's
+    thickness over the coil's diameter; thicker than an eighth was not compared.
+    """
+    slenderness = plate.thickness / (2.0 * float(coil.radii.max()))
+    return 0.03 if slenderness <= 0.07 else 0.05 if slenderness <= 0.13 else 0.1
+
+
+def _endless(k: Array, weights: Array, spectrum: Array, room: float) -> float:
+    # Minus the change of inductance by an endless plate, in units of mu0 pi; `room` is its distance from the mirror.
+    echo = 1.0 - np.exp(-2.0 * k * room) if math.isfinite(room) else 1.0
+    return float(np.sum(weights * spectrum**2 / echo))
+
+
+def _field_along(plate: Plate, half: Array, offsets: Array, source: Source, detail: float) -> Array:
+    # The part that falls on the plate of the squared field along its plane.
+    k, weights, spectrum = source
+    half = np.minimum(half, 0.5 * np.array(plate.size))
+    panels = min(6, 1 + math.ceil(float(half.max()) / (6.0 * detail)))
+    nodes, share = (np.tile(values, panels) / panels for values in gauss(16))
+    nodes = nodes + np.repeat((2.0 * np.arange(panels) + 1.0) / panels - 1.0, 16)
+    if plate.shape == "circle":
+        angle = 2.0 * math.pi * np.arange(nodes.size) / nodes.size
+        r = 0.5 * half[0] * (1.0 + nodes[:, None])
+        x, y = r * np.cos(angle), r * np.sin(angle)
+        area = math.pi * half[0] * share[:, None] * r / nodes.size * np.ones_like(x)
+    else:
+        x, y = np.meshgrid(half[0] * nodes, half[1] * nodes, indexing="ij")
+        area = half[0] * half[1] * share[:, None] * share
+    away = np.hypot(x - offsets[:, 0, None, None], y - offsets[:, 1, None, None])
+    radii = np.linspace(0.0, float(away.max()), 4 * nodes.size + 40)
+    table = j1(radii[:, None] * k) @ (k * weights * spectrum)
+    along = np.interp(away, radii, table**2)
+    return np.asarray((along * area).sum(axis=(1, 2)) / (2.0 * math.pi * np.sum(weights * k * spectrum**2)))
+
+
+def _wave_numbers(top: float, reach: float) -> tuple[Array, Array]:
+    # k = top t^2: dense where the coil's own size lies, up to where exp(-k depth) has died out.
+    nodes, share = gauss(16)
+    panels = min(40, 8 + math.ceil(top * reach / 25.0))
+    t = ((np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels).ravel()
+    return top * t * t, top * t * np.tile(share, panels) / panels
+
+
+def _modes(half: float, detail: float) -> int:
+    # Even: half the functions for even, half for odd fields. These resolve half / n; the field varies over the detail.
+    return 2 * min(MOST_MODES // 2, 3 + math.ceil(0.8 * half / detail))
+
+
+# The rectangle ------------------------------------------------------------------------------------------------------
+
+
+def _rectangle(half: Array, offsets: Array, source: Source, detail: float, room: float) -> Array:
+    counts = _modes(half[0], detail), _modes(half[1], detail)
+    u, v = (_chebyshev_projection(n) for n in counts)
+    farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
+    radii = np.linspace(0.0, farthest, 4 * max(counts) + 40)
+    table = _normal_field(radii, *source)
+    x = half[0] * u[0] - offsets[:, 0, None]
+    y = half[1] * v[0] - offsets[:, 1, None]
+    away = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
+    field = _cubic(away, radii[1], table)
+    flux = half[0] * half[1] * np.einsum("mi,pij,nj->pmn", u[1], field, v[1], optimize=True)
+    total = np.zeros(len(offsets))
+    for px in (0, 1):
+        for py in (0, 1):
+            b = flux[:, px::2, py::2].reshape(len(offsets), -1)
+            if np.abs(b).max() > 1e-12 * np.abs(flux).max():
+                energy = _rectangle_energy(half, np.arange(px, counts[0], 2.0), np.arange(py, counts[1], 2.0), room)
+                total += np.einsum("pm,mp->p", b, np.linalg.solve(energy, b.T))
+    return total / (2.0 * math.pi)
+
+
+def _chebyshev_projection(count: int) -> tuple[Array, Array]:
+    # Gauss-Chebyshev points of the second kind, and the weights that project a field on sqrt(1 - u^2) U_m(u).
+    points = 2 * count + 8
+    angle = math.pi * np.arange(1, points + 1) / (points + 1)
+    weights = math.pi / (points + 1) * np.sin(angle)
+    return np.cos(angle), weights * np.sin(np.arange(1, count + 1)[:, None] * angle)
+
+
+def _normal_field(radii: Array, k: Array, weights: Array, spectrum: Array) -> Array:
+    # Normal flux density at distances from the axis, in units of mu0 / 2: the integral of k J0(k r) times the spectrum.
+    return np.asarray(j0(radii[:, None] * k) @ (k * weights * spectrum))
+
+
+def _cubic(at: Array, step: float, table: Array) -> Array:
+    # Catmull and Rom's spline through values at 0, step, 2 step ... of an even function.
+    padded = np.concatenate((table[1:2], table, table[-1:], table[-1:]))
+    cell = np.minimum((at / step).astype(int), table.size - 2)
+    t = at / step - cell
+    a, b, c, d = (padded[cell + shift] for shift in range(4))
+    found: Array = b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
+    return found
+
+
+def _rectangle_energy(half: Array, x: Array, y: Array, room: float) -> Array:
+    # k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
+    # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
+    q, weights, transforms = _transforms(2 * (int(max(x.max(), y.max())) // 2 + 1))
+    kx, ky = q[:, None] / half[0], q / half[1]
+    k = np.hypot(kx, ky)
+    rest = -2.0 * kx * ky / (k + kx + ky)
+    if math.isfinite(room):
+        rest = rest - k * np.exp(-2.0 * k * room)
+    rest = rest * (weights[:, None] * weights)
+    fx, fy = transforms[x.astype(int)], transforms[y.astype(int)]
+    inner = np.einsum("aq,bq->abq", fx, fx).reshape(-1, q.size) @ rest
+    outer = np.einsum("aq,bq->abq", fy, fy).reshape(-1, q.size)
+    energy = (inner @ outer.T).reshape(x.size, x.size, y.size, y.size)
+    for row, (one, other) in enumerate(((x, y), (y, x))):
+        slope = np.diag(0.5 * (one + 1.0)) / half[row]
+        product = np.einsum("ab,cd->abcd", slope, _overlap(other))
+        energy = energy + (product if row == 0 else product.transpose(2, 3, 0, 1))
+    return math.pi**2 * half[0] * half[1] * energy.transpose(0, 2, 1, 3).reshape(x.size * y.size, -1)
+
+
+def _overlap(orders: Array) -> Array:
+    # Integral over q > 0 of two transforms: pi times that of (1 - u^2) U_m U_n over the side, divided by pi^2.
+    one, other = orders[:, None], orders
+    difference, total = (one - other) ** 2, (one + other + 2) ** 2
+    return np.asarray((1.0 / (1.0 - difference) - 1.0 / (1.0 - total)) / math.pi)
+
+
+@lru_cache(maxsize=8)
+def _transforms(count: int) -> tuple[Array, Array, Array]:
+    # Nodes and weights over q > 0, and (m + 1) J_(m+1)(q) / q for m < count with the sign of i^m folded in.
+    panels = math.ceil((count + 40) / 8)
+    nodes, share = gauss(16)
+    q = (8.0 * (np.arange(panels)[:, None] + 0.5 * (1.0 + nodes))).ravel()
+    order = np.arange(1, count + 1)
+    sign = np.where((order - 1) // 2 % 2, -1.0, 1.0)
+    return q, np.tile(4.0 * share, panels), (sign * order)[:, None] * bessel_orders(q, count)[1:] / q
+
+
+# The disc -----------------------------------------------------------------------------------------------------------
+
+
+def _disc(radius: float, offsets: Array, source: Source, detail: float, room: float) -> Array:
+    # Functions exp(i m phi) with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., whose energies are 1 / (2l + 1)
+    # apart from the mirror's echo: every angular order stands alone.
+    k, weights, spectrum = source
+    count = _modes(radius, detail) // 2 + 4
+    highest = 2 * count
+    radial = spherical_bessel_orders(k * radius, highest + 2 * count)
+    around = [bessel_orders(k * max(away, 1e-9 * radius), highest) for away in np.hypot(*offsets.T)]
+    total = np.zeros(len(offsets))
+    for m in range(highest + 1):
+        orders = m + 1 + 2 * np.arange(count)
+        flux = (np.array([one[m] for one in around]) * (weights * spectrum)) @ radial[orders].T
+        energy = np.diag(1.0 / (2.0 * orders + 1.0))
+        if math.isfinite(room):
+            echo = weights * np.exp(-2.0 * k * room)
+            energy -= 2.0 * radius / math.pi * (radial[orders] * echo) @ radial[orders].T
+        twice = 1.0 if m == 0 else 2.0
+        total += twice * 2.0 * radius / math.pi * np.einsum("pm,mp->p", flux, np.linalg.solve(energy, flux.T))
+    return total

@@ -1,0 +1,101 @@
+"""The finite plate in its limits: endless, tiny, far away, mirrored, growing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sitscad.physics.bessel import bessel_orders, j0, j1, spherical_bessel_orders
+from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share
+
+COIL = CoaxialRings(np.tile(np.linspace(0.9e-3, 1.95e-3, 7), 2), np.repeat([-20e-6, -120e-6], 7), np.ones(14))
+ALONE = CoaxialRings(np.array([2e-3]), np.zeros(1), np.ones(1))
+
+
+def rectangle(x, y, thickness=0.2e-3):
+    return Plate("rectangle", (x, y), thickness)
+
+
+def disc(diameter, thickness=0.2e-3):
+    return Plate("circle", (diameter, diameter), thickness)
+
+
+@pytest.mark.parametrize("plate", [rectangle(40e-3, 40e-3), rectangle(0.4, 0.1), disc(40e-3)])
+@pytest.mark.parametrize("gap", [0.3e-3, 1e-3, 3e-3])
+@pytest.mark.parametrize("floor", [-math.inf, -1e-3])
+def test_a_large_plate_is_an_endless_one(plate, gap, floor):
+    shares = plate_share(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), gap, floor)
+    assert shares == pytest.approx(1.0, abs=4e-3)
+
+
+@pytest.mark.parametrize("plate", [rectangle(4.5e-3, 4.2e-3), disc(4.5e-3)])
+def test_mirrored_places_have_one_share(plate):
+    places = np.array([[1.3e-3, 0.7e-3], [-1.3e-3, 0.7e-3], [1.3e-3, -0.7e-3], [-1.3e-3, -0.7e-3]])
+    shares = plate_share(plate, COIL, places, 0.8e-3)
+    assert shares == pytest.approx(shares[0], rel=1e-9)
+
+
+def test_a_turned_rectangle_over_a_turned_place_is_the_same():
+    one = plate_share(rectangle(4.5e-3, 3e-3), COIL, np.array([[1.3e-3, 0.7e-3]]), 0.8e-3)
+    other = plate_share(rectangle(3e-3, 4.5e-3), COIL, np.array([[0.7e-3, 1.3e-3]]), 0.8e-3)
+    assert one == pytest.approx(other, rel=1e-9)
+
+
+@pytest.mark.parametrize("make", [lambda s: rectangle(s, s), lambda s: rectangle(s, 4e-3), disc])
+@pytest.mark.parametrize("offset", [0.0, 2.25e-3])
+def test_a_larger_plate_does_more(make, offset):
+    shares = [float(plate_share(make(s), COIL, np.array([[offset, 0.0]]), 0.8e-3)[0]) for s in np.arange(1, 16) * 1e-3]
+    assert np.all(np.diff(shares) > -1e-4)
+    assert 0.0 < shares[0] < 0.25
+    assert shares[-1] == pytest.approx(1.0 if make(1e-3).size[1] == 1e-3 else 0.93, abs=0.02)
+
+
+def test_the_result_scales_with_everything():
+    small = plate_share(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0]]), 0.8e-3, -1e-3)
+    coil = CoaxialRings(COIL.radii * 1e3, COIL.heights * 1e3, COIL.turns * 5.0)
+    large = plate_share(rectangle(4.5, 4.2, 0.2), coil, np.array([[2.25, 0.0]]), 0.8, -1.0)
+    assert large == pytest.approx(small, rel=1e-9)
+
+
+@pytest.mark.parametrize("offset", [0.0, 10e-3])
+def test_a_small_disc_far_away_is_a_dipole(offset):
+    # A perfectly conducting disc of radius a across a field B has the moment 8 a^3 B / (3 mu0) (Van Bladel).
+    radius, gap = 0.5e-3, 20e-3
+    share = plate_share(disc(2 * radius, 0.0), ALONE, np.array([[offset, 0.0]]), gap)[0]
+    turn = 2 * math.pi * (np.arange(720) + 0.5) / 720
+    source = 2e-3 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    along = np.stack([-np.sin(turn), np.cos(turn), 0 * turn], axis=1) * 2e-3 * (2 * math.pi / 720)
+    away = np.array([offset, 0.0, gap]) - source
+    field = 1e-7 * (np.cross(along, away) / np.linalg.norm(away, axis=1)[:, None] ** 3).sum(axis=0)[2]
+    dipole = 8 * radius**3 / (3 * 4e-7 * math.pi) * field**2
+    k = (np.arange(4000) + 0.5) * 0.5
+    endless = 4e-7 * math.pi**2 * np.sum((2e-3 * j1(k * 2e-3)) ** 2 * np.exp(-2 * k * gap)) * 0.5
+    assert share == pytest.approx(dipole / endless, rel=0.01)
+
+
+def test_a_square_is_as_polarizable_as_published():
+    # Electric polarizabilities of small holes, the dual of plates: 0.1137 s^3 (McDonald 1985) and d^3 / 12 (Bethe).
+    square = plate_share(rectangle(1e-3, 1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
+    round_one = plate_share(disc(1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
+    assert square / round_one == pytest.approx(0.1137 * 12, rel=0.003)
+
+
+def test_a_half_covered_coil_feels_a_quarter():
+    """The recommended jaw design: the plate between two 4 mm coils. An endless plate would overstate it fourfold."""
+    between, over = plate_share(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0], [0.0, 0.0]]), 1e-3)
+    assert 0.25 < between < 0.32
+    assert 0.85 < over < 0.93
+
+
+def test_bessel_functions_obey_their_identities():
+    x = np.linspace(1e-3, 90.0, 400)
+    orders = bessel_orders(x, 40)
+    assert np.abs(orders[0] - j0(x)).max() < 2e-7
+    assert np.abs(orders[1] - j1(x)).max() < 2e-7
+    low = x < 15
+    assert (orders[0] + 2 * orders[2::2].sum(axis=0))[low] == pytest.approx(1.0, abs=1e-9)
+    spherical = spherical_bessel_orders(x, 3)
+    assert np.abs(spherical[0] - np.sin(x) / x).max() < 1e-12
+    assert np.abs(spherical[1] - (np.sin(x) / x**2 - np.cos(x) / x)).max() < 1e-9
