@@ -9,10 +9,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from sitscad.estimates.losses import Strip
 from sitscad.layout.board import Coil, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.filaments import PolylineTrack, segment_set, segment_sets_inductance, via_inductance
-from sitscad.physics.resistance import strip_resistance_ratio, track_resistance, via_resistance
+from sitscad.physics.resistance import track_resistance, via_resistance
 from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
 
 FLATTENED = 10e-6
@@ -30,19 +31,18 @@ Piece = tuple[Place, Place]
 class LeadEstimate:
     """Leads of one coil: partial inductance (H) with the return, direct resistance (ohm), capacitance of the pair (F).
 
-    `strips` holds (resistance, width, thickness) of every track for the rise of resistance with frequency.
+    `strips` are the tracks' stretches, for the rise of resistance with frequency.
     """
 
     inductance: float
     resistance: float
     capacitance: float
-    strips: tuple[tuple[float, float, float], ...]
+    strips: tuple[Strip, ...]
     via_resistance: float
 
     def resistance_at(self, frequency: float, conductivity: float) -> float:
-        """Resistance (ohm) with skin effect at a frequency (Hz)."""
-        tracks = math.fsum(r * strip_resistance_ratio(frequency, w, t, conductivity) for r, w, t in self.strips)
-        return tracks + self.via_resistance
+        """Resistance (ohm) at a frequency (Hz), with skin effect and what the way back adds where it runs beside."""
+        return math.fsum(strip.resistance_at(frequency, conductivity) for strip in self.strips) + self.via_resistance
 
 
 NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)
@@ -52,6 +52,7 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
     """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding."""
     copper = {layer.number: layer for layer in stackup.copper}
     tracks, strips = [], []
+    facing = _facing(coil)
     for trace in _leads(coil):
         layer = copper[trace.layer]
         corners = np.array(_distinct(_oriented(coil, trace)))
@@ -59,14 +60,14 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
             continue
         tracks.append(PolylineTrack(corners, trace.width, layer.thickness, layer.z))
         resistance = track_resistance(trace.path.length, trace.width, layer.thickness, conductivity)
-        strips.append((resistance, trace.width, layer.thickness))
+        strips += _strips(trace, resistance, copper, facing)
     inductance = _partial_inductance(tracks)
     plating = stackup.plating_thickness or USUAL_PLATING
     barrels = 0.0
     for via, length in _vias(coil, copper):
         barrels += via_resistance(length, via.drill, plating, conductivity)
         inductance += via_inductance(length, via.drill)
-    total = math.fsum(r for r, _, _ in strips) + barrels
+    total = math.fsum(strip.resistance for strip in strips) + barrels
     return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), tuple(strips), barrels)
 
 
@@ -128,8 +129,8 @@ def _distinct(points: Sequence[Place]) -> list[Place]:
     return kept
 
 
-def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
-    # Every straight piece of the way in, against the nearest parallel straight piece of the way out.
+def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
+    # Every straight piece of the way in and of the way out.
     way_in, way_out, windings = [], [], 0
     for item in coil.series:
         if isinstance(item, Trace) and item.role is Role.WINDING:
@@ -140,6 +141,41 @@ def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
                 way_in += lines
             elif windings == len(coil.windings):
                 way_out += lines
+    return way_in, way_out
+
+
+def _facing(coil: Coil) -> list[tuple[Trace, float, float, Trace]]:
+    # Trace, length (m) over which it runs beside a piece of the other way, distance across (m), the other's trace.
+    found = []
+    ways = _ways(coil)
+    for one, other in (ways, ways[::-1]):
+        for line, trace in one:
+            rows = [(_overlap(line, piece), _lateral(line, piece), back) for piece, back in other]
+            rows = [row for row in rows if row[0] > 0.0 and row[1] < 5.0 * trace.width]
+            if rows:
+                length, lateral, back = min(rows, key=lambda row: (row[1], -row[0]))
+                found.append((trace, length, lateral, back))
+    return found
+
+
+def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
+            facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:  # fmt: skip
+    layer = copper[trace.layer]
+    strips, alone = [], resistance
+    for owner, length, lateral, back in facing:
+        if owner is trace:
+            height = abs(layer.z - copper[back.layer].z)
+            if height == 0.0 and lateral <= trace.width:
+                continue
+            share = resistance * length / trace.path.length
+            alone -= share
+            strips.append(Strip(share, trace.width, layer.thickness, (round(lateral, 6), height)))
+    return [Strip(max(alone, 0.0), trace.width, layer.thickness), *strips]
+
+
+def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
+    # Every straight piece of the way in, against the nearest parallel straight piece of the way out.
+    way_in, way_out = _ways(coil)
     total = 0.0
     for line, trace in way_in:
         facing = [(_overlap(line, other), _lateral(line, other), other_trace) for other, other_trace in way_out]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from sitscad.estimates.leads import LeadEstimate
 from sitscad.estimates.values import ReadoutEstimate, StateEstimate
-from sitscad.physics.proximity import ProximityLoss
+from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
 from sitscad.readout import ldc1614
 from sitscad.spec.sensor import ReadoutSpec

@@ -1,0 +1,233 @@
+"""Skin and proximity effect of windings made of straight sides and arcs: polygons, rectangles, racetracks.
+
+Sides of one direction lie abreast; they are cut together at the same fractions of their lengths. What drives the eddy
+currents is the vector potential of the whole real path, straight filaments in closed form, so corners and ends count.
+An arc is a few chords, each a side of its own that remembers its curvature.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.current_modes import (
+    Cut,
+    ModeSet,
+    ProximityLoss,
+    cut_loss,
+    field_nodes,
+    integrated,
+    joined,
+    points_of,
+)
+from sitscad.physics.mean_distance import gauss
+from sitscad.physics.proximity import arc_field, smooth_rings
+
+Array = NDArray[np.float64]
+
+BLOCK = math.radians(30.0)
+"""An arc is cut once in this angle, in the middle one of an odd number of chords."""
+
+ABREAST = math.radians(5.0)
+"""Sides whose directions differ by less than this lie abreast."""
+
+CORNER = 0.4
+"""Widths of clearance of sides that are not abreast: the field squared beyond a corner, summed over a side, is then
+that of a filament from half a width on."""
+
+@dataclass(frozen=True, eq=False)
+class BentTrack:
+    """One layer: starts and ends (n, 2) of its pieces along the current (m), the angle that each turns by (0: straight,
+    positive to the left; rad), the cross-section and the mid-plane.
+    """
+
+    starts: Array
+    ends: Array
+    turns: Array
+    width: float
+    thickness: float
+    z: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Sides:
+    # Straight sides of all tracks: `key` numbers the groups that lie abreast (-1: seen, never cut); `block`
+    # numbers the blocks of arcs, and sides.
+    start: Array
+    end: Array
+    section: Array
+    length: Array
+    curvature: Array
+    key: NDArray[np.intp]
+    block: NDArray[np.intp]
+
+
+def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int,
+                      steps: int) -> ProximityLoss:  # fmt: skip
+    """Skin and proximity effect of tracks in series (S/m), every straight side cut at `cuts` Gauss fractions."""
+    sides = _sides(tracks)
+    nodes, weights = _crowded(cuts)
+    parts = []
+    for key in range(int(sides.key.max()) + 1):
+        index = np.nonzero(sides.key == key)[0]
+        curved = bool(sides.curvature[index[0]])
+        fractions = [(0.5, 1.0)] if curved else list(zip(nodes, weights, strict=True))
+        parts += [_cut_loss(sides, index, f, w, conductivity, modes, steps) for f, w in fractions]
+    return joined(parts)
+
+
+def _crowded(count: int) -> tuple[Array, Array]:
+    # Points and weights on [0, 1], denser towards the corners.
+    nodes, weights = gauss(count)
+    t = 0.5 * (1.0 + nodes)
+    return t * t * (3.0 - 2.0 * t), weights * 3.0 * t * (1.0 - t)
+
+
+def _sides(tracks: Sequence[BentTrack]) -> _Sides:
+    rows, keys, block, number = [], [], [], 0
+    known: list[tuple[float, int]] = []
+    for track in tracks:
+        for start, end, turn in zip(track.starts, track.ends, track.turns, strict=True):
+            blocks = math.ceil(abs(turn) / BLOCK - 1e-6)
+            parts = _parts(start, end, turn, track.width)
+            corners, length = _chords(start, end, turn, parts * blocks or 1)
+            for k in range(len(corners) - 1):
+                heading = math.atan2(*(corners[k + 1] - corners[k])[::-1])
+                cut = not blocks or k % parts == parts // 2
+                keys.append(_group(known, heading, min(blocks, 1)) if cut else -1)
+                block.append(number + k // parts)
+                kept = length / blocks if blocks else length
+                rows.append((*corners[k], *corners[k + 1], track.z, track.width, track.thickness, kept,
+                             turn / length if blocks else 0.0))  # fmt: skip
+            number = block[-1] + 1
+    table = np.array(rows)
+    return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys),
+                  np.array(block))  # fmt: skip
+
+
+def _parts(start: Array, end: Array, turn: float, width: float) -> int:
+    # Chords of a block of an arc: about as long as the track is wide, 3 to 9.
+    if not turn:
+        return 1
+    radius = float(np.hypot(*(end - start))) / (2.0 * abs(math.sin(0.5 * turn)))
+    return min(max(3, math.ceil(BLOCK * radius / width)), 9) // 2 * 2 + 1
+
+
+def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
+    # The number of the group of that direction; a new one when none is near.
+    for number, (other, kind) in enumerate(known):
+        if kind == part and abs(math.remainder(heading - other, 2.0 * math.pi)) < ABREAST:
+            return number
+    known.append((heading, part))
+    return len(known) - 1
+
+
+def _chords(start: Array, end: Array, turn: float, count: int) -> tuple[Array, float]:
+    # Nodes (count + 1, 2) on the arc from start to end that turns by `turn` to the left, and the arc's length.
+    span = end - start
+    chord = float(np.hypot(*span))
+    if not turn:
+        return np.array([start, end]), chord
+    radius = chord / (2.0 * math.sin(0.5 * turn))
+    middle = 0.5 * (start + end)
+    left = np.array([-span[1], span[0]]) / chord
+    centre = middle + left * radius * math.cos(0.5 * turn)
+    angles = np.linspace(0.0, turn, count + 1)
+    arm = start - centre
+    nodes = centre + np.stack([arm[0] * np.cos(angles) - arm[1] * np.sin(angles),
+                               arm[0] * np.sin(angles) + arm[1] * np.cos(angles)], axis=1)  # fmt: skip
+    return nodes, abs(radius * turn)
+
+
+def _cut_loss(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float, conductivity: float,
+              modes: ModeSet, steps: int) -> ProximityLoss:  # fmt: skip
+    span = sides.end[index] - sides.start[index]
+    tangent = span[0] / np.hypot(*span[0])
+    normal = np.array([tangent[1], -tangent[0]])
+    place = sides.start[index] + fraction * span
+    z, width, thickness = sides.section[index].T
+    cut = Cut(place @ normal, z, width, thickness, sides.length[index] * weight, sides.curvature[index])
+    offset = 0.5 * width[:, None] * field_nodes(modes)
+    flux = integrated(_smooth_field(sides, index, cut, place @ tangent, tangent, offset), cut, modes)
+    if cut.curvature.any():
+        flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
+    return cut_loss(cut, flux, None, conductivity, modes, steps)
+
+
+def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
+    # cut_loss weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a track's
+    # own arc, +-half (n,) radians about the cut, is a part of a ring.
+    bend = cut.curvature[:, None]
+    offset = points_of(cut, modes)[0] - cut.across[:, None]
+    flux = -bend * integrated(_straight_potential(cut, 0.5 * cut.width[:, None] * field_nodes(modes)), cut, modes)
+    factor = 1.0 + bend * offset
+    flux += (factor - np.sqrt(factor)) * _straight_potential(cut, offset)
+    radius = 1.0 / np.abs(cut.curvature)
+    place = radius[:, None] * factor
+    nodes, share = gauss(modes.points[0] + 1)
+    source = radius[:, None] + 0.5 * cut.width[:, None] * nodes
+    squared = np.maximum((place[..., None] - source[:, None, :]) ** 2, (1e-6 * cut.width[:, None, None]) ** 2)
+    ring = smooth_rings(place[..., None], source[:, None, :], squared, cut.unit) @ (0.5 * share)
+    flux += ring / (2.0 * math.pi * radius[:, None])
+    t, weight = gauss(24)
+    near = radius[:, None] + 0.5 * cut.width[:, None] * np.sign(bend) * field_nodes(modes)
+    field = np.empty_like(near)
+    for i, (r, beta) in enumerate(zip(radius, half, strict=True)):
+        angle = beta + (math.pi - beta) * (0.5 * (1.0 + t)) ** 2
+        both = 2.0 * (math.pi - beta) * 0.5 * (1.0 + t) * weight
+        field[i] = arc_field(near[i], np.full(t.size, r), angle, both, np.zeros(near.shape[1]))
+    return np.asarray(flux - integrated(np.sign(bend) * field * near / radius[:, None], cut, modes))
+
+
+def _smooth_field(sides: _Sides, index: NDArray[np.intp], cut: Cut, along: Array, tangent: Array,
+                  offset: Array) -> Array:  # fmt: skip
+    # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
+    # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
+    # the potential along the track: near corners that would miss half of the flux.
+    normal = np.array([tangent[1], -tangent[0]])
+    point = (along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal).reshape(-1, 2)
+    axis = sides.end - sides.start
+    length = np.hypot(axis[:, 0], axis[:, 1])
+    axis = axis / length[:, None]
+    left = np.stack([-axis[:, 1], axis[:, 0]], axis=1)
+    start = np.sum(sides.start * axis, axis=1) - point @ axis.T
+    end = start + length
+    # Distance to the right of each filament, where its field points down: the current's own normal is to the right.
+    lateral = np.sum(sides.start * left, axis=1) - point @ left.T
+    height = np.repeat(cut.height, offset.shape[1])[:, None] - sides.section[:, 0]
+    # Sides round the corner have the width of a track: as filaments they would be too near.
+    turned = np.abs(axis @ tangent) < 0.94
+    square = lateral**2 + height**2 + np.maximum(turned * CORNER * sides.section[:, 1], 1e-6 * cut.unit) ** 2
+    square[:, index] = lateral[:, index] ** 2 + height[:, index] ** 2 + (1e-6 * cut.unit) ** 2
+    field = _beyond(end, square) - _beyond(start, square)
+    times = np.sign(end) - np.sign(start)
+    ratio = np.sqrt(cut.length[None, :] / cut.length[:, None])
+    times[:, index] -= 2.0 * np.repeat(ratio, offset.shape[1], axis=0)
+    if cut.curvature.any():
+        # A track's own arc near the cut is a part of a ring, not chords: see _bend_flux.
+        own = np.repeat(sides.block[index], offset.shape[1])[:, None] == sides.block
+        times, field = np.where(own, 0.0, times), np.where(own, 0.0, field)
+    total = np.sum(lateral * (times / square - field), axis=1).reshape(offset.shape)
+    return np.asarray(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset))
+
+
+def _straight_potential(cut: Cut, offset: Array) -> Array:
+    # What the other tracks of the cut make along each one as straight filaments (n, points).
+    across = cut.across[:, None, None] + offset[..., None] - cut.across
+    square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2
+    square = np.maximum(square / cut.unit**2, 1e-20)
+    own = np.arange(cut.across.size)
+    square[own, :, own] = 1.0
+    ratio = np.sqrt(cut.length[None, :] / cut.length[:, None])
+    return np.asarray(-MU0 / (4.0 * math.pi) * np.sum(ratio[:, None, :] * np.log(square), axis=2))
+
+
+def _beyond(x: Array, square: Array) -> Array:
+    # sign(x) / distance^2 less x / (distance^2 sqrt(x^2 + distance^2)), without the difference.
+    far = np.sqrt(x * x + square)
+    return np.asarray(np.sign(x) / (far * (far + np.abs(x))))
