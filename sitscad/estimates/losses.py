@@ -37,10 +37,10 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     gap = least_gap(spec.trace_spacing, spec.trace_width, [w.z for w in coil.windings])
     tracks = spec.turns * len(coil.windings)
     resolution = resolution_for(spec.trace_width, thickness, gap, tracks, wanted, conductivity)
-    sides = min(len(winding.path.segments) / spec.turns for winding in coil.windings)
-    cuts = max(2, resolution.cuts // (1 if sides < 5.0 else 2))
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
-    return bent_winding_loss(bent, conductivity, resolution.modes, cuts, resolution.steps)
+    usual = wanted > FINE_TOLERANCE
+    return bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 6, resolution.steps,
+                             half=usual and spec.turns >= 4.0)  # fmt: skip
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:
@@ -52,7 +52,7 @@ def bent_track(winding: Winding, width: float) -> BentTrack:
 
 
 def winding_resistance(spec: CoilSpec, coil: Coil, conductivity: float) -> float:
-    """Direct-current resistance (ohm) of a coil's winding: sharp corners and tight turns are cut short by the current."""
+    """Direct-current resistance (ohm) of a coil's winding; the current cuts sharp corners and tight turns short."""
     total = 0.0
     for winding in coil.windings:
         segments = winding.path.segments

@@ -23,6 +23,7 @@ from sitscad.physics.current_modes import (
     field_nodes,
     integrated,
     joined,
+    mode_matrix,
     points_of,
 )
 from sitscad.physics.mean_distance import gauss
@@ -40,6 +41,7 @@ CORNER = 0.4
 """Widths of clearance of sides that are not abreast: the field squared beyond a corner, summed over a side, is then
 that of a filament from half a width on."""
 
+
 @dataclass(frozen=True, eq=False)
 class BentTrack:
     """One layer: starts and ends (n, 2) of its pieces along the current (m), the angle that each turns by (0: straight,
@@ -56,36 +58,59 @@ class BentTrack:
 
 @dataclass(frozen=True, eq=False)
 class _Sides:
-    # Straight sides of all tracks: `key` numbers the groups that lie abreast (-1: seen, never cut); `block`
-    # numbers the blocks of arcs, and sides.
+    # Straight sides of all tracks: `key` numbers the groups that lie abreast (-1: seen, never cut); `heading` are
+    # their directions (rad, from the first one's); `block` numbers the blocks of arcs, and sides.
     start: Array
     end: Array
     section: Array
     length: Array
     curvature: Array
     key: NDArray[np.intp]
+    heading: list[float]
     block: NDArray[np.intp]
 
 
-def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int,
-                      steps: int) -> ProximityLoss:  # fmt: skip
-    """Skin and proximity effect of tracks in series (S/m), every straight side cut at `cuts` Gauss fractions."""
+def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
+                      half: bool = False) -> ProximityLoss:  # fmt: skip
+    """Skin and proximity effect of tracks in series (S/m), every straight side cut `cuts` times (an even number).
+
+    With `half`, only the sides of the first half turn of direction are solved and stand for the opposite ones too.
+    """
     sides = _sides(tracks)
-    nodes, weights = _crowded(cuts)
     parts = []
     for key in range(int(sides.key.max()) + 1):
         index = np.nonzero(sides.key == key)[0]
-        curved = bool(sides.curvature[index[0]])
-        fractions = [(0.5, 1.0)] if curved else list(zip(nodes, weights, strict=True))
-        parts += [_cut_loss(sides, index, f, w, conductivity, modes, steps) for f, w in fractions]
-    return joined(parts)
+        if not half or sides.heading[key] < math.pi - 1e-3:
+            parts += _group_losses(sides, index, cuts, conductivity, modes, steps)
+    found = joined(parts)
+    if not half:
+        return found
+    area = sides.section[:, 1] * sides.section[:, 2]
+    whole = float(np.sum((sides.length / area)[sides.key >= 0])) / conductivity
+    times = whole / math.fsum(part.direct for part in parts)
+    return ProximityLoss(found.direct * times, found.rates, found.strengths * times, found.direct_change * times)
 
 
-def _crowded(count: int) -> tuple[Array, Array]:
-    # Points and weights on [0, 1], denser towards the corners.
+def _group_losses(sides: _Sides, index: NDArray[np.intp], cuts: int, conductivity: float, modes: ModeSet,
+                  steps: int) -> list[ProximityLoss]:  # fmt: skip
+    if sides.curvature[index[0]]:
+        return [_cut_loss(sides, index, 0.5, 1.0, conductivity, modes, steps, None)]
+    spans = sides.end[index] - sides.start[index]
+    corner = CORNER * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0], spans[:, 1])))
+    matrix = mode_matrix(_cut(sides, index, 0.5, 1.0), conductivity, modes)
+    return [
+        _cut_loss(sides, index, fraction, weight, conductivity, modes, steps, matrix)
+        for fraction, weight in zip(*_crowded(cuts // 2, corner), strict=True)
+    ]
+
+
+def _crowded(count: int, scale: float) -> tuple[Array, Array]:
+    # Points and weights on [0, 1], `count` to either half, denser towards the ends: beyond `scale` from them.
     nodes, weights = gauss(count)
-    t = 0.5 * (1.0 + nodes)
-    return t * t * (3.0 - 2.0 * t), weights * 3.0 * t * (1.0 - t)
+    top = math.asinh(0.5 / scale)
+    u = 0.5 * top * (1.0 + nodes)
+    x, w = scale * np.sinh(u), 0.5 * top * weights * scale * np.cosh(u)
+    return np.concatenate([x, 1.0 - x]), 0.5 * np.concatenate([w, w]) / np.sum(w)
 
 
 def _sides(tracks: Sequence[BentTrack]) -> _Sides:
@@ -106,7 +131,8 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
                              turn / length if blocks else 0.0))  # fmt: skip
             number = block[-1] + 1
     table = np.array(rows)
-    return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys),
+    headings = [(heading - known[0][0] + 1e-3) % (2.0 * math.pi) for heading, _ in known]
+    return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings,
                   np.array(block))  # fmt: skip
 
 
@@ -144,19 +170,27 @@ def _chords(start: Array, end: Array, turn: float, count: int) -> tuple[Array, f
     return nodes, abs(radius * turn)
 
 
-def _cut_loss(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float, conductivity: float,
-              modes: ModeSet, steps: int) -> ProximityLoss:  # fmt: skip
-    span = sides.end[index] - sides.start[index]
-    tangent = span[0] / np.hypot(*span[0])
-    normal = np.array([tangent[1], -tangent[0]])
-    place = sides.start[index] + fraction * span
+def _cut(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float) -> Cut:
+    place, tangent = _place(sides, index, fraction)
     z, width, thickness = sides.section[index].T
-    cut = Cut(place @ normal, z, width, thickness, sides.length[index] * weight, sides.curvature[index])
-    offset = 0.5 * width[:, None] * field_nodes(modes)
+    normal = np.array([tangent[1], -tangent[0]])
+    return Cut(place @ normal, z, width, thickness, sides.length[index] * weight, sides.curvature[index])
+
+
+def _place(sides: _Sides, index: NDArray[np.intp], fraction: float) -> tuple[Array, Array]:
+    span = sides.end[index] - sides.start[index]
+    return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
+
+
+def _cut_loss(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float, conductivity: float,
+              modes: ModeSet, steps: int, matrix: Array | None) -> ProximityLoss:  # fmt: skip
+    place, tangent = _place(sides, index, fraction)
+    cut = _cut(sides, index, fraction, weight)
+    offset = 0.5 * cut.width[:, None] * field_nodes(modes)
     flux = integrated(_smooth_field(sides, index, cut, place @ tangent, tangent, offset), cut, modes)
     if cut.curvature.any():
         flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
-    return cut_loss(cut, flux, None, conductivity, modes, steps)
+    return cut_loss(cut, flux, None, conductivity, modes, steps, matrix)
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:

@@ -52,9 +52,9 @@ def suited_modes(width: float, thickness: float, gap: float, depth: float, fine:
     Legendre polynomials resolve a boundary layer of width / order^2: the orders follow the square root of width over
     depth. The points follow that too, and half the width over `gap` (m), the least distance of tracks.
     """
-    across = math.ceil((2.4 if fine else 1.8) * math.sqrt(width / depth))
-    through = math.ceil((1.6 if fine else 0.9) * math.sqrt(thickness / depth))
-    across, through = min(max(across, 6 if fine else 4), 24), min(max(through, 2 if fine else 1), 6)
+    across = math.ceil((2.2 if fine else 1.8) * math.sqrt(width / depth))
+    through = math.ceil((2.2 if fine else 0.9) * math.sqrt(thickness / depth))
+    across, through = min(max(across, 6 if fine else 4), 24), min(max(through, 2 if fine else 1), 5)
     near = math.ceil((3.0 if fine else 2.0) + width / gap)
     return ModeSet(across, through, (min(max(across, near), 32), 3 if fine else 2))
 
@@ -143,25 +143,38 @@ def _integrals(modes: ModeSet) -> Array:
     return np.asarray(coefficients.T @ np.polynomial.legendre.legval(_local_points(modes)[0], raised))
 
 
+def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
+    """Relaxation times (s) of all modes of a cut among each other, scaled by resistances: (n modes, n modes)."""
+    flat = _conductances(cut, conductivity, modes).ravel()
+    mutual = _mutual_logs(cut, modes).reshape(flat.size, flat.size)
+    mutual *= (-MU0 / (2.0 * math.pi) * flat)[:, None]
+    mutual *= flat
+    return mutual
+
+
+def _conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
+    # Square roots of what each mode of a metre of track conducts (n, modes).
+    area = np.sqrt(conductivity * cut.width * cut.thickness)
+    return np.asarray(area[:, None] * np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders]))
+
+
 def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
-             steps: int) -> ProximityLoss:  # fmt: skip
+             steps: int, matrix: Array | None = None) -> ProximityLoss:  # fmt: skip
     """Loss of a cut's tracks in series, with `conductivity` in S/m.
 
     The tracks drive each other as straight parallel ones do; `smooth` (n, points; Wb/m/A) is what the real path adds:
     the vector potential along each track per ampere, times the path's length there over that of the centre line, less
     -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines. `current` (n,)
     is +1 or -1 (None: all +1), along one direction in space. Direct current divides as 1 / radius in a curved track.
+    `matrix` is `mode_matrix` of a cut of the same places, when that is known.
     """
     count = cut.across.size
-    orders = modes.orders
-    norms = np.array([1.0 / ((2 * a + 1) * (2 * b + 1)) for a, b in orders])
     current = np.ones(count) if current is None else current
-    mutual = _mutual_logs(cut, modes)
-    conductance = np.sqrt(conductivity * cut.width * cut.thickness)[:, None] / np.sqrt(norms)
-    flat = conductance.ravel()
-    matrix = mutual.reshape(flat.size, flat.size) * (-MU0 / (2.0 * math.pi) * flat[:, None] * flat[None, :])
+    matrix = mode_matrix(cut, conductivity, modes) if matrix is None else matrix
+    conductance = _conductances(cut, conductivity, modes)
+    roots = np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders])
     amount = np.sqrt(cut.length / (conductivity * cut.width * cut.thickness))[:, None]
-    carrier, even = (table / np.sqrt(norms) for table in _carrier(cut, modes))
+    carrier, even = (table * roots for table in _carrier(cut, modes))
     size = np.sum(carrier**2, axis=1, keepdims=True)
     source = carrier / size * current[:, None] * amount
     coupling = matrix @ source.ravel()
@@ -274,9 +287,11 @@ def log_block(aspect: float, modes: ModeSet) -> Array:
     The quadruple integral becomes a double one over the differences of both coordinates, whose densities are
     polynomials; points crowd towards difference zero, where the logarithm is. Within 2e-6 of the closed mean distance.
     """
-    nodes, weights = gauss(20)
+    nodes, weights = gauss(16 + modes.through)
     t = 0.5 * (1.0 + nodes)
     dz, wz = 2.0 * t**3, weights * 3.0 * t**2
+    nodes, weights = gauss(18 + 2 * modes.across)
+    t = 0.5 * (1.0 + nodes)
     scale = np.maximum(aspect * dz, 1e-9)[:, None]
     top = np.arcsinh(2.0 / scale)
     u = top * t

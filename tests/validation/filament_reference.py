@@ -86,7 +86,10 @@ class Filaments:
                 kinds.append(np.full(count, kind))
                 sections.append(np.tile([dx * track.width, dz * track.thickness], (count, 1)))
             piece += count
-        order = np.lexsort((np.concatenate(kinds), np.concatenate(pieces)))
+        kind_of, order = np.concatenate(kinds), np.lexsort((np.concatenate(kinds), np.concatenate(pieces)))
+        self.centre_start = np.concatenate([np.tile(t.corners[:-1], (len(self.kinds), 1)) for t in tracks])[order]
+        self.centre_end = np.concatenate([np.tile(t.corners[1:], (len(self.kinds), 1)) for t in tracks])[order]
+        self.kind_of = kind_of[order]
         self.start, self.end = np.concatenate(starts)[order], np.concatenate(ends)[order]
         self.height, self.section = np.concatenate(heights)[order], np.concatenate(sections)[order]
         self.piece, self.count = np.concatenate(pieces)[order], piece
@@ -96,28 +99,47 @@ class Filaments:
         return np.hypot(*(self.end - self.start).T) / (conductivity * self.section.prod(axis=1))
 
     def inductances(self, points=3):
-        """Partial inductances (H) of all pairs: Gauss points on one in the closed potential of the other.
+        """Partial inductances (H) of all pairs of filaments."""
+        return _partial_inductances(self.start, self.end, self.height, self.section, points)
 
-        Close to each other two filaments keep the geometric mean distance of their rectangles.
+    def inductances_with_legs(self, points=3):
+        """The same with the way from the centre line to each filament and back, along the joints of the pieces.
+
+        Between joints the potential is free to differ across the track: without the legs a straight piece beside a
+        corner would see only a part of the flux.
         """
-        side = self.end - self.start
-        length = np.hypot(*side.T)
-        unit = side / length[:, None]
-        nodes, weights = gauss(points)
-        clear = _Clearance(self.section)
-        total = np.zeros((length.size, length.size))
-        for x, w in zip(nodes, weights, strict=True):
-            point = self.start + 0.5 * (1.0 + x) * side
-            for low in range(0, length.size, 400):
-                rows = slice(low, min(low + 400, length.size))
-                away = self.start[None] - point[rows, None]
-                start = away[..., 0] * unit[:, 0] + away[..., 1] * unit[:, 1]
-                lateral = away[..., 0] * unit[:, 1] - away[..., 1] * unit[:, 0]
-                square = clear(lateral, self.height[rows, None] - self.height, rows)
-                rho = np.sqrt(square)
-                total[rows] += w * (np.arcsinh((start + length) / rho) - np.arcsinh(start / rho)) * length[rows, None]
-        total *= 0.5 * MU0 / (4.0 * math.pi) * (unit @ unit.T)
-        return 0.5 * (total + total.T)
+        count = self.start.shape[0]
+        start = np.concatenate([self.start, self.centre_start, self.end])
+        end = np.concatenate([self.end, self.start, self.centre_end])
+        moved = np.hypot(*(end - start).T) > 1e-12
+        everything = np.zeros((3 * count, 3 * count))
+        section = np.tile(self.section, (3, 1))
+        block = _partial_inductances(start[moved], end[moved], np.tile(self.height, 3)[moved], section[moved], points)
+        everything[np.ix_(moved, moved)] = block
+        return everything.reshape(3, count, 3, count).sum(axis=(0, 2))
+
+
+def _partial_inductances(start_of, end_of, heights, section, points):
+    # Gauss points on one filament in the closed potential of the other; close ones keep the mean distance of their
+    # rectangles.
+    side = end_of - start_of
+    length = np.hypot(*side.T)
+    unit = side / length[:, None]
+    nodes, weights = gauss(points)
+    clear = _Clearance(section)
+    total = np.zeros((length.size, length.size))
+    for x, w in zip(nodes, weights, strict=True):
+        point = start_of + 0.5 * (1.0 + x) * side
+        for low in range(0, length.size, 400):
+            rows = slice(low, min(low + 400, length.size))
+            away = start_of[None] - point[rows, None]
+            start = away[..., 0] * unit[:, 0] + away[..., 1] * unit[:, 1]
+            lateral = away[..., 0] * unit[:, 1] - away[..., 1] * unit[:, 0]
+            square = clear(lateral, heights[rows, None] - heights, rows)
+            rho = np.sqrt(square)
+            total[rows] += w * (np.arcsinh((start + length) / rho) - np.arcsinh(start / rho)) * length[rows, None]
+    total *= 0.5 * MU0 / (4.0 * math.pi) * (unit @ unit.T)
+    return 0.5 * (total + total.T)
 
 
 class _Clearance:
@@ -155,10 +177,10 @@ class _Clearance:
         return self.tables[key]
 
 
-def impedance(filaments, conductivity, frequencies, points=3):
+def impedance(filaments, conductivity, frequencies, points=3, legs=False):
     """Impedance (ohm) at every frequency (Hz) of the pieces in series, the filaments of each joined at its ends."""
     resistance = filaments.resistances(conductivity)
-    inductance = filaments.inductances(points)
+    inductance = filaments.inductances_with_legs(points) if legs else filaments.inductances(points)
     return series_impedance(resistance, inductance, filaments.piece, filaments.count, frequencies)
 
 
