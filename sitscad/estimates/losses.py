@@ -35,11 +35,10 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
         return winding_loss(spirals, conductivity, wanted)
     thickness = max(w.thickness for w in coil.windings)
     gap = least_gap(spec.trace_spacing, spec.trace_width, [w.z for w in coil.windings])
-    tracks = spec.turns * len(coil.windings)
-    resolution = resolution_for(spec.trace_width, thickness, gap, tracks, wanted, conductivity)
+    resolution = resolution_for(spec.trace_width, thickness, gap, wanted, conductivity)
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
     usual = wanted > FINE_TOLERANCE
-    return bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 6, resolution.steps,
+    return bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 8, resolution.steps,
                              half=usual and spec.turns >= 4.0)  # fmt: skip
 
 

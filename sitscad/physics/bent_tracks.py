@@ -8,8 +8,9 @@ An arc is a few chords, each a side of its own that remembers its curvature.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ from sitscad.physics.proximity import arc_field, smooth_rings
 Array = NDArray[np.float64]
 
 BLOCK = math.radians(30.0)
-"""An arc is cut once in this angle, in the middle one of an odd number of chords."""
+"""Arcs are cut once in every such angle of their direction, in the middle one of an odd number of chords."""
 
 ABREAST = math.radians(5.0)
 """Sides whose directions differ by less than this lie abreast."""
@@ -117,31 +118,67 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
     rows, keys, block, number = [], [], [], 0
     known: list[tuple[float, int]] = []
     for track in tracks:
-        for start, end, turn in zip(track.starts, track.ends, track.turns, strict=True):
-            blocks = math.ceil(abs(turn) / BLOCK - 1e-6)
-            parts = _parts(start, end, turn, track.width)
-            corners, length = _chords(start, end, turn, parts * blocks or 1)
-            for k in range(len(corners) - 1):
-                heading = math.atan2(*(corners[k + 1] - corners[k])[::-1])
-                cut = not blocks or k % parts == parts // 2
-                keys.append(_group(known, heading, min(blocks, 1)) if cut else -1)
-                block.append(number + k // parts)
-                kept = length / blocks if blocks else length
-                rows.append((*corners[k], *corners[k + 1], track.z, track.width, track.thickness, kept,
-                             turn / length if blocks else 0.0))  # fmt: skip
-            number = block[-1] + 1
+        for nodes, length, turn, heading in _blocks(track):
+            middle = (len(nodes) - 1) // 2
+            group = _group(known, heading, 1 if turn else 0)
+            for k in range(len(nodes) - 1):
+                keys.append(group if k == middle else -1)
+                rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, turn / length))
+            block += [number] * (len(nodes) - 1)
+            number += 1
     table = np.array(rows)
     headings = [(heading - known[0][0] + 1e-3) % (2.0 * math.pi) for heading, _ in known]
     return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings,
                   np.array(block))  # fmt: skip
 
 
-def _parts(start: Array, end: Array, turn: float, width: float) -> int:
-    # Chords of a block of an arc: about as long as the track is wide, 3 to 9.
-    if not turn:
-        return 1
-    radius = float(np.hypot(*(end - start))) / (2.0 * abs(math.sin(0.5 * turn)))
-    return min(max(3, math.ceil(BLOCK * radius / width)), 9) // 2 * 2 + 1
+Block = tuple[Array, float, float, float]
+
+
+def _blocks(track: BentTrack) -> Iterator[Block]:
+    # Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
+    # nodes, length (m), turn (rad), direction (rad).
+    first = 0
+    while first < len(track.turns):
+        last = first + 1
+        if track.turns[first]:
+            while last < len(track.turns) and track.turns[last] * track.turns[first] > 0.0:
+                last += 1
+            yield from _curve(track.starts[first:last], track.ends[first:last], track.turns[first:last], track.width)
+        else:
+            span = track.ends[first] - track.starts[first]
+            nodes = np.array([track.starts[first], track.ends[first]])
+            yield nodes, float(np.hypot(*span)), 0.0, math.atan2(span[1], span[0])
+        first = last
+
+
+def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
+    sign = math.copysign(1.0, turns[0])
+    spans = ends - starts
+    radii = np.hypot(spans[:, 0], spans[:, 1]) / (2.0 * np.sin(0.5 * np.abs(turns)))
+    begin = sign * (math.atan2(spans[0, 1], spans[0, 0]) - 0.5 * turns[0])
+    reached = begin + np.concatenate([[0.0], np.cumsum(np.abs(turns))])
+    inner = np.arange(math.ceil(begin / BLOCK + 1e-3), math.floor(reached[-1] / BLOCK - 1e-3) + 1)
+    for low, high in pairwise([begin, *(BLOCK * inner), float(reached[-1])]):
+        overlap = np.minimum(reached[1:], high) - np.maximum(reached[:-1], low)
+        length = float(np.sum(radii * np.maximum(overlap, 0.0)))
+        # Chords about as long as the track is wide, an odd number so that one is in the middle.
+        parts = min(max(3, math.ceil(length / width)), 9) // 2 * 2 + 1
+        at = np.linspace(low, high, parts + 1)
+        arc = np.clip(np.searchsorted(reached, at, side="right") - 1, 0, len(turns) - 1)
+        nodes = _on_arcs(starts[arc], ends[arc], turns[arc], (at - reached[arc]) / np.abs(turns[arc]))
+        yield nodes, length, sign * (high - low), sign * (math.floor(0.5 * (low + high) / BLOCK) + 0.5) * BLOCK
+
+
+def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
+    # Points at fractions of arcs, all arrays (n, ...): the chord's start turned about the arc's centre.
+    span = end - start
+    left = np.stack([-span[:, 1], span[:, 0]], axis=1)
+    centre = 0.5 * (start + end) + left * (0.5 / np.tan(0.5 * turn))[:, None]
+    arm, angle = start - centre, turn * fraction
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turned = np.stack([arm[:, 0] * cosine - arm[:, 1] * sine, arm[:, 0] * sine + arm[:, 1] * cosine], axis=1)
+    return np.asarray(centre + turned)
 
 
 def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
@@ -151,23 +188,6 @@ def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
             return number
     known.append((heading, part))
     return len(known) - 1
-
-
-def _chords(start: Array, end: Array, turn: float, count: int) -> tuple[Array, float]:
-    # Nodes (count + 1, 2) on the arc from start to end that turns by `turn` to the left, and the arc's length.
-    span = end - start
-    chord = float(np.hypot(*span))
-    if not turn:
-        return np.array([start, end]), chord
-    radius = chord / (2.0 * math.sin(0.5 * turn))
-    middle = 0.5 * (start + end)
-    left = np.array([-span[1], span[0]]) / chord
-    centre = middle + left * radius * math.cos(0.5 * turn)
-    angles = np.linspace(0.0, turn, count + 1)
-    arm = start - centre
-    nodes = centre + np.stack([arm[0] * np.cos(angles) - arm[1] * np.sin(angles),
-                               arm[0] * np.sin(angles) + arm[1] * np.cos(angles)], axis=1)  # fmt: skip
-    return nodes, abs(radius * turn)
 
 
 def _cut(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float) -> Cut:

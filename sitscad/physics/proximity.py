@@ -48,16 +48,17 @@ class Resolution:
     steps: int
 
 
-def resolution_for(width: float, thickness: float, gap: float, tracks: float, tolerance: float,
-                   conductivity: float) -> Resolution:  # fmt: skip
+def resolution_for(
+    width: float, thickness: float, gap: float, tolerance: float, conductivity: float
+) -> Resolution:
     """The resolution that keeps R within `tolerance` (relative; 3e-2, or 1e-2 when it is below 2e-2) up to 10 MHz.
 
-    Track width, thickness and least distance in metres; `tracks` is turns times layers: many turns average over each
-    other's offsets, and fewer cuts do.
+    Track width, thickness and least distance in metres. Crossing layers meet alike twice a turn, so an odd number of
+    cuts samples as many of their offsets.
     """
     fine = tolerance < 0.02
     modes = suited_modes(width, thickness, gap, skin_depth(HIGHEST, conductivity), fine)
-    cuts = 8 if fine else 4 if tracks <= 64 else 2
+    cuts = 7 if fine else 3
     return Resolution(modes, cuts, (24 if fine else 14) + modes.across // 2)
 
 
@@ -80,7 +81,7 @@ def _sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, floa
                    for t in (0.0, layer.span)})  # fmt: skip
     found = []
     for low, high in pairwise([*ends, ends[0] + 2.0 * math.pi]):
-        parts = max(1, round(cuts * (high - low) / (2.0 * math.pi)))
+        parts = max(1, math.ceil(cuts * (high - low) / (2.0 * math.pi) - 0.05))
         width = (high - low) / parts
         found += [(low + (k + 0.5) * width, width) for k in range(parts) if width > 1e-4]
     return found
@@ -90,7 +91,7 @@ def _suited(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float
     first = layers[0]
     gap = least_gap(first.pitch - first.width, first.width, [layer.z for layer in layers])
     thickness = max(layer.thickness for layer in layers)
-    return resolution_for(first.width, thickness, gap, first.turns * len(layers), tolerance, conductivity)
+    return resolution_for(first.width, thickness, gap, tolerance, conductivity)
 
 
 def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
