@@ -67,6 +67,10 @@ def _say(message: str) -> None:
     click.echo(f"sitscad: {message}", err=True)
 
 
+def _counted_errors(count: int) -> str:
+    return f"{count} error{'' if count == 1 else 's'}"
+
+
 def _colour(stream: Any) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
@@ -186,8 +190,12 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     result = sitscad.check(loaded, layout, estimates if method is None else None)
     checked = sitscad.checked_spec(loaded, result.findings, result.not_checked)
     _print(show(spec, estimates, checked, _colour(sys.stdout)))
+    worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
+    if tolerance is not None and worst.inductance_error > tolerance:
+        asked = f"the method {method} does not meet" if method else "no method meets"
+        _say(f"{asked} a tolerance of {tolerance:g} for this coil: {worst.method} states {worst.inductance_error:.2g}")
     if not checked.ok:
-        _say(f"the checks found {checked.count(Severity.ERROR)} error(s): sitscad check {spec}")
+        _say(f"the checks found {_counted_errors(checked.count(Severity.ERROR))}: sitscad check {spec}")
     return checked.exit_code
 
 
@@ -219,21 +227,25 @@ def build(specs: tuple[str, ...], output: str, only: tuple[str, ...] | None, for
 @cli.command(example="sitscad explain SIT201")
 @click.argument("rule")
 def explain(rule: str) -> int:
-    """Say what RULE checks, why, and how to mend it."""
+    """Say what RULE checks, why, and how to mend it.
+
+    RULE is an identifier (SIT103), its number (103) or the rule's name (coil-trace).
+    """
     found = _require_rule(rule)
     if found is None:
         raise click.UsageError(f"{rule!r} stands for several rules; `sitscad rules` lists them.")
     parts = (found.summary, f"Why: {found.why}", f"To mend it: {found.mend}", f"Source: {found.source}")
-    _print("\n\n".join((f"{found.id} {found.name} ({_word(found.severity)})", *parts)))
+    _print("\n\n".join((f"{found.id} {found.name} ({found.severities})", *parts)))
     return 0
 
 
 @cli.command(example="sitscad rules")
 def rules() -> int:
-    """List every rule with its severity."""
+    """List every rule with the severities that it can have."""
     known = _rules()
     width = max(len(rule.name) for rule in known)
-    _print("\n".join(f"{rule.id}  {rule.name:<{width}}  {_word(rule.severity):<7}  {rule.summary}" for rule in known))
+    rows = (f"{rule.id}  {rule.name:<{width}}  {_severities(rule):<20}  {rule.summary}" for rule in known)
+    _print("\n".join(rows))
     return 0
 
 
@@ -342,7 +354,8 @@ def _chosen(checked: CheckedSpec, select: tuple[str, ...], ignore: tuple[str, ..
 
 
 def _stands_for(pattern: str, rule: str, name: str) -> bool:
-    return rule.startswith(pattern.upper()) or name == pattern.lower()
+    wanted = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
+    return rule.startswith(wanted) or name == pattern.lower().replace("_", "-")
 
 
 def _require_rule(pattern: str) -> Any:
@@ -350,7 +363,8 @@ def _require_rule(pattern: str) -> Any:
     known = _rules()
     found = [rule for rule in known if _stands_for(pattern, rule.id, rule.name)]
     if not found:
-        raise click.UsageError(f"There is no rule {pattern!r}.{_meant(pattern, (r.name for r in known))}")
+        meant = _meant(pattern, (r.name for r in known))
+        raise click.UsageError(f"There is no rule {pattern!r}.{meant} `sitscad rules` lists them all.")
     return found[0] if len(found) == 1 else None
 
 
@@ -373,8 +387,9 @@ def _rules() -> list[Any]:
     return sorted(table.values() if hasattr(table, "values") else table, key=lambda rule: rule.id)
 
 
-def _word(severity: Any) -> str:
-    return getattr(severity, "value", str(severity))
+def _severities(rule: Any) -> str:
+    """The severities alone, mildest first: ``warning, error``; `explain` says when."""
+    return ", ".join(word for word in ("note", "warning", "error") if word in rule.severities.replace(",", " ").split())
 
 
 __all__ = ["cli", "main"]

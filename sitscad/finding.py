@@ -28,7 +28,8 @@ class Finding:
     """One complaint about a design.
 
     ``key`` is the dotted path of the spec's entry (``coil.turns``); ``line`` and ``column`` count from 1 and are filled
-    in where the spec's text is known. ``measured`` and ``limit`` are SI values in ``unit``.
+    in where the spec's text is known. ``measured`` and ``limit`` are SI values in ``unit``; ``sigma`` says how many
+    standard deviations of manufacture lie between them, where that is known.
     """
 
     rule: str
@@ -44,6 +45,7 @@ class Finding:
     unit: str | None = None
     source: str | None = None
     place: Place | None = None
+    sigma: float | None = None
 
 
 @dataclass(frozen=True)

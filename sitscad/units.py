@@ -114,6 +114,8 @@ def _bare_factor(number: Decimal, dimension: str) -> Decimal:
 def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
     allowed = ", ".join(name for name in UNITS[dimension] if name.isascii())
     close = [name for name in UNITS[dimension] if name.casefold() == unit.casefold() and name.isascii()]
+    if unit[:1].isupper():  # nobody writes a capital for milli, but a small m for mega is a common slip
+        close = [name for name in close if name[0] == unit[0]] or close
     close = close or difflib.get_close_matches(unit[:12], [n for n in UNITS[dimension] if n.isascii()], 1, 0.6)
     other = next((name for name, units in UNITS.items() if unit in units), None)
     meant = f"did you mean {number} {' or '.join(close)}? " if close and other is None else ""

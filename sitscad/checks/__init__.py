@@ -72,7 +72,7 @@ def explain(rule_id: str) -> str:
         raise KeyError(rule_id)
     return "\n\n".join(
         (
-            f"{rule.id} {rule.name} ({rule.severity.value})",
+            f"{rule.id} {rule.name} ({rule.severities})",
             rule.summary,
             f"Why: {rule.why}",
             f"To mend it: {rule.mend}",

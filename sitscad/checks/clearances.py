@@ -308,9 +308,9 @@ CLEARANCE_RULES: tuple[Rule, ...] = (
         "Move the track, or lengthen the tail.",
     ), FABRICATOR, coverlay_opening),
     _rule(118, "array-not-routed", (
-        "The coils stand in one line along the jaw, so that their leads can be routed.",
-        "Other arrays are laid out and estimated, but their coils are not led to contacts: such a board is no use.",
-        "Take pattern single or line, or explicit centres with y = 0.",
+        "Coils that do not stand in one line have two copper layers in the tail for their pairs.",
+        "Without them the coils are laid out and estimated, but not led to contacts: such a board is no use.",
+        "Give the tail two layers, or take pattern single or line.",
     ), "README, Limits", no_room("SIT118")),
     _rule(119, "tail-room", (
         "On their way to the contacts the tracks of different coils keep the fabricator's spacing.",

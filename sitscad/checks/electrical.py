@@ -7,9 +7,13 @@ from collections.abc import Iterator
 
 from sitscad.checks.readings import (
     Reading,
+    failed_states,
+    in_sigmas,
     is_assembled,
+    near_limit,
     other_states,
     readings_of,
+    sigmas_between,
     source_of_limit,
     undecided,
     where,
@@ -27,18 +31,20 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
     yield from undecided(subject, "inductance")
     worst = worst_of(subject, "inductance", min)
     if worst is None or worst.value >= floor:
+        yield from near_limit(worst, floor, "H", "inductance", "a few more turns make it safe", "coil.turns")
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
     yield Complaint(
         f"the inductance of {where(worst)} is "
         f"{show(worst.value, 'H')}{other_states(subject, worst, 'inductance', 'H')}; below {show(floor, 'H')} the "
-        "converter cannot measure it",
+        f"converter cannot measure it{in_sigmas(worst, floor, 'H')}",
         f"inductance grows with the square of turns and layers: {_layers(subject, growth**0.5)} layers, "
         f"{_turns(subject, growth**0.5)}, a larger coil, or more distance from target and jaw",
         "coil.turns",
         worst.value,
         floor,
         "H",
+        sigma=sigmas_between(worst, floor),
     )
 
 
@@ -53,13 +59,18 @@ def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         yield Complaint(
             f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}"
-            f"{other_states(subject, worst, 'frequency', 'Hz')}; the converter stops at {show(high, 'Hz')}",
+            f"{other_states(subject, worst, 'frequency', 'Hz')}; the converter stops at {show(high, 'Hz')}"
+            f"{in_sigmas(worst, high, 'Hz')}",
             f"a larger capacitor, about {show(wanted, 'F', 2)} instead of {show(now, 'F', 3)}, or more turns",
             "readout.capacitance",
             worst.value,
             high,
             "Hz",
+            sigma=sigmas_between(worst, high),
         )
+    else:
+        hint = "the next larger capacitor of the series, or one of a closer tolerance"
+        yield from near_limit(worst, high, "Hz", "frequency", hint, "readout.capacitance")
     lowest = worst_of(subject, "frequency", min)
     if lowest is not None and lowest.value < low:
         yield Complaint(
@@ -83,6 +94,8 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
     floor_name = "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
     floor, specified = ldc1614.limit(floor_name), ldc1614.limit("parallel_resistance_min")
     if worst.value >= specified:
+        hint = "measure the first boards; a little more distance from target and jaw, or a turn more, makes it safe"
+        yield from near_limit(worst, specified, "ohm", "parallel resistance", hint, "coil.layers")
         return
     is_error = worst.value < floor
     asked = floor if is_error else specified
@@ -94,7 +107,8 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
     )
     yield Complaint(
         f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}"
-        f"{other_states(subject, worst, 'parallel_resistance', 'ohm')}; {why}",
+        f"{other_states(subject, worst, 'parallel_resistance', 'ohm')}; {why}"
+        f"{in_sigmas(worst, asked, 'ohm')}",
         f"R_P = (omega L)^2 / R grows with about the cube of turns and layers: try {_layers(subject, growth)} layers, "
         f"or {_turns(subject, growth)}; {_distance_advice(subject, worst)}",
         "coil.layers",
@@ -103,6 +117,7 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
         "ohm",
         Severity.ERROR if is_error else Severity.WARNING,
         ldc1614.limits()[floor_name if is_error else "parallel_resistance_min"].source,
+        sigma=sigmas_between(worst, asked),
     )
 
 
@@ -119,14 +134,18 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         yield Complaint(
             f"with drive code {readout.drive_code} the tank of {where(largest)} swings {show(largest.value, 'V', 3)} "
-            f"peak; above {show(high, 'V')} the input clamps and shifts the frequency",
+            f"peak; above {show(high, 'V')} the input clamps and shifts the frequency{in_sigmas(largest, high, 'V')}",
             _clamp_advice(readout.drive_code),
             "readout",
             largest.value,
             high,
             "V",
             source=ldc1614.limits()["amplitude_max"].source,
+            sigma=sigmas_between(largest, high),
         )
+    else:
+        hint = f"measure the amplitude of the first boards{_other_code(readout.drive_code - 1, 'weaker')}"
+        yield from near_limit(largest, high, "V", "amplitude", hint, "readout")
     if smallest is not None and smallest.value < optimum:
         below = smallest.value < stable
         yield Complaint(
@@ -136,7 +155,8 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
                 f"below {show(stable, 'V')} the oscillation may stop"
                 if below
                 else f"{show(optimum, 'V')} to {show(high, 'V')} is the low-noise window"
-            ),
+            )
+            + in_sigmas(smallest, stable if below else optimum, "V"),
             "R_P changes too much between rest and pressed, or is too low: more distance from target and jaw, or more "
             "turns",
             "readout",
@@ -145,7 +165,11 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
             "V",
             Severity.ERROR if below else Severity.WARNING,
             ldc1614.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
+            sigma=sigmas_between(smallest, stable if below else optimum),
         )
+    else:
+        hint = f"measure the amplitude of the first boards{_other_code(readout.drive_code + 1, 'stronger')}"
+        yield from near_limit(smallest, optimum, "V", "amplitude", hint, "readout")
     yield from _bare_coil_amplitude(subject)
 
 
@@ -220,6 +244,7 @@ def self_resonance(subject: Subject) -> Iterator[Verdict]:
         for r in readings_of(subject, "frequency")
         if r.coil == coil.name and coil.self_resonance and math.isfinite(coil.self_resonance)
     ]
+    yield from failed_states(subject, "share of the self-resonance")
     if not shares:
         yield Undecided("no self-resonance was estimated")
         return
@@ -284,6 +309,10 @@ def _distance_advice(subject: Subject, worst: Reading) -> str:
     return f"{mount} a thicker elastomer takes less of it away"
 
 
+def _other_code(code: int, how: str) -> str:
+    return f"; drive code {code} is the next {how}" if 0 <= code <= 31 else f"; there is no {how} drive"
+
+
 def _clamp_advice(code: int) -> str:
     if code == 0:
         return "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
@@ -293,21 +322,23 @@ def _clamp_advice(code: int) -> str:
 ELECTRICAL_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT201", "inductance-floor", Severity.ERROR,
-        "Every coil keeps at least 0.2 uH in every state: alone, at rest, and pressed.",
+        "Every coil keeps at least 0.2 uH in every state: alone, at rest, and pressed (a note within two sigma of "
+        "manufacture).",
         "Below that the tank cannot be brought under 10 MHz with a resistance that the converter can drive.",
         "More turns or layers, a larger coil, or more distance from target and jaw.",
         source_of_limit("inductance_min"), apply=inductance_floor,
     ),
     Rule(
         "SIT202", "frequency-ceiling", Severity.ERROR,
-        "The tank's frequency lies within 1 kHz to 10 MHz in every state.",
+        "The tank's frequency lies within 1 kHz to 10 MHz in every state (a note within two sigma of manufacture).",
         "The converter does not follow faster tanks; metal near the coil raises the frequency.",
         "A larger capacitor, or more inductance.",
         source_of_limit("sensor_frequency_max"), apply=frequency_ceiling,
     ),
     Rule(
         "SIT203", "parallel-resistance", Severity.ERROR,
-        "The tank's parallel resistance stays within what the converter drives, in every state.",
+        "The tank's parallel resistance stays within what the converter drives, in every state (a note within two "
+        "sigma of manufacture).",
         "R_P = (omega L)^2 / R is the load on the driver. Below 0.60 kohm no drive code reaches 1.2 V (0.25 kohm in "
         "the single-channel high-current mode); below 1.0 kohm TI does not specify the converter. A metal jaw and the "
         "target lower it: a coil that passes in free air can fail in the jaw.",
@@ -318,7 +349,8 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT204", "drive-amplitude", Severity.ERROR,
-        "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works.",
+        "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works (a note "
+        "within two sigma of manufacture).",
         "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
         "stop. The code is the highest that stays below 1.8 V with the target at its farthest. For an assembled sensor "
         "the bare coil is not a working state and earns a note only.",

@@ -59,10 +59,11 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
     )
     if all(smallest is None for *_, smallest in pairs):
         yield Undecided(f"{rules.name} states no minimum of its own for coils")
+    copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
             yield Complaint(
-                f"{word} in the coil is {um(value)}; for coiled tracks {rules.name} asks {um(smallest)}",
+                f"{word} in the coil is {um(value)}; for coiled tracks {rules.name} asks {um(smallest)}{copper}",
                 f"ask the fabricator for a waiver (no electrical test sees a short between turns), or widen: "
                 f"{_turns_at(coil, smallest - value)}",
                 f"coil.{field}",
@@ -199,7 +200,8 @@ def outline_box(subject: Subject) -> tuple[float, float, float, float]:
 def _turns_at(coil: CoilSpec, wider: float) -> str:
     """How many turns take the room of the present ones at a pitch that is `wider` (m)."""
     turns = math.floor(4.0 * coil.turns * coil.pitch / (coil.pitch + wider)) / 4.0
-    return f"at that pitch {turns:g} turns take the room of {coil.turns:g}"
+    room = f"at that pitch {turns:g} turns take the room of {coil.turns:g}"
+    return f"{room} (fewer turns lower L and Rp: see SIT201 and SIT203)"
 
 
 def um(length: float) -> str:
@@ -234,7 +236,8 @@ FABRICATION_RULES: tuple[Rule, ...] = (
         "Several flex houses list a larger minimum for coils, because their test cannot see a short between turns; a "
         "coil at the ordinary minimum is queried or refused. An error where the rule binds, else a warning.",
         "Ask for a waiver before ordering, widen the pitch, or name another fabricator.",
-        "hkgalaxy and jselectronic: 18 um copper loop lines 6/6 mil; JLCPCB 2023-09-05: coils 0.254 mm, limit 0.15 mm",
+        "hkgalaxy and jselectronic: loop lines 6/6 mil at 18 um copper, 8/8 mil at 35 um; JLCPCB 2023-09-05: coils "
+        "0.254 mm, limit 0.15 mm",
         apply=loop_lines,
     ),
     Rule(

@@ -222,7 +222,7 @@ FIT_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT301", "sensor-width", Severity.ERROR,
         "Board, elastomer and target are not wider than the jaw.",
-        "What overhangs is cut off or torn by the port (the thesis's own board overhung because of its connector).",
+        "What overhangs is cut off or torn by the port (the board of Jones, thesis, Leeds, overhung by its connector).",
         "A smaller coil or target, narrower leads, or a wider jaw.",
         JAW_SOURCE, ("jaw",), sensor_width,
     ),

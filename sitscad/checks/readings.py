@@ -5,28 +5,35 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from sitscad.checks.rules import Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Subject, Undecided, Verdict
+from sitscad.finding import Severity
 from sitscad.readout import ldc1614
 from sitscad.units import show
+
+if TYPE_CHECKING:
+    from sitscad.estimates import StateEstimate
 
 STATE_WORDS = {"free": "alone in free air", "rest": "at rest", "pressed": "pressed"}
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One number of one coil in one state."""
+    """One number of one coil in one state; `sigma` is its standard deviation by manufacture, mostly by `cause`."""
 
     coil: str
     state: str
     value: float
+    sigma: float | None = None
+    cause: str = ""
 
 
 def readings_of(subject: Subject, attribute: str, working: bool = False) -> list[Reading]:
     """Every finite value of a state estimate's attribute; `working`: of the assembled sensor where there is one."""
     assembled = is_assembled(subject)
     return [
-        Reading(coil.name, name, float(value))
+        Reading(coil.name, name, float(value), *_scatter(state, attribute))
         for coil in subject.estimates.coils
         for name, state in coil.states.items()
         if not (working and assembled and name == "free")
@@ -35,19 +42,76 @@ def readings_of(subject: Subject, attribute: str, working: bool = False) -> list
     ]
 
 
+def _scatter(state: StateEstimate, attribute: str) -> tuple[float | None, str]:
+    spread = state.spread
+    sigma = getattr(spread, attribute, None)
+    if spread is None or sigma is None or not math.isfinite(sigma) or sigma <= 0.0:
+        return None, ""
+    return sigma, spread.causes.get("parallel_resistance" if attribute == "amplitude" else attribute, "")
+
+
+def sigmas_between(reading: Reading, limit: float) -> float | None:
+    """How many standard deviations of manufacture lie between a reading and a limit; None where that is unknown."""
+    return abs(reading.value - limit) / reading.sigma if reading.sigma else None
+
+
+def in_sigmas(reading: Reading, limit: float, unit: str) -> str:
+    """The same in words, to follow the limit: empty where it is unknown, or so much that nobody needs to count."""
+    count = sigmas_between(reading, limit)
+    if count is None or reading.sigma is None or count > COUNTED:
+        return ""
+    mostly = f", mostly by the {reading.cause}" if reading.cause else ""
+    side = "below" if reading.value < limit else "above"
+    return f" ({count:.1f} sigma {side} {show(limit, unit)}; one sigma is {show(reading.sigma, unit, 2)}{mostly})"
+
+
+COUNTED = 10.0
+"""Sigmas up to which a message counts them."""
+
+NEAR = 2.0
+"""Sigmas within which a number that keeps its limit is still worth a note."""
+
+
+def near_limit(reading: Reading | None, limit: float, unit: str, words: str, hint: str, key: str) -> Iterator[Verdict]:
+    """A note for a reading that keeps its limit by less than two sigma of manufacture."""
+    if reading is None:
+        return
+    count = sigmas_between(reading, limit)
+    if count is not None and count < NEAR:
+        yield Complaint(
+            f"the {words} of {where(reading)} is {show(reading.value, unit, 3)}; it keeps its limit by little"
+            f"{in_sigmas(reading, limit, unit)}",
+            hint,
+            key,
+            reading.value,
+            limit,
+            unit,
+            Severity.NOTE,
+            sigma=count,
+        )
+
+
 def is_assembled(subject: Subject) -> bool:
-    """Whether any state but the coil's own exists."""
-    return any(name != "free" for coil in subject.estimates.coils for name in coil.states)
+    """Whether any state but the coil's own exists, also one in which the model failed."""
+    return any(name != "free" for coil in subject.estimates.coils for name in (*coil.states, *coil.failed_states))
 
 
 def undecided(subject: Subject, attribute: str) -> Iterator[Verdict]:
     """A reason for every state without the number: silence must not look like a pass."""
+    words = attribute.replace("_", " ")
+    yield from failed_states(subject, words)
     for coil in subject.estimates.coils:
         for name, state in coil.states.items():
             value = getattr(state, attribute)
             if value is None or not math.isfinite(value):
-                words = attribute.replace("_", " ")
                 yield Undecided(f"no {words} was estimated for coil {coil.name} {STATE_WORDS.get(name, name)}")
+
+
+def failed_states(subject: Subject, words: str) -> Iterator[Undecided]:
+    """A reason for every state that is absent because the model fails there."""
+    failed = {state: reason for coil in subject.estimates.coils for state, reason in coil.failed_states.items()}
+    for state, reason in failed.items():
+        yield Undecided(f"the {words} {STATE_WORDS.get(state, state)} is unknown: {reason}")
 
 
 def worst_of(subject: Subject, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:

@@ -31,6 +31,7 @@ class Complaint:
     severity: Severity | None = None
     source: str | None = None
     place: Place | None = None
+    sigma: float | None = None
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,8 @@ class Subject:
 class Rule:
     """One rule: its texts for `explain`, the parts that it needs, and the function that applies it.
 
-    ``severity`` is the worst that it says; single complaints may be milder. ``needs`` are keys of `NEEDS`.
+    ``severity`` is the worst that it says; single complaints may be milder (`severities`). ``needs`` are keys of
+    `NEEDS`.
     """
 
     id: str
@@ -94,6 +96,25 @@ class Rule:
     needs: tuple[str, ...] = ()
     apply: Callable[[Subject], Iterable[Verdict]] | None = None
 
+    @property
+    def severities(self) -> str:
+        """Every severity that a finding of the rule can have, mildest first, and when."""
+        return SEVERITIES.get(self.id, self.severity.value)
+
+
+SEVERITIES: dict[str, str] = {
+    "SIT103": "warning, error if binding",
+    "SIT203": "warning, error below the strongest drive",
+    "SIT204": "note for the bare coil, warning, error outside what is stable",
+    "SIT206": "warning, error beyond 0.8",
+    "SIT209": "warning, error where no host is fast enough",
+    "SIT212": "note, warning from 5 % up",
+    "SIT303": "warning, error if the jaw is measured or the port's spread is passed",
+    "SIT304": "warning, error beyond 50 %",
+    "SIT305": "warning, error below 1 skin depth",
+    "SIT308": "note, warning or error by layers and bend",
+}
+"""The rules whose findings differ in severity, in words; all others have one."""
 
 NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "target": (lambda s: s.target is not None, "no target in the spec"),
@@ -138,12 +159,17 @@ def named(rule: Rule, complaint: Complaint) -> Finding:
         unit=complaint.unit,
         source=complaint.source or rule.source,
         place=complaint.place,
+        sigma=complaint.sigma,
     )
 
 
 def located(finding: Finding, spec: SensorSpec) -> Finding:
-    """The finding with line and column of its key in the spec's text."""
+    """The finding with line and column of its key in the spec's text; a key that is not there is named in the hint."""
     if finding.line is not None:
         return finding
     line, column = spec.source.locate(finding.key)
-    return replace(finding, line=line, column=column)
+    missing = spec.source.absent(finding.key)
+    if missing is None or f"add {missing}" in finding.hint:
+        return replace(finding, line=line, column=column)
+    added = f"(the spec leaves {missing} out: add {missing} to change it)"
+    return replace(finding, hint=f"{finding.hint} {added}".strip(), line=line, column=column)

@@ -112,8 +112,8 @@ def idle_neighbour(subject: Subject) -> Iterator[Verdict]:
         yield Complaint(
             f"{one} and {other} are coupled: while one is read, the other is grounded and takes {100.0 * share:.2g} % "
             "off its inductance",
-            "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states do not "
-            "contain this",
+            "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
+            "this, the free state is the coil alone",
             "array.pitch",
             share,
             0.05 if share >= 0.05 else 1e-3,

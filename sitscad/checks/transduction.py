@@ -1,4 +1,4 @@
-"""SIT304 to SIT306, SIT310 and SIT312: whether pad and target turn force into signal."""
+"""SIT304 to SIT306, SIT310, SIT312 and SIT313: whether pad and target turn force into signal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MU_0 = 4e-7 * math.pi
 STRAIN_ERROR = 0.5
 TARGET_LENGTH_TOLERANCE = 0.2
 SLENDERNESS = 0.25
-"""Thickness over width of the thesis's bench pad (2 mm on 8 mm), the one whose target was seen to stay level."""
+"""Thickness over width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target was seen to stay level."""
 
 
 def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
@@ -25,23 +25,24 @@ def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
     pad, force = pad_of(subject), subject.spec.requirements.normal_force
     assert force is not None
     material = pad.material
-    stiff, soft = 1.0 + material.shear_modulus_sigma, max(0.05, 1.0 - material.shear_modulus_sigma)
+    stiff, soft = 1.0 + material.shear_modulus_sigma, _softest(material.shear_modulus_sigma)
     nominal, least, most = (_compressed(pad, force, factor) for factor in (1.0, stiff, soft))
     if most.strain <= elastomer.VALID_STRAIN:
         return
     is_error = nominal.strain > STRAIN_ERROR
-    limit = STRAIN_ERROR if is_error or nominal.strain <= elastomer.VALID_STRAIN < STRAIN_ERROR < most.strain else 0.3
-    wanted = _modulus_for(pad, force, elastomer.VALID_STRAIN)
+    limit = STRAIN_ERROR if is_error else elastomer.VALID_STRAIN
+    judged = nominal.strain if is_error else most.strain
     yield Complaint(
         f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {material.name} pad by "
         f"{100.0 * nominal.strain:.0f} % ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
         f"{show(material.shear_modulus, 'Pa', 3)} +- {100.0 * material.shear_modulus_sigma:.0f} %), down to "
-        f"{show(nominal.gap, 'm', 3)}; shape factor {nominal.shape_factor:.2f}"
-        + ("" if nominal.valid else f". Beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"),
-        f"a shear modulus of {show(wanted, 'Pa', 3)} or more keeps it within {100.0 * elastomer.VALID_STRAIN:.0f} %; "
-        "so does a larger or thinner pad. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times",
+        f"{show(nominal.gap, 'm', 3)}; shape factor {nominal.shape_factor:.2f}. "
+        f"{'That' if is_error else 'The softest case'}, {100.0 * judged:.1f} %, is more than {100.0 * limit:.0f} %"
+        + ("" if nominal.valid else f"; beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"),
+        f"{_stiffer(pad, force)}a larger or thinner pad gives way less. "
+        "Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times",
         "elastomer.material",
-        nominal.strain if nominal.strain > limit else most.strain,
+        judged,
         limit,
         None,
         Severity.ERROR if is_error else Severity.WARNING,
@@ -112,8 +113,8 @@ def target_rotation(subject: Subject) -> Iterator[Verdict]:
     if ratio > SLENDERNESS + ROUNDING:
         yield Complaint(
             f"the elastomer is {ratio:.2g} times as thick as wide: the target tilts easily, and tilt reads as shear",
-            f"{show(SLENDERNESS * min(pad.size), 'm', 3)} is as slender as the thesis's bench pad; thinner is steadier "
-            "still",
+            f"{show(SLENDERNESS * min(pad.size), 'm', 3)} is as slender as the bench pad that stayed level (8 x 8 x "
+            "2 mm; Jones, thesis, Leeds); thinner is steadier still",
             "elastomer.thickness",
             ratio,
             SLENDERNESS,
@@ -144,6 +145,20 @@ def elastomer_shear(subject: Subject) -> Iterator[Verdict]:
         )
 
 
+def target_gap(subject: Subject) -> Iterator[Verdict]:
+    """A target needs something soft to lie on: without an elastomer it lies on the board itself."""
+    if subject.spec.elastomer is None:
+        yield Complaint(
+            "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and the numbers "
+            "at rest are those of metal against the coverlay",
+            "add elastomer.thickness (like elastomer: {thickness: 1}): it is the gap between board and target",
+            "elastomer.thickness",
+            0.0,
+            None,
+            "m",
+        )
+
+
 def skin_depth(frequency: float, conductivity: float, relative_permeability: float = 1.0) -> float:
     """Depth (m) at which a field has fallen to 1/e: 1 / sqrt(pi f mu sigma); frequency in Hz, conductivity in S/m."""
     return 1.0 / math.sqrt(math.pi * frequency * MU_0 * relative_permeability * conductivity)
@@ -160,10 +175,31 @@ def _compressed(pad: ElastomerPad, force: float, factor: float) -> elastomer.Com
     )
 
 
-def _modulus_for(pad: ElastomerPad, force: float, strain: float) -> float:
-    """The shear modulus (Pa) that keeps the pad at that strain under the force (nearly incompressible)."""
-    unit = elastomer.force_for_strain(strain, *pad.size, pad.thickness, 1.0, math.inf, pad.shape == "circle")
-    return force / unit
+def _softest(sigma: float) -> float:
+    """The share of its modulus that a material of a relative uncertainty may have in the softest case."""
+    return max(0.05, 1.0 - sigma)
+
+
+def _stiffer(pad: ElastomerPad, force: float) -> str:
+    """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it."""
+    strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
+    size = (*pad.size, pad.thickness)
+    # Ea is proportional to G until the bulk modulus counts: 1/Ea = 1/(k G) + 1/B, so G = 1 / (k (1/Ea - 1/B)).
+    stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, pad.shape == "circle")
+    slope = elastomer.apparent_modulus(elastomer.shape_factor(*size, pad.shape == "circle"), 1.0)
+    left = 1.0 / (stiffness * slope) - 1.0 / pad.material.bulk_modulus
+    if left <= 0.0:
+        return ""
+    wanted = _rounded_up(1.0 / (slope * left) / _softest(sigma))
+    known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
+    result = f"keeps the softest case within {100.0 * strain:.0f} %"
+    return f"a shear modulus of {show(wanted, 'Pa', 3)} or more{known} {result}; "
+
+
+def _rounded_up(value: float) -> float:
+    """The next value of three digits, never below."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return math.ceil(value / step) * step
 
 
 TRANSDUCTION_RULES: tuple[Rule, ...] = (
@@ -171,7 +207,8 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "SIT304", "elastomer-strain", Severity.ERROR,
         "The required normal force compresses the elastomer by 30 % at most (a warning beyond, an error beyond 50 %).",
         "Beyond 30 % the bonded-block formula is extrapolated; beyond 50 % the pad has lost its range, creeps, and the "
-        "target comes near the coil. The thesis's 2 mm Ecoflex 00-30 pad of 4 x 4 mm would need 57 to 73 % at 4.8 N.",
+        "target comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) would "
+        "need 57 to 73 % at 4.8 N.",
         "A stiffer or thinner elastomer, or a larger pad.",
         elastomer.SOURCE, ("elastomer", "normal force"), elastomer_strain,
     ),
@@ -194,7 +231,7 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT310", "target-rotation", Severity.NOTE,
-        "The elastomer is not more slender than the thesis's bench pad (a quarter of its width).",
+        "The elastomer is not more slender than the bench pad of Jones (thesis, Leeds): a quarter of its width.",
         "A slender pad lets the target tilt; 10 degrees in a scissor jaw gave full-scale shear.",
         "A thinner elastomer: 1 mm instead of 2 mm also gave nearly ten times the normal range.",
         "thesis of Jones 6.5, 7.5.1", ("elastomer", "target"), target_rotation,
@@ -206,5 +243,13 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "A stiffer, larger or thinner elastomer.",
         "F = G A gamma, about linear to large strain (Brown, quoted by GlobalSpec); the limit is derived here",
         ("elastomer", "target", "shear force"), elastomer_shear,
+    ),
+    Rule(
+        "SIT313", "target-gap", Severity.WARNING,
+        "A target lies on an elastomer, not on the board.",
+        "Without a pad the gap is 0 and nothing gives way: the sensor has no signal, and the estimates at rest "
+        "describe a target pressed against the coil. A warning only: boards may be ordered before the pad is chosen.",
+        "Add elastomer.thickness, or leave the target out until its pad is chosen.",
+        "derived here: the gap is the elastomer's thickness", ("target",), target_gap,
     ),
 )  # fmt: skip

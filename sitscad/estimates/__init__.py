@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import Assembly, Reflection, assemble, no_reflection
+from sitscad.estimates.assembly import FREE, PRESSED, Assembly, NoReflection, Reflection, assemble
+from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
     NO_LEADS,
     LeadEstimate,
-    between_layers,
     estimate_leads,
     is_connected,
-    mean_permittivity,
 )
 from sitscad.estimates.losses import winding_losses, winding_resistance
 from sitscad.estimates.neighbours import inductance_matrix
+from sitscad.estimates.self_capacitance import self_capacitance
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates
+from sitscad.estimates.uncertainty import Slopes, inductance_slopes, scatter_note, sigmas, spread
 from sitscad.estimates.values import (
     CoilEstimate,
     CrossCheck,
@@ -31,15 +34,19 @@ from sitscad.estimates.windings import (
     Method,
     WindingGeometry,
     choose_method,
+    equivalent_spirals,
     winding_geometry,
 )
 from sitscad.layout.board import Coil, Layout
-from sitscad.physics.capacitance import crossing_layers, turn_capacitance, winding_capacitance
 from sitscad.physics.current_modes import ProximityLoss
-from sitscad.physics.eddy_target import CurrentSpectrum, polyline_spectrum, spiral_spectrum
+from sitscad.physics.eddy_target import CurrentSpectrum, polyline_spectrum, reflected_impedance, spiral_spectrum
 from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
+from sitscad.physics.spirals import SpiralLayer
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+Array = NDArray[np.float64]
 
 __all__ = [
     "METHODS",
@@ -53,8 +60,9 @@ __all__ = [
 ]
 
 
-def estimate(layout: Layout, method: str | None = None, tolerance: float | None = None,
-             copper_temperature: float = 20.0) -> Estimates:  # fmt: skip
+def estimate(
+    layout: Layout, method: str | None = None, tolerance: float | None = None, copper_temperature: float = 20.0
+) -> Estimates:
     """Everything electrical about a layout, free and mounted.
 
     `method` names a row of METHODS for the winding's inductance; otherwise the cheapest one is taken whose stated error
@@ -74,58 +82,157 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
     assembly = assemble(spec)
     conductivity = conductivity_at(copper_temperature)
     loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
-    circuits = _circuits(layout, geometry, inductance, assembly, conductivity, loss)
+    winding = _Winding(geometry, equivalent_spirals(geometry, first), inductance, chosen, conductivity, loss)
+    spectrum = _spectrum(geometry, assembly)
+    circuits, failed = _working(_circuits(layout, winding, spectrum, matrix, assembly))
     resonance = min(_self_resonance(circuit) for circuit in circuits)
     capacitor, reason = choose_capacitor(circuits, spec.readout, resonance)
     readout = settle(circuits, spec.readout, capacitor, reason)
-    coils = tuple(
-        _coil_estimate(coil, circuit, spec, readout, chosen, geometry)
-        for coil, circuit in zip(layout.coils, circuits, strict=True)
-    )
+    tank = Tank(capacitor, spec.readout)
+    slopes = inductance_slopes(geometry, winding.spirals, first, spec)
+    coils = []
+    for coil, circuit in zip(layout.coils, circuits, strict=True):
+        states = state_estimates(circuit, tank, readout)
+        moved = Slopes(sigmas(spec), slopes, _modulus_moves(spectrum, assembly, states))
+        states = {name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()}
+        coils.append(_coil_estimate(coil, circuit, tank, states, winding, failed))
     return Estimates(
-        coils=coils,
+        coils=tuple(coils),
         inductance_matrix=tuple(tuple(float(value) for value in row) for row in matrix),
         readout=readout,
         compression=assembly.compression,
         gaps=assembly.gaps,
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
-        notes=(*_layout_notes(layout), *assembly.notes),
+        notes=(
+            *_layout_notes(layout),
+            *assembly.notes,
+            *(f"{name}: {reason}" for name, reason in failed.items()),
+            scatter_note(spec),
+        ),
     )
 
 
-def _circuits(layout: Layout, geometry: WindingGeometry, inductance: float, assembly: Assembly, conductivity: float,
-              loss: ProximityLoss) -> list[CoilCircuit]:  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class _Winding:
+    """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found.
+
+    `conductivity` (S/m) is the copper's, `loss` what alternating current adds.
+    """
+
+    geometry: WindingGeometry
+    spirals: tuple[SpiralLayer, ...]
+    inductance: float
+    method: Method
+    conductivity: float
+    loss: ProximityLoss
+
+
+def _circuits(
+    layout: Layout, winding: _Winding, spectrum: CurrentSpectrum | None, matrix: Array, assembly: Assembly
+) -> list[CoilCircuit]:
     spec, first = layout.spec, layout.coils[0]
+    conductivity, loss = winding.conductivity, winding.loss
     resistance = winding_resistance(spec.coil, first, conductivity)
-    own = _winding_capacitance(first, spec)
-    reflections = _reflections(geometry, assembly)
+    own = self_capacitance(first, spec)
+    distances = _distances(layout)
+    reflections = _reflections(spectrum, assembly, sorted({d for row in distances for d in row if d > 0.0}))
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout, conductivity)
-        capacitance = own + leads.capacitance
-        circuits.append(CoilCircuit(coil.name, inductance, resistance, conductivity, loss, leads, capacitance,
-                                    reflections))  # fmt: skip
-    return circuits
+        circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
+                                    own + leads.capacitance, reflections, own))  # fmt: skip
+    if len(circuits) == 1:
+        return circuits
+    return [
+        replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec))
+        for k, circuit in enumerate(circuits)
+    ]
 
 
-def _reflections(geometry: WindingGeometry, assembly: Assembly) -> dict[str, Callable[[float], tuple[float, float]]]:
-    spectrum: CurrentSpectrum | None = None
-    found: dict[str, Callable[[float], tuple[float, float]]] = {}
-    for around in assembly.states:
-        if around.above is None and around.below is None:
-            found[around.state] = no_reflection
-            continue
-        if spectrum is None:
-            spectrum = _spectrum(geometry, assembly)
-        found[around.state] = Reflection(spectrum, around)
-    return found
+def _neighbours(
+    active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], spec: SensorSpec
+) -> dict[str, Circuit]:
+    # The state "free" is the coil alone: nothing around it, no neighbour either.
+    def of_state(state: str) -> Circuit:
+        reflection = circuits[active].reflections[state]
+
+        def mutual(i: int, j: int, frequency: float) -> complex:
+            return float(matrix[i, j]) + reflection.mutual(distances[i][j], frequency)
+
+        own = [lambda at, c=c: c.own(state, at) for c in circuits]
+        return idle_neighbours(active, own, mutual, spec.readout.cable)
+
+    return {state: of_state(state) for state in circuits[active].reflections if state != FREE}
 
 
-def _spectrum(geometry: WindingGeometry, assembly: Assembly) -> CurrentSpectrum:
+def _distances(layout: Layout) -> list[list[float]]:
+    # Alike distances get alike numbers, so that each is reflected once.
+    return [[round(math.dist(a.centre, b.centre), 9) for b in layout.coils] for a in layout.coils]
+
+
+LEAST_SHARE = 0.02
+"""Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
+
+
+def _working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
+    """The circuits without the states in which the model fails, and why each of those is missing."""
+    failed: dict[str, str] = {}
+    for circuit in circuits:
+        for state in circuit.reflections:
+            free = circuit.terminal(FREE, PROBE)[0]
+            inductance, resistance = circuit.terminal(state, PROBE)
+            if inductance <= LEAST_SHARE * free or resistance <= 0.0:
+                failed[state] = (
+                    f"no numbers for this state: the half-space model fails there (it takes {show(free, 'H', 3)} down "
+                    f"to {show(inductance, 'H', 3)}); the metal is too near for so small a coil"
+                )
+    kept = [
+        replace(
+            circuit,
+            reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
+            neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
+        )
+        for circuit in circuits
+    ]
+    return kept, failed
+
+
+PROBE = 5e6
+"""Frequency (Hz) at which a state's inductance is tried."""
+
+
+def _modulus_moves(
+    spectrum: CurrentSpectrum | None, assembly: Assembly, states: Mapping[str, StateEstimate]
+) -> dict[str, tuple[float, float]]:
+    """By how much one sigma of the elastomer's modulus moves the pressed state (H, ohm), half of soft against stiff."""
+    if spectrum is None or assembly.pressed_range is None or PRESSED not in states:
+        return {}
+    soft, stiff = (
+        reflected_impedance(spectrum, states[PRESSED].frequency, around.above, around.below)
+        for around in assembly.pressed_range
+    )
+    return {PRESSED: (0.5 * (stiff[0] - soft[0]), 0.5 * (stiff[1] - soft[1]))}
+
+
+def _reflections(
+    spectrum: CurrentSpectrum | None, assembly: Assembly, distances: list[float]
+) -> dict[str, Reflection | NoReflection]:
+    return {
+        around.state: NoReflection()
+        if spectrum is None or (around.above is None and around.below is None)
+        else Reflection(spectrum, around, distances)
+        for around in assembly.states
+    }
+
+
+def _spectrum(geometry: WindingGeometry, assembly: Assembly) -> CurrentSpectrum | None:
     layers = geometry.spirals or geometry.tracks
     heights = [layer.z for layer in layers]
-    above = [s.above.distance - max(heights) for s in assembly.states if s.above]
-    below = [s.below.distance + min(heights) for s in assembly.states if s.below]
+    states = [*assembly.states, *(assembly.pressed_range or ())]
+    above = [s.above.distance - max(heights) for s in states if s.above]
+    below = [s.below.distance + min(heights) for s in states if s.below]
+    if not above and not below:
+        return None
     nearest = max(min([*above, *below]), 10e-6)
     if geometry.spirals:
         return spiral_spectrum(geometry.spirals, nearest)
@@ -138,19 +245,6 @@ def _leads(coil: Coil, layout: Layout, conductivity: float) -> LeadEstimate:
     return estimate_leads(coil, layout.spec.fpc.stackup, conductivity)
 
 
-def _winding_capacitance(coil: Coil, spec: SensorSpec) -> float:
-    length = coil.windings[0].path.length
-    c, stackup = spec.coil, spec.fpc.stackup
-    if len(coil.windings) == 1:
-        permittivity = 0.5 * (1.0 + mean_permittivity(stackup))
-        return turn_capacitance(length, c.turns, c.trace_width, c.trace_spacing, permittivity)
-    gaps = []
-    for one, other in zip(coil.windings, coil.windings[1:], strict=False):
-        distance, permittivity = between_layers(stackup, *sorted((one.layer, other.layer)))
-        gaps.append(crossing_layers(length, c.trace_width, c.pitch, distance, permittivity))
-    return winding_capacitance(gaps)
-
-
 def _self_resonance(circuit: CoilCircuit) -> float:
     inductance = circuit.inductance + circuit.leads.inductance
     return resonance_frequency(inductance, max(circuit.self_capacitance, 1e-16))
@@ -159,20 +253,18 @@ def _self_resonance(circuit: CoilCircuit) -> float:
 def _coil_estimate(
     coil: Coil,
     circuit: CoilCircuit,
-    spec: SensorSpec,
-    readout: ReadoutEstimate,
-    method: Method,
-    geometry: WindingGeometry,
+    tank: Tank,
+    states: Mapping[str, StateEstimate],
+    winding: _Winding,
+    failed: Mapping[str, str],
 ) -> CoilEstimate:
-    tank = Tank(readout.capacitance, spec.readout)
-    states = state_estimates(circuit, tank, readout.drive_code, readout.high_current)
-    free = states["free"]
+    free = states[FREE]
     return CoilEstimate(
         name=coil.name,
         centre=(coil.centre.x, coil.centre.y),
         winding_inductance=circuit.inductance,
-        inductance_error=method.error(geometry),
-        method=method.name,
+        inductance_error=winding.method.error(winding.geometry),
+        method=winding.method.name,
         terminal_inductance=free.inductance,
         lead_inductance=circuit.leads.inductance,
         resistance_dc=circuit.resistance,
@@ -186,6 +278,10 @@ def _coil_estimate(
         self_resonance=_self_resonance(circuit),
         trace_length=math.fsum(w.path.length for w in coil.windings),
         states=states,
+        lead_parts=circuit.leads.parts,
+        winding_capacitance=circuit.winding_capacitance,
+        apparent_inductance=free.apparent_inductance,
+        failed_states=failed,
     )
 
 

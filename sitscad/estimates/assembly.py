@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.mechanics.elastomer import Compression, compress
-from sitscad.physics.eddy_target import CurrentSpectrum, Plate, Reflector, reflected_impedance
+from sitscad.physics.eddy_target import CurrentSpectrum, Plate, Reflector, reflected_inductances
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
+
+ComplexArray = NDArray[np.complex128]
 
 FREE, REST, PRESSED = "free", "rest", "pressed"
 
@@ -26,12 +30,16 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Assembly:
-    """The states that exist, their gaps (m) by name, the compression, and what is worth saying about the model."""
+    """The states that exist, their gaps (m) by name, the compression, and what is worth saying about the model.
+
+    `pressed_range` is the pressed state with an elastomer softer and stiffer by one sigma of its modulus.
+    """
 
     states: tuple[Surroundings, ...]
     gaps: dict[str, float]
     compression: Compression | None
     notes: tuple[str, ...]
+    pressed_range: tuple[Surroundings, Surroundings] | None = None
 
     @property
     def nearest(self) -> float:
@@ -44,7 +52,7 @@ def assemble(spec: SensorSpec) -> Assembly:
     """The states of the sensor: free (coil alone), rest, pressed to the required normal force."""
     below, behind = _behind(spec)
     states, gaps = [Surroundings(FREE, None, None)], {}
-    compression = None
+    compression, spread = None, None
     if spec.target is not None or below is not None:
         rest = spec.elastomer.thickness if spec.elastomer else 0.0
         states.append(Surroundings(REST, _target(spec, rest), below))
@@ -54,9 +62,10 @@ def assemble(spec: SensorSpec) -> Assembly:
         compression = _compression(spec)
         states.append(Surroundings(PRESSED, _target(spec, compression.gap), below))
         gaps[PRESSED] = compression.gap
+        spread = _pressed_range(spec, below)
     if behind is not None:
         gaps["behind_the_board"] = behind
-    return Assembly(tuple(states), gaps, compression, tuple(_notes(spec, compression)))
+    return Assembly(tuple(states), gaps, compression, tuple(_notes(spec, compression)), spread)
 
 
 def _plate(material: Conductor, thickness: float = math.inf) -> Plate:
@@ -87,11 +96,21 @@ def _behind(spec: SensorSpec) -> tuple[Reflector | None, float | None]:
     return Reflector(board + spec.shield.gap, tuple(plates)), spec.shield.gap
 
 
-def _compression(spec: SensorSpec) -> Compression:
+def _compression(spec: SensorSpec, factor: float = 1.0) -> Compression:
     pad = spec.elastomer
     assert pad is not None
-    return compress(*pad.size, pad.thickness, pad.material.shear_modulus, pad.material.bulk_modulus,
+    return compress(*pad.size, pad.thickness, factor * pad.material.shear_modulus, pad.material.bulk_modulus,
                     spec.requirements.normal_force or 0.0, pad.shape == "circle")  # fmt: skip
+
+
+def _pressed_range(spec: SensorSpec, below: Reflector | None) -> tuple[Surroundings, Surroundings]:
+    assert spec.elastomer is not None
+    sigma = spec.elastomer.material.shear_modulus_sigma
+    soft, stiff = (_compression(spec, factor).gap for factor in (max(0.05, 1.0 - sigma), 1.0 + sigma))
+    return (
+        Surroundings(PRESSED, _target(spec, soft), below),
+        Surroundings(PRESSED, _target(spec, stiff), below),
+    )
 
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
@@ -117,37 +136,42 @@ def _extent(spec: SensorSpec) -> tuple[float, float, float, float]:
 
 
 class Reflection:
-    """Change of inductance and resistance of a winding by its surroundings, as a smooth function of frequency.
+    """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept.
 
-    Sampled at Chebyshev points of ln f from 0.2 to 20 MHz; frequencies beyond are computed directly.
+    `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too.
     """
 
-    LOW, HIGH, POINTS = 0.2e6, 20e6, 8
-
-    def __init__(self, spectrum: CurrentSpectrum, around: Surroundings) -> None:
+    def __init__(self, spectrum: CurrentSpectrum, around: Surroundings, distances: Sequence[float] = ()) -> None:
         self._spectrum, self._around = spectrum, around
-        nodes = np.cos(math.pi * (np.arange(self.POINTS) + 0.5) / self.POINTS)
-        self._middle = 0.5 * math.log(self.LOW * self.HIGH)
-        self._half = 0.5 * math.log(self.HIGH / self.LOW)
-        rows = []
-        for x in nodes:
-            frequency = math.exp(self._middle + self._half * x)
-            inductance, resistance = self._exact(frequency)
-            rows.append((inductance, resistance / frequency))
-        self._fit = np.polynomial.chebyshev.chebfit(nodes, np.array(rows), self.POINTS - 1)
+        self._distances = (0.0, *distances)
+        self._known: dict[float, ComplexArray] = {}
 
     def __call__(self, frequency: float) -> tuple[float, float]:
         """Change of inductance (H) and resistance (ohm) at a frequency (Hz)."""
-        if not self.LOW <= frequency <= self.HIGH:
-            return self._exact(frequency)
-        x = (math.log(frequency) - self._middle) / self._half
-        found = np.asarray(np.polynomial.chebyshev.chebval(x, self._fit))
-        return float(found[0]), float(found[1]) * frequency
+        found = self._at(frequency)[0]
+        return float(found.real), -2.0 * math.pi * frequency * float(found.imag)
 
-    def _exact(self, frequency: float) -> tuple[float, float]:
-        return reflected_impedance(self._spectrum, frequency, self._around.above, self._around.below)
+    def mutual(self, distance: float, frequency: float) -> complex:
+        """Change of the mutual inductance (H, complex) with the coil at one of the distances (m)."""
+        return complex(self._at(frequency)[self._distances.index(distance)])
+
+    def _at(self, frequency: float) -> ComplexArray:
+        if frequency not in self._known:
+            self._known[frequency] = self._exact(frequency)
+        return self._known[frequency]
+
+    def _exact(self, frequency: float) -> ComplexArray:
+        around = self._around
+        return reflected_inductances(self._spectrum, frequency, around.above, around.below, self._distances)
 
 
-def no_reflection(frequency: float) -> tuple[float, float]:
+class NoReflection:
     """The coil alone: nothing changes."""
-    return 0.0, 0.0
+
+    def __call__(self, frequency: float) -> tuple[float, float]:
+        """No change of inductance and resistance."""
+        return 0.0, 0.0
+
+    def mutual(self, distance: float, frequency: float) -> complex:
+        """No change of the mutual inductance."""
+        return 0j

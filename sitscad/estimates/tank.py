@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
+from sitscad.estimates.assembly import NoReflection, Reflection
+from sitscad.estimates.idle import Circuit
 from sitscad.estimates.leads import LeadEstimate
 from sitscad.estimates.values import ReadoutEstimate, StateEstimate
 from sitscad.physics.current_modes import ProximityLoss
-from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
+from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
 from sitscad.readout import ldc1614
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
@@ -24,9 +26,12 @@ ROBUST_CAPACITANCE = 100e-12
 """Below this (F), pins, tail and cable make up a good part of the tank's capacitance."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CoilCircuit:
-    """One coil as the tank sees it: winding, leads, its own capacitance, and what surrounds it in every state."""
+    """One coil as the tank sees it: winding, leads, own capacitance, what surrounds it in every state.
+
+    `neighbours` are what idle coils add there; `curves` and `known` keep terminal values once they were asked for.
+    """
 
     name: str
     inductance: float
@@ -35,18 +40,68 @@ class CoilCircuit:
     loss: ProximityLoss
     leads: LeadEstimate
     self_capacitance: float
-    reflections: Mapping[str, Callable[[float], tuple[float, float]]]
+    reflections: Mapping[str, Reflection | NoReflection]
+    winding_capacitance: float = 0.0
+    neighbours: Mapping[str, Circuit] = field(default_factory=dict)
+    curves: dict[tuple[str, int], SmoothCurve] = field(default_factory=dict)
+    known: dict[tuple[str, float], tuple[float, float]] = field(default_factory=dict)
 
     def winding_resistance(self, frequency: float) -> float:
         """The winding's resistance (ohm) alone at a frequency (Hz)."""
         return self.resistance * self.loss.resistance_ratio(frequency)
 
+    def own(self, state: str, frequency: float) -> tuple[float, float]:
+        """Inductance (H) and resistance (ohm) between the contacts in a state (Hz), its neighbours open."""
+        if (state, frequency) not in self.known:
+            change, added = self.reflections[state](frequency)
+            leads = self.leads.resistance_at(frequency, self.conductivity)
+            inductance = self.inductance + self.loss.inductance_change(frequency) + self.leads.inductance + change
+            self.known[state, frequency] = inductance, self.winding_resistance(frequency) + leads + added
+        return self.known[state, frequency]
+
+    def exactly(self, state: str, frequency: float) -> tuple[float, float]:
+        """The same with the neighbours idle, where the state has them."""
+        inductance, resistance = self.own(state, frequency)
+        if state not in self.neighbours:
+            return inductance, resistance
+        change, added = self.neighbours[state](frequency)
+        return inductance + change, resistance + added
+
     def terminal(self, state: str, frequency: float) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) between the contacts in a state at a frequency (Hz)."""
-        change, added = self.reflections[state](frequency)
-        inductance = self.inductance + self.loss.inductance_change(frequency) + self.leads.inductance + change
-        resistance = self.winding_resistance(frequency) + self.leads.resistance_at(frequency, self.conductivity) + added
-        return inductance, resistance
+        band = math.floor(math.log(frequency / LOWEST) / math.log(BAND))
+        if (state, band) not in self.curves:
+            low = LOWEST * BAND**band
+            self.curves[state, band] = SmoothCurve(lambda at: self.exactly(state, at), low, BAND * low)
+        return self.curves[state, band](frequency)
+
+
+LOWEST, BAND = 1e6, 11.0
+"""The terminal values are known from 1 to 11 MHz, and in bands of the same ratio below and above that where asked."""
+
+
+class SmoothCurve:
+    """A pair of smooth functions of frequency, known at Chebyshev points of ln f over a band (Hz)."""
+
+    POINTS = 6
+
+    def __init__(self, exact: Circuit, low: float, high: float) -> None:
+        angles = [math.pi * (k + 0.5) / self.POINTS for k in range(self.POINTS)]
+        middle, half = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
+        self._places = [middle + half * math.cos(angle) for angle in angles]
+        self._weights = [(-1.0) ** k * math.sin(angle) for k, angle in enumerate(angles)]
+        self._values = [exact(math.exp(place)) for place in self._places]
+
+    def __call__(self, frequency: float) -> tuple[float, float]:
+        """Both values at a frequency (Hz), by barycentric interpolation."""
+        place = math.log(frequency)
+        first = second = total = 0.0
+        for at, weight, (one, other) in zip(self._places, self._weights, self._values, strict=True):
+            if abs(place - at) < 1e-12:
+                return one, other
+            share = weight / (place - at)
+            first, second, total = first + share * one, second + share * other, total + share
+        return first / total, second / total
 
 
 @dataclass(frozen=True)
@@ -56,6 +111,11 @@ class Tank:
     capacitor: float
     readout: ReadoutSpec
 
+    @property
+    def is_at_coil(self) -> bool:
+        """Whether the capacitor stands at the contacts, before the cable."""
+        return self.readout.capacitor_at == "coil"
+
     def capacitance(self, circuit: CoilCircuit) -> float:
         """Everything in parallel (F): capacitor, pins, cable, tail and the coil's own."""
         cable = self.readout.cable.capacitance if self.readout.cable else 0.0
@@ -64,24 +124,35 @@ class Tank:
     def in_series(self) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
         cable = self.readout.cable
-        if cable is None or self.readout.capacitor_at != "converter":
-            return 0.0, 0.0
-        return cable.inductance, cable.resistance
+        return (0.0, 0.0) if cable is None or self.is_at_coil else (cable.inductance, cable.resistance)
 
-    def oscillation(self, circuit: CoilCircuit, state: str) -> tuple[float, float, float]:
-        """Frequency (Hz), parallel resistance (ohm) and quality factor; inductance and loss at that very frequency."""
-        more_inductance, more_resistance = self.in_series()
-        capacitance = self.capacitance(circuit)
-        frequency = resonance_frequency(circuit.inductance + circuit.leads.inductance + more_inductance, capacitance)
+    def network(self, circuit: CoilCircuit) -> Network:
+        """The two-port between contacts and pins: half of the cable's capacitance at either end (pi section)."""
+        cable = self.readout.cable
+        half = 0.5 * cable.capacitance if cable else 0.0
+        return Network(
+            coil_side=circuit.self_capacitance + half,
+            converter_side=ldc1614.limit("pin_capacitance") + half,
+            capacitor=self.capacitor,
+            capacitor_at_coil=self.is_at_coil,
+            capacitor_resistance=ldc1614.limit("capacitor_resistance"),
+            inductance=cable.inductance if cable else 0.0,
+            resistance=cable.resistance if cable else 0.0,
+        )
+
+    def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
+        """Where the tank runs in a state; inductance and loss are those at that very frequency."""
+        network, delay = self.network(circuit), ldc1614.limit("drive_delay")
+        frequency = resonance_frequency(
+            circuit.inductance + circuit.leads.inductance + self.in_series()[0], self.capacitance(circuit)
+        )
+        found = oscillate(network, *circuit.terminal(state, frequency), delay)
         for _ in range(12):
-            inductance, resistance = circuit.terminal(state, frequency)
-            inductance, resistance = inductance + more_inductance, resistance + more_resistance
-            found = resonance_frequency(max(inductance, 1e-12), capacitance)
-            if abs(found - frequency) <= 1e-9 * frequency:
+            before = found.frequency
+            found = oscillate(network, *circuit.terminal(state, before), delay, before)
+            if abs(found.frequency - before) <= 1e-9 * before:
                 break
-            frequency = found
-        return (frequency, parallel_resistance(inductance, resistance, frequency),
-                quality_factor(inductance, resistance, frequency))  # fmt: skip
+        return found
 
 
 def working_states(circuit: CoilCircuit) -> list[str]:
@@ -90,14 +161,22 @@ def working_states(circuit: CoilCircuit) -> list[str]:
     return [state for state in states if state != "free"] or states
 
 
-def state_estimates(circuit: CoilCircuit, tank: Tank, code: int, high_current: bool) -> dict[str, StateEstimate]:
-    """Every state of a coil with its tank and one drive code."""
+def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:
+    """Every state of a coil with its tank and the converter's settings."""
     found = {}
     for state in circuit.reflections:
-        frequency, rp, quality = tank.oscillation(circuit, state)
-        inductance, resistance = circuit.terminal(state, frequency)
-        volts = ldc1614.amplitude(rp, code, high_current)
-        found[state] = StateEstimate(state, inductance, resistance, frequency, rp, quality, volts)
+        at = tank.oscillation(circuit, state)
+        inductance, resistance = circuit.terminal(state, at.frequency)
+        volts = ldc1614.amplitude(at.parallel_resistance, readout.drive_code, readout.high_current)
+        in_tank = inductance + tank.in_series()[0]
+        quantum = 2.0 * in_tank * ldc1614.frequency_quantum(at.frequency, readout.rcount) / at.frequency
+        found[state] = StateEstimate(
+            state, inductance, resistance, at.frequency, at.parallel_resistance, at.quality_factor, volts,
+            apparent_inductance=apparent_inductance(inductance, resistance, circuit.self_capacitance, at.frequency),
+            coil_amplitude=volts * at.coil_share,
+            quantum=quantum,
+            noise=ldc1614.inductance_noise(in_tank, at.frequency, readout.rcount),
+        )  # fmt: skip
     return found
 
 
@@ -142,11 +221,11 @@ def _trespass(
     frequencies, resistances, working = [], [], []
     for circuit in circuits:
         for state in circuit.reflections:
-            frequency, rp, _ = tank.oscillation(circuit, state)
-            frequencies.append(frequency)
+            found = tank.oscillation(circuit, state)
+            frequencies.append(found.frequency)
             if state in working_states(circuit):
-                working.append(rp)
-            resistances.append(rp)
+                working.append(found.parallel_resistance)
+            resistances.append(found.parallel_resistance)
     code = ldc1614.drive_code(max(working))
     swing = ldc1614.amplitude(min(working), code), ldc1614.amplitude(max(working), code)
     ceiling = min(FREQUENCY_MARGIN * ldc1614.limit("sensor_frequency_max"), 0.75 * self_resonance)
@@ -171,6 +250,7 @@ def _reason(value: float, trespass: tuple[float, bool], windows: _Windows) -> st
         f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}, "
         f"{windows.swing[0]:.2f} to {windows.swing[1]:.2f} V in the working states"
     )
+    found += f"; +-{50.0 * ldc1614.limit('capacitor_tolerance'):.2g} % of frequency by its tolerance"
     if trespass[1]:
         return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({found})"
     return f"E12, C0G: of the values that keep all windows the one with the highest R_P ({found})"
@@ -180,7 +260,7 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     """Drive code, dividers and counts for all coils and states with that capacitor."""
     tank = Tank(capacitor, readout)
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
-    working = [found[c.name, state][1] for c in circuits for state in working_states(c)]
+    working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
     code = ldc1614.drive_code(max(working))
     channels = len(circuits)
     strong = (
@@ -190,14 +270,15 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     )  # fmt: skip
     divider = ldc1614.reference_divider(readout.clock, channels)
     reference = readout.clock / divider
-    input_divider = max(ldc1614.input_divider(f, reference) for f, _, _ in found.values())
-    settle_count = max(ldc1614.settle_count(q, reference, f) for f, _, q in found.values())
+    input_divider = max(ldc1614.input_divider(at.frequency, reference) for at in found.values())
+    settle_count = max(ldc1614.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
     rcount = ldc1614.reference_count(readout.scan_rate, settle_count, reference, channels)
+    current = ldc1614.drive_current(code, strong)
     return ReadoutEstimate(
         capacitance=capacitor,
         capacitance_reason=reason,
         drive_code=code,
-        drive_current=ldc1614.drive_current(code, strong),
+        drive_current=current,
         reference_divider=divider,
         reference_frequency=reference,
         input_divider=input_divider,
@@ -206,4 +287,10 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         dwell_time=ldc1614.dwell_time(rcount, settle_count, reference),
         scan_rate=1.0 / ldc1614.scan_time(rcount, settle_count, reference, channels),
         high_current=strong,
+        capacitor_tolerance=ldc1614.limit("capacitor_tolerance"),
+        settle_time=ldc1614.settle_time(settle_count, reference),
+        conversion_time=ldc1614.conversion_time(rcount, reference),
+        switch_time=ldc1614.switch_time(reference),
+        read_back_time=ldc1614.read_back_time(min(channels, int(ldc1614.limit("channels")))),
+        supply_current=ldc1614.supply_current(current, rcount, settle_count, reference, channels),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from sitscad.mechanics.elastomer import Compression
@@ -14,7 +14,10 @@ from sitscad.mechanics.elastomer import Compression
 class StateEstimate:
     """One coil in one state, at its contacts and its own frequency there: H, ohm, Hz, volts peak.
 
-    Frequency, parallel resistance, quality factor and amplitude are the tank's: cable and capacitors included.
+    Frequency, parallel resistance, quality factor and amplitude are the tank's at the converter's pins: cable and
+    capacitors included; `coil_amplitude` is what is left of it at the contacts. `apparent_inductance` is what a meter
+    there reads, the coil's own capacitance across it; `quantum` and `noise` (one sigma, of quantisation alone) are the
+    step and the scatter of the measured inductance in henries; `spread` says how far manufacture scatters.
     """
 
     state: str
@@ -24,6 +27,26 @@ class StateEstimate:
     parallel_resistance: float
     quality_factor: float
     amplitude: float
+    apparent_inductance: float | None = None
+    coil_amplitude: float | None = None
+    quantum: float | None = None
+    noise: float | None = None
+    spread: Spread | None = None
+
+
+@dataclass(frozen=True)
+class Spread:
+    """One standard deviation, by the tolerances of manufacture, of a state's numbers (H, ohm, Hz, ohm, V).
+
+    `causes` names the tolerance that each of them owes most to.
+    """
+
+    inductance: float
+    resistance: float
+    frequency: float
+    parallel_resistance: float
+    amplitude: float
+    causes: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -32,7 +55,9 @@ class CoilEstimate:
     theirs at `sensor_frequency`; `terminal_*` what the contacts see, leads and tail included, in free air.
 
     `inductance_error` is the relative bound of the winding's value; `capacitance` the whole tank's, `self_capacitance`
-    that of winding, leads and tail. SI units.
+    that of winding, leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by
+    name. `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the
+    model fails: such a state is absent from `states`. SI units.
     """
 
     name: str
@@ -53,12 +78,19 @@ class CoilEstimate:
     self_resonance: float
     trace_length: float
     states: Mapping[str, StateEstimate]
+    lead_parts: Mapping[str, float] = field(default_factory=dict)
+    winding_capacitance: float | None = None
+    apparent_inductance: float | None = None
+    failed_states: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class ReadoutEstimate:
     """How the converter is set: tank capacitor (F) and why, one drive code for all coils and working states, clocks
     (Hz), counts, the time on one coil (s) and the complete scans a second that follow.
+
+    `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
+    at 400 kHz; `supply_current` (A) the converter's with the drive; `capacitor_tolerance` is the part's, relative.
     """
 
     capacitance: float
@@ -73,6 +105,17 @@ class ReadoutEstimate:
     dwell_time: float
     scan_rate: float
     high_current: bool
+    capacitor_tolerance: float | None = None
+    settle_time: float | None = None
+    conversion_time: float | None = None
+    switch_time: float | None = None
+    read_back_time: float | None = None
+    supply_current: float | None = None
+
+    @property
+    def readable_rate(self) -> float | None:
+        """Complete scans a second (Hz) that can be read over I2C."""
+        return 1.0 / self.read_back_time if self.read_back_time else None
 
 
 @dataclass(frozen=True)
@@ -139,6 +182,10 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
         "quality_factor": _number(coil.quality_factor),
         "self_resonance_Hz": _number(coil.self_resonance),
         "trace_length_m": _number(coil.trace_length),
+        "lead_inductance_parts_H": {name: _number(value) for name, value in coil.lead_parts.items()},
+        "winding_capacitance_F": _number(coil.winding_capacitance),
+        "apparent_inductance_H": _number(coil.apparent_inductance),
+        "failed_states": dict(coil.failed_states),
         "states": {name: _state_document(state) for name, state in coil.states.items()},
     }
 
@@ -151,6 +198,24 @@ def _state_document(state: StateEstimate) -> dict[str, Any]:
         "parallel_resistance_ohm": _number(state.parallel_resistance),
         "quality_factor": _number(state.quality_factor),
         "amplitude_V": _number(state.amplitude),
+        "apparent_inductance_H": _number(state.apparent_inductance),
+        "coil_amplitude_V": _number(state.coil_amplitude),
+        "quantum_H": _number(state.quantum),
+        "noise_H": _number(state.noise),
+        "sigma": _spread_document(state.spread),
+    }
+
+
+def _spread_document(spread: Spread | None) -> dict[str, Any] | None:
+    if spread is None:
+        return None
+    return {
+        "inductance_H": _number(spread.inductance),
+        "resistance_ohm": _number(spread.resistance),
+        "frequency_Hz": _number(spread.frequency),
+        "parallel_resistance_ohm": _number(spread.parallel_resistance),
+        "amplitude_V": _number(spread.amplitude),
+        "causes": dict(spread.causes),
     }
 
 
@@ -168,6 +233,13 @@ def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
         "dwell_time_s": _number(readout.dwell_time),
         "scan_rate_Hz": _number(readout.scan_rate),
         "high_current": readout.high_current,
+        "capacitor_tolerance": _number(readout.capacitor_tolerance),
+        "settle_time_s": _number(readout.settle_time),
+        "conversion_time_s": _number(readout.conversion_time),
+        "switch_time_s": _number(readout.switch_time),
+        "read_back_time_s": _number(readout.read_back_time),
+        "readable_rate_Hz": _number(readout.readable_rate),
+        "supply_current_A": _number(readout.supply_current),
     }
 
 

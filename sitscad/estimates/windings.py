@@ -7,13 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.geometry.path import Arc, Path
 from sitscad.layout.board import Coil
-from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.rings import ring_winding_inductance
 from sitscad.physics.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
 from sitscad.physics.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
+from sitscad.physics.tracks import Bend, Side, Track, track, track_inductance_matrix
 from sitscad.spec.sensor import CoilSpec
 
 CHORD = 1e-6
@@ -22,11 +23,15 @@ CHORD = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class WindingGeometry:
-    """One coil's layers about its own centre: as spirals (circles only) and as straight tracks (all other shapes)."""
+    """One coil's layers about its own centre: as spirals (circles only), or as they are drawn (all other shapes).
+
+    `drawn` has the exact sides and arcs, `tracks` chords of them.
+    """
 
     spec: CoilSpec
     spirals: tuple[SpiralLayer, ...]
     tracks: tuple[PolylineTrack, ...]
+    drawn: tuple[Track, ...] = ()
 
     @property
     def turns(self) -> float:
@@ -61,7 +66,20 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
         PolylineTrack(np.array(w.path.flattened(CHORD)) - centre, spec.trace_width, w.thickness, w.z)
         for w in coil.windings
     )
-    return WindingGeometry(spec, (), tracks)
+    drawn = tuple(
+        track(_pieces(w.path.shifted(-coil.centre.x, -coil.centre.y)), spec.trace_width, w.thickness, w.z)
+        for w in coil.windings
+    )
+    return WindingGeometry(spec, (), tracks, drawn)
+
+
+def _pieces(path: Path) -> list[Side | Bend]:
+    return [
+        (tuple(s.centre), s.radius, s.start_angle, 1.0 if s.ccw else -1.0, abs(s.sweep))
+        if isinstance(s, Arc)
+        else (tuple(s.start), tuple(s.end))
+        for s in path
+    ]
 
 
 def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLayer, ...]:
@@ -109,21 +127,11 @@ def _rings(geometry: WindingGeometry) -> float:
     return ring_winding_inductance(geometry.spirals)
 
 
-def _strands(count: int) -> Callable[[WindingGeometry], float]:
+def _strands(*counts: int) -> Callable[[WindingGeometry], float]:
     def solve(geometry: WindingGeometry) -> float:
-        return float(track_inductance_matrix(geometry.tracks, count).sum())
+        return float(track_inductance_matrix(geometry.drawn, (counts[0], counts[1])).sum())
 
     return solve
-
-
-def track_inductance_matrix(tracks: tuple[PolylineTrack, ...], strands: int) -> NDArray[np.float64]:
-    """Inductance matrix (H) of straight-sided layers in series."""
-    count = len(tracks)
-    matrix = np.empty((count, count))
-    for i in range(count):
-        for j in range(i + 1):
-            matrix[i, j] = matrix[j, i] = track_mutual_inductance(tracks[i], tracks[j], strands)
-    return matrix
 
 
 def _spiral_error(geometry: WindingGeometry) -> float:
@@ -201,9 +209,9 @@ METHODS: tuple[Method, ...] = (
            "tracks narrow against the inner radius", 2e-3, "the same with one filament a track"),
     Method("rings", _ROUND, _rings, _ring_error, lambda g: g.turns >= 5.0,
            "five turns or more", 2e-2, "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
-    Method("strands", _STRAIGHT, _strands(2), _strand_error, _always,
+    Method("strands", _STRAIGHT, _strands(2, 3), _strand_error, _always,
            "straight sides, mitred corners", 1e-2, "Neumann's closed form for parallel filaments (Grover 1946)"),
-    Method("filaments", _STRAIGHT, _strands(1), _filament_error, _always,
+    Method("filaments", _STRAIGHT, _strands(1, 1), _filament_error, _always,
            "straight sides, tracks narrow against the inner side", 4e-3, "the same with one filament a track"),
     Method("current-sheet", _TABULATED, _formula("current-sheet"), _formula_error, _formula_valid,
            _ONE_LAYER, 1e-5, _MOHAN, True),

@@ -159,9 +159,11 @@ def _line_line(one: Primitives, other: Primitives) -> Floats:
     """0 where two segments cross, infinite elsewhere."""
     r, s, q = one.end - one.start, other.end - other.start, other.start - one.start
     cross = _cross(r, s)
-    safe = np.where(cross == 0.0, 1.0, cross)
+    # Rounding leaves a trace of an angle between collinear lines, and with it any crossing point at all
+    parallel = np.abs(cross) <= 1e-9 * np.sqrt(_dot(r, r) * _dot(s, s))
+    safe = np.where(parallel, 1.0, cross)
     t, u = _cross(q, s) / safe, _cross(q, r) / safe
-    hit = (cross != 0.0) & (t >= 0.0) & (t <= 1.0) & (u >= 0.0) & (u <= 1.0)
+    hit = ~parallel & (t >= 0.0) & (t <= 1.0) & (u >= 0.0) & (u <= 1.0)
     return np.where(hit, 0.0, np.inf)
 
 

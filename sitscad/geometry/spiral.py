@@ -96,13 +96,41 @@ def _crossing(one: tuple[float, float], other: tuple[float, float], step: float)
     )
 
 
+def racetrack(dimensions: SpiralDimensions, outer_angle: float) -> Path:
+    """Straight sides along x and semicircles: turn joins turn because every other end is moved across by half a pitch.
+
+    The first end that is walked is concentric about the axis, the other family stands p/2 nearer to the side that the
+    layer began at, with radii p/2 smaller. Begins at the junction of the quadrant that ``outer_angle`` lies in.
+    """
+    half = (dimensions.size[0] - dimensions.size[1]) / 2
+    quadrant = math.floor(outer_angle / (math.pi / 2) + 1e-9) % 4
+    up = 1.0 if quadrant < 2 else -1.0
+    side_first = quadrant % 2 == 0
+    y, x = up * dimensions.outer_radius, half if quadrant in (0, 3) else -half
+    segments: list[Segment] = []
+    for piece in range(round(4 * dimensions.turns)):
+        start = Point(x, y)
+        if (piece % 2 == 0) == side_first:
+            x = -x
+            segments.append(Line(start, Point(x, y)))
+            continue
+        # The end that begins the second half of a turn comes back one pitch nearer to the axis.
+        other = -y + (math.copysign(dimensions.pitch, y) if piece % 4 >= 2 else 0.0)
+        segments.append(Arc(start, Point(x, other), Point(x, (y + other) / 2)))
+        y = other
+    return Path(tuple(segments))
+
+
 SPIRALS: dict[str, Callable[[SpiralDimensions, float], Path]] = {
     "circle": circle,
     "square": polygon(4),
     "rectangle": polygon(4),
     "hexagon": polygon(6),
     "octagon": polygon(8),
+    "racetrack": racetrack,
 }
+
+_CORNERS = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}
 
 
 def wind(shape: str, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1) -> Path:
@@ -117,8 +145,14 @@ def wind(shape: str, dimensions: SpiralDimensions, outer_angle: float, sense: in
 
 
 def corner_angle(shape: str, angle: float, sense: int) -> float:
-    """The angle at which a layer really begins: the angle itself for a circle, else the last corner at or before it."""
-    corners = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}.get(shape)
+    """The angle at which a layer really begins: the angle itself for a circle, else the last corner at or before it.
+
+    A racetrack begins where a straight side does: with angle 0 at +x, +y (clockwise: +x, -y), with half a turn at the
+    opposite junction. Its junctions are named by the middle of their quadrant.
+    """
+    if shape == "racetrack":
+        return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
+    corners = _CORNERS.get(shape)
     if corners is None:
         return angle
     step = TWO_PI / corners
@@ -141,7 +175,9 @@ def outer_boundary(shape: str, size: tuple[float, float], offset: float) -> Path
         west, south = Point(-radius, 0.0), Point(0.0, -radius)
         origin = Point(0.0, 0.0)
         return Path(tuple(Arc(a, b, origin) for a, b in ((east, north), (north, west), (west, south), (south, east))))
-    corners = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}[shape]
+    if shape == "racetrack":
+        return _around_racetrack(size, offset)
+    corners = _CORNERS[shape]
     step = TWO_PI / corners
 
     def flat(index: int) -> tuple[float, float]:
@@ -153,3 +189,15 @@ def outer_boundary(shape: str, size: tuple[float, float], offset: float) -> Path
     ring = [east, *points, east]
     segments: list[Segment] = [Line(a, b) for a, b in pairwise(ring)]
     return Path(tuple(segments))
+
+
+def _around_racetrack(size: tuple[float, float], offset: float, parts: int = 12) -> Path:
+    """Straight sides that touch both semicircles from outside: roads around a coil are laid side by side."""
+    half, radius = (size[0] - size[1]) / 2, size[1] / 2 + offset
+    step = math.pi / parts
+    reach = radius / math.cos(step / 2)
+    points = [polar(reach, step * (i + 0.5), Point(half, 0.0)) for i in range(parts // 2)]
+    points += [polar(reach, math.pi / 2 + step * (i + 0.5), Point(-half, 0.0)) for i in range(parts)]
+    points += [polar(reach, -math.pi / 2 + step * (i + 0.5), Point(half, 0.0)) for i in range(parts // 2)]
+    east = Point(half + radius, 0.0)
+    return Path(tuple(Line(a, b) for a, b in pairwise([east, *points, east])))

@@ -181,6 +181,12 @@ class Escape:
         return (*self.joins, self.lead_a) + ((self.lead_b,) if self.lead_b else ())
 
     @property
+    def entries(self) -> tuple[Point, Point]:
+        """Where the two leads enter the tail."""
+        last = (self.lead_b or self.lead_a).legs[-1]
+        return self.lead_a.legs[-1].track.path.end, last.track.path.end
+
+    @property
     def cost(self) -> float:
         """Length of everything (m), vias counted as in `Branch.cost`."""
         return sum(branch.cost for branch in self.branches)
@@ -203,7 +209,7 @@ def escape(
         leads = [_sorted(_lead_options(around, ends[0], exit_a, places))]
         if ends[1] is not None:
             leads.append(_sorted(_lead_options(around, ends[1], exit_b, places)))
-        chosen = search.combine(leads + join_options, ())
+        chosen = search.find(leads + join_options)
         if chosen is not None:
             found = Escape(chosen[len(leads) :], chosen[0], chosen[1] if ends[1] is not None else None)
             best = found if best is None or found.cost < best.cost - 1e-6 else best
@@ -223,36 +229,46 @@ class _Search:
     def __init__(self, around: Surroundings, obstacles: Obstacles, patience: Patience) -> None:
         self._around = around
         self._obstacles = obstacles
-        self._admitted: dict[int, tuple[Branch, bool]] = {}
+        self._admitted: dict[int, bool] = {}
+        self._asked: list[list[list[Branch]]] = []
+        self._compared: dict[tuple[int, int], bool] = {}
         self._patience = patience
         self._left = COMPARISONS
 
-    def combine(self, options: list[list[Branch]], chosen: tuple[Branch, ...]) -> tuple[Branch, ...] | None:
+    def find(self, options: list[list[Branch]]) -> tuple[Branch, ...] | None:
         """One branch of every list, none too near another or anything on the board."""
+        self._asked.append(options)  # what is remembered goes by identity, so the branches have to live on
+        return self._combine(options, ())
+
+    def _combine(self, options: list[list[Branch]], chosen: tuple[Branch, ...]) -> tuple[Branch, ...] | None:
         if len(chosen) == len(options):
             return chosen
         for branch in options[len(chosen)]:
             self._spend(1)
             if self._left < 0 or self._patience.left < 0:
                 return None
-            if any(_conflict(self._around, branch, other) for other in chosen) or not self._admits(branch):
+            if any(self._conflicts(branch, other) for other in chosen) or not self._admits(branch):
                 continue
-            found = self.combine(options, (*chosen, branch))
+            found = self._combine(options, (*chosen, branch))
             if found is not None:
                 return found
         return None
+
+    def _conflicts(self, one: Branch, other: Branch) -> bool:
+        pair = (id(one), id(other))
+        if pair not in self._compared:
+            self._compared[pair] = _conflict(self._around, one, other)
+        return self._compared[pair]
 
     def _spend(self, comparisons: int) -> None:
         self._left -= comparisons
         self._patience.left -= comparisons
 
     def _admits(self, branch: Branch) -> bool:
-        known = self._admitted.get(id(branch))
-        if known is None:
+        if id(branch) not in self._admitted:
             self._spend(ADMISSION)
-            known = (branch, self._obstacles.admits(branch.tracks, branch.holes))
-            self._admitted[id(branch)] = known
-        return known[1]
+            self._admitted[id(branch)] = self._obstacles.admits(branch.tracks, branch.holes)
+        return self._admitted[id(branch)]
 
 
 def _conflict(around: Surroundings, one: Branch, other: Branch) -> bool:

@@ -87,6 +87,22 @@ def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tupl
     return tuple(Lane(placement, *taken[i], rank=from_top.index(i)) for i, placement in enumerate(placements))
 
 
+def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> tuple[Lane, ...]:
+    """Places in the tail for coils in several rows: rows from the top, the far coils of each row outermost."""
+    middle = sum(p.centre[1] for p in placements) / len(placements)
+    rows = sorted({round(p.centre[1], 7) for p in placements}, reverse=True)
+    order: list[CoilPlacement] = []
+    for y in rows:
+        row = sorted((p for p in placements if round(p.centre[1], 7) == y), key=lambda p: p.centre[0])
+        if y > middle + 1e-7:
+            order += row
+        elif y < middle - 1e-7:
+            order += row[::-1]
+        else:
+            order += row[-3::-2][::-1] + row[-1:] + row[-2::-2]
+    return tuple(Lane(placement, 0, 0, order.index(placement)) for placement in placements)
+
+
 def lane_height(bus: Bus, index: int, track: int = 0) -> float:
     """Distance (m) from the axis to a lane's track: `index` counts outwards, `track` 1 is the outer of a flat pair."""
     tracks = index if bus.is_stacked else 2 * index + track

@@ -134,18 +134,23 @@ def _texts(
 ) -> tuple[str, ...]:
     sizes = f"diameter {_mm(size[0])}" if shape == "circle" else f"{_mm(size[0])} x {_mm(size[1])}"
     half = _mm(kerf / 2)
-    how = (
-        f"kerf {_mm(kerf)} mm: {half} mm added outside, holes less {half} mm"
+    compensation = (
+        (
+            f"kerf {_mm(kerf)} mm: {half} mm added outside, holes less {half} mm",
+            f"coupon: {_mm(COUPON_SIZE)} mm wide, hole {_mm(COUPON_HOLE)} mm if right",
+            f"else kerf = {_mm(kerf)} + {_mm(COUPON_SIZE)} - measured width",
+        )
         if kerf
-        else "no kerf: drawn at nominal size"
+        else (
+            "kerf not compensated: drawn at nominal size",
+            f"coupon: drawn {_mm(COUPON_SIZE)} mm wide, hole {_mm(COUPON_HOLE)} mm",
+        )
     )
     return (
         f"{layout.spec.name} {part}",
         f"{shape} {sizes} mm, {_mm(thickness)} mm thick",
         material,
-        how,
-        f"coupon: {_mm(COUPON_SIZE)} mm wide, hole {_mm(COUPON_HOLE)} mm if right",
-        f"else kerf = {_mm(kerf)} + {_mm(COUPON_SIZE)} - measured width",
+        *compensation,
         "grey (layer REF) is not cut",
     )
 
@@ -181,8 +186,8 @@ _DIGIT_WIDTH, _DIGIT_STEP = 0.6e-3, 1.0e-3
 
 
 def _label(coupon: Point, kerf: float) -> Iterator[Contour]:
-    """The kerf in millimetres, engraved between the coupon's hole and its lower edge."""
-    text = _mm(kerf)
+    """The kerf in millimetres, engraved between the coupon's hole and its lower edge; nothing where there is none."""
+    text = _mm(kerf) if kerf else ""
     band = (COUPON_SIZE - COUPON_HOLE) / 2
     left = coupon.x - (_DIGIT_STEP * (len(text) - 1) + _DIGIT_WIDTH) / 2
     lower = coupon.y - COUPON_SIZE / 2 + (band - 2 * _DIGIT_WIDTH) / 2

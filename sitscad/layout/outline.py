@@ -34,10 +34,11 @@ def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge
         (Point(body.start, -wide), far_corner_radius(body, copper, edge)),
         (Point(tail.body_end, -wide), outer),
         (Point(tail.start, -narrow), inner),
-        (Point(tail.end, -narrow), 0.0),
+        *((corner, 0.0) for corner in tail.lower_shoulder()),
+        (Point(tail.end, -tail.plug_half_width), 0.0),
     ]
     if abs(wide - narrow) < 1e-9:
-        lower = [lower[0], lower[3]]
+        lower = [lower[0], *lower[3:]]
     upper = [(point._replace(y=-point.y), radius) for point, radius in reversed(lower)]
     corners = [point for point, _ in lower + upper]
     radii = [_fitting(corners, i, radius) for i, (_, radius) in enumerate(lower + upper)]

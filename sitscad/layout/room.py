@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import combinations
 
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Point
@@ -53,15 +53,15 @@ def no_inner_room(spec: SensorSpec, bus: Bus, clear_radius: float, joins: int) -
 
 
 def not_in_line(spec: SensorSpec) -> Finding:
-    """The routing knows coils in one line along the jaw only."""
+    """Side by side on one layer, pairs are led along the jaw only."""
     return Finding(
         rule="SIT118",
         name="array-not-routed",
         severity=Severity.ERROR,
-        message=f"leads can be routed for coils in one line along x; this {spec.array.pattern} array is not one, "
-        "so its coils are drawn and estimated, but not led out",
-        hint="take pattern single or line, or explicit centres with y = 0 and no rotation",
-        key="array.pattern",
+        message=f"the pairs of a {spec.array.pattern} array are led out above each other on two copper layers, and "
+        "here the tail has only one: the coils are drawn and estimated, but not led out",
+        hint="give the tail two layers (fpc.tail.layers: 2), or take pattern line",
+        key="fpc.tail.layers",
     )
 
 
@@ -88,8 +88,8 @@ def no_way_for_leads(spec: SensorSpec, bus: Bus) -> Finding:
     rules = spec.fpc.rules
     hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
     needed = 2.0 * hole_keep_out(hole, rules, bus.spacing) + bus.pitch
-    centres = sorted(p.centre[0] for p in spec.array.placements)
-    pitch = min((b - a for a, b in pairwise(centres)), default=None)
+    centres = [Point(*p.centre) for p in spec.array.placements]
+    pitch = min((a.distance(b) for a, b in combinations(centres, 2)), default=None)
     if pitch is None or pitch - spec.coil.size[0] >= needed:
         return Finding(
             rule="SIT113",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from sitscad.geometry.path import Path, Point, polyline, rectangle
+from sitscad.geometry.path import Path, Point, closed_polygon, polyline, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
@@ -16,6 +16,9 @@ TAIL_TRACE_WIDTH = 0.2e-3
 
 BARE_LENGTH = 2.0e-3
 """Length of the strip with solder pads where the spec asks for no tail: pads, vias and a little to hold (m)."""
+
+END_GAP = 0.2e-3
+"""Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance."""
 
 CAP = 0.25e-3
 """Straight copper left between the bends and the vias at the contacts (m)."""
@@ -31,18 +34,37 @@ class TailFrame:
     start: float
     end: float
     half_width: float
+    plug_half_width: float
+    end_gap: float
     trace_width: float
     neck_width: float
 
     @property
     def pad_start(self) -> float:
         """Where the contacts begin."""
-        return self.end - self.edge - self.connector.contact_length
+        return self.end - self.end_gap - self.connector.contact_length
 
     @property
-    def edge(self) -> float:
-        """Gap between the contacts and the end of the board: none is left where the contact would get too short."""
-        return 0.2e-3
+    def shoulder(self) -> float:
+        """How much wider the tail is, on each side, than what is plugged in: room for the outer vias' edge distance."""
+        return self.half_width - self.plug_half_width
+
+    def strip(self, start: float) -> Path:
+        """The closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
+        wide, plug = self.half_width, self.plug_half_width
+        if self.shoulder < 1e-9:
+            return rectangle(start, -wide, self.end, wide)
+        lower = [Point(start, -wide), *self.lower_shoulder(), Point(self.end, -plug)]
+        return closed_polygon([*lower, *(Point(p.x, -p.y) for p in reversed(lower))])
+
+    def lower_shoulder(self) -> list[Point]:
+        """The two corners of the lower shoulder, none where the tail is no wider than its plug."""
+        if self.shoulder < 1e-9:
+            return []
+        return [
+            Point(self.pad_start - self.shoulder, -self.half_width),
+            Point(self.pad_start, -self.plug_half_width),
+        ]
 
 
 @dataclass(frozen=True)
@@ -62,21 +84,30 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     """Lay the tail's outline: `front` is where the coils' leads have come together, from there on lanes run along x."""
     edge = spec.fpc.rules.copper_to_edge
     contacts = 2 * len(spec.array.placements)
-    half_width = connector.width(contacts) / 2
+    plug = connector.width(contacts) / 2
+    half_width = max(plug, contact_height(connector, contacts, 1) + _outer_copper(spec, bus, connector) + edge)
+    end_gap = max(END_GAP, edge) if connector.kind == "pads" else END_GAP
     slack = STAGGER * (edge + bus.width / 2)
     stagger = STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0))
     narrows = half_width < body_half_width
     body_end = front + slack + max(0.0, stagger) if narrows else front
     funnel = front if narrows else front + slack
     start = body_end + abs(body_half_width - half_width)
-    needed = _fan_length(spec, bus, connector) + connector.contact_length + 0.2e-3
+    needed = _fan_length(spec, bus, connector) + half_width - plug + connector.contact_length + end_gap
     length = (
         max(spec.fpc.tail.length, start - body_end + needed)
         if spec.fpc.tail
         else start - body_end + needed + BARE_LENGTH
     )
     width = _tail_trace_width(spec, bus, connector)
-    return TailFrame(connector, body_end, funnel, start, body_end + length, half_width, width, bus.width)
+    end = body_end + length
+    return TailFrame(connector, body_end, funnel, start, end, half_width, plug, end_gap, width, bus.width)
+
+
+def _outer_copper(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
+    """How far copper reaches beyond the middle of an outermost contact: a via's pad, or half the track (m)."""
+    track = _tail_trace_width(spec, bus, connector) / 2
+    return max(track, spec.fpc.rules.via_pad / 2) if bus.is_stacked else track
 
 
 def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
@@ -96,6 +127,32 @@ def _fan_length(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
 def contact_height(connector: Connector, contacts: int, number: int) -> float:
     """Height (m) of a contact above the axis, number 1 at the top."""
     return connector.pitch * ((contacts - 1) / 2 - (number - 1))
+
+
+def pair_height(spec: SensorSpec, tail: TailFrame, lane: Lane) -> float:
+    """Height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
+    contacts = 2 * len(spec.array.placements)
+    first = contact_height(tail.connector, contacts, 2 * lane.rank + 1)
+    return (first + contact_height(tail.connector, contacts, 2 * lane.rank + 2)) / 2
+
+
+def _parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+    """Where along x the two tracks of a stacked pair part, or a flat pair must have reached its lanes."""
+    if not bus.is_stacked:
+        return tail.pad_start - CAP
+    return tail.pad_start - tail.shoulder - spec.fpc.rules.via_pad - 2.0 * CAP - tail.connector.pitch / 2
+
+
+def stretched(
+    spec: SensorSpec, bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[tuple[Point, Point]]
+) -> TailFrame:
+    """The tail, made longer where the pairs, entering at these points, would come down to their lanes too late."""
+    late = 0.0
+    for lane, ends in zip(lanes, entries, strict=True):
+        for entry in ends:
+            _, foot = _descent(bus, tail, entry, pair_height(spec, tail, lane))
+            late = max(late, foot.x + tail.connector.pitch / 2 - _parting(spec, bus, tail))
+    return replace(tail, end=tail.end + late)
 
 
 def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entries: tuple[Point, Point]) -> tuple[Run, Run]:
@@ -142,8 +199,8 @@ def _stacked_run(
 ) -> Run:
     neck, foot = _descent(bus, tail, entry, middle)
     pad = _contact(spec, tail, lane, height, number, end)
-    via_x = tail.pad_start - spec.fpc.rules.via_pad / 2 - CAP
-    part = Point(via_x - spec.fpc.rules.via_pad / 2 - CAP - abs(height - middle), middle)
+    via_x = tail.pad_start - tail.shoulder - spec.fpc.rules.via_pad / 2 - CAP
+    part = Point(_parting(spec, bus, tail), middle)
     joint = Point(part.x + abs(height - middle), height)
     layer = bus.layers[0] if end == "A" else bus.layers[1]
     pieces: list[Track | Hole] = [Track(neck, bus.width, layer)]
@@ -177,8 +234,8 @@ def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, numbe
 
 def opening(spec: SensorSpec, tail: TailFrame) -> Region:
     """The coverlay's opening over all contacts, out to the end of the board."""
-    inset = min(spec.fpc.rules.coverlay_web, tail.half_width / 4)
-    return Region(rectangle(tail.pad_start, -tail.half_width + inset, tail.end, tail.half_width - inset))
+    half = tail.plug_half_width - min(spec.fpc.rules.coverlay_web, tail.plug_half_width / 4)
+    return Region(rectangle(tail.pad_start, -half, tail.end, half))
 
 
 def tail_thickness(spec: SensorSpec) -> float:
@@ -197,9 +254,8 @@ def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
     if spec.fpc.tail is None or connector.insertion_thickness <= 0.0 or thickness <= 0.0:
         return None
     start = max(tail.start, min(tail.end - connector.stiffener_length, _first_via(spec, tail)))
-    outline = rectangle(start, -tail.half_width, tail.end, tail.half_width)
-    return Stiffener(Region(outline), thickness, "polyimide")
+    return Stiffener(Region(tail.strip(start)), thickness, "polyimide")
 
 
 def _first_via(spec: SensorSpec, tail: TailFrame) -> float:
-    return tail.pad_start - spec.fpc.rules.via_pad - 2.0 * CAP
+    return tail.pad_start - tail.shoulder - spec.fpc.rules.via_pad - 2.0 * CAP

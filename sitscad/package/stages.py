@@ -312,8 +312,9 @@ def _checked_files(design: Design, failures: list[str], beside_gerbers: bool) ->
 
 def _forced_note(design: Design, failures: list[str]) -> str:
     errors = [finding for finding in design.result.findings if finding.severity == Severity.ERROR]
+    count = f"{len(errors)} error{'' if len(errors) == 1 else 's'}"
     lines = [
-        f"The package {design.spec.name} was built with --force in spite of {len(errors)} error(s).",
+        f"The package {design.spec.name} was built with --force in spite of {count}.",
         "It is known not to meet its own checks. Do not order from it unless you know why:",
         "",
     ]

@@ -61,13 +61,15 @@ def _file_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
     """Differences of the copper from the files' own net names, and of these from the nets that the layout had."""
-    import sitscad.extraction as extraction
     from sitscad.parts import MissingExtra
 
     try:
+        import sitscad.extraction as extraction
+
         board = extraction.extract(folder)
     except ImportError as error:
-        raise MissingExtra(f"reading Gerber files back needs {error.name}: pip install 'sitscad[all]'") from error
+        missing = (error.name or "a package").partition(".")[0]
+        raise MissingExtra(f"reading Gerber files back needs {missing}: pip install 'sitscad[all]'") from error
     except extraction.ExtractionError as error:
         yield f"the Gerber files do not make up a board: {error}"
         return

@@ -17,7 +17,7 @@ from sitscad.parts.extras import require
 from sitscad.parts.jaw import jaw_range
 from sitscad.parts.prism import MM, box, face, one_solid, plate_outline, prism, raised
 from sitscad.parts.solid import Solid, SolidRole
-from sitscad.parts.stack import Stack, closed_span, fitted_jaw, stack
+from sitscad.parts.stack import MOUNT_PIECES, Stack, closed_span, fitted_jaw, seat_spans, stack
 
 MATERIAL, COLOUR = "printed resin", "#dfe6e9"
 CLEARANCE = 0.15e-3
@@ -38,14 +38,15 @@ def mount(layout: Layout) -> tuple[Solid, ...]:
         return ()
     build = {"grasper-pad": grasper_pad, "bench-plate": bench_plate}[wanted.kind]
     shapes = build(layout, wanted.standoff)
-    named = zip(("mount", "mount-spacer"), shapes, strict=False)
+    named = zip(MOUNT_PIECES, shapes, strict=False)
     return tuple(Solid(name, shape, MATERIAL, COLOUR, SolidRole.MOUNT) for name, shape in named)
 
 
 def grasper_pad(layout: Layout, standoff: float) -> tuple[Any, ...]:
     """The seat under the board's body, with a stop for the board at the jaw's tip where the jaw is long enough."""
     x0, y0, x1, y1 = layout.body
-    spans = _spans(stack(layout), standoff)
+    levels = stack(layout)
+    spans = seat_spans(levels.board[0], standoff, levels.shield)
     slabs = [box(x0, y0, lower, x1, y1, upper) for lower, upper in spans]
     stop = _stop(layout, *spans[0]) if spans else None
     if stop is not None:
@@ -81,16 +82,6 @@ def _within_port(layout: Layout, slab: Any) -> Any:
         return slab
     along = bd.Plane((bounds.min.X - 1, middle, axis), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
     return one_solid(slab & bd.Solid.make_cylinder(radius, bounds.size.X + 2, along), "mount")
-
-
-def _spans(levels: Stack, standoff: float) -> list[tuple[float, float]]:
-    """The heights that the seat fills: from the metal to the shield, and from the shield to the board."""
-    bottom = levels.board[0] - standoff
-    if levels.shield is None:
-        spans = [(bottom, levels.board[0])]
-    else:
-        spans = [(bottom, levels.shield[0]), (levels.shield[1], levels.board[0])]
-    return [(lower, upper) for lower, upper in spans if upper - lower > 1e-9]
 
 
 def _stop(layout: Layout, bottom: float, foot: float) -> Any | None:

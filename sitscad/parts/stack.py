@@ -12,6 +12,9 @@ from sitscad.spec.sensor import Jaw
 # Rounding of the film's outer edges as a share of its thickness: below 1, so that the film is nowhere too thin.
 FILM_ROUNDING = 0.8
 
+MOUNT_PIECES = ("mount", "mount-spacer")
+"""The printed pieces from the bottom up: drawing, bill of materials and files name them alike."""
+
 
 @dataclass(frozen=True)
 class Stack:
@@ -54,6 +57,16 @@ def stack(layout: Layout) -> Stack:
         centre=_array_centre(layout),
         axis=((x0 + x1) / 2, (y0 + y1) / 2),
     )
+
+
+def seat_spans(board_bottom: float, standoff: float, shield: tuple[float, float] | None) -> list[tuple[float, float]]:
+    """The heights (m) that the seat on a jaw fills, from the metal to the shield and from there to the board's bottom.
+
+    Its pieces are printed, and bear the names of `MOUNT_PIECES` in that order.
+    """
+    metal = board_bottom - standoff
+    spans = [(metal, board_bottom)] if shield is None else [(metal, shield[0]), (shield[1], board_bottom)]
+    return [(lower, upper) for lower, upper in spans if upper - lower > 1e-9]
 
 
 def fitted_jaw(layout: Layout) -> Jaw | None:

@@ -54,7 +54,7 @@ def suited_modes(width: float, thickness: float, gap: float, depth: float, fine:
     """
     across = math.ceil((2.2 if fine else 1.8) * math.sqrt(width / depth))
     through = math.ceil((2.2 if fine else 0.9) * math.sqrt(thickness / depth))
-    across, through = min(max(across, 6 if fine else 4), 24), min(max(through, 2 if fine else 1), 5)
+    across, through = min(max(across, 6 if fine else 5), 24), min(max(through, 2), 5)
     near = math.ceil((3.0 if fine else 2.0) + width / gap)
     return ModeSet(across, through, (min(max(across, near), 32), 3 if fine else 2))
 

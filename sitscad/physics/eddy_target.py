@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.bessel import j1
+from sitscad.physics.bessel import j0, j1
 from sitscad.physics.constants import MU0
 from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.mean_distance import gauss
@@ -81,6 +81,22 @@ def reflected_impedance(
 
     Distances count from z = 0 outwards; the multiple reflection between the two is summed exactly.
     """
+    change = complex(reflected_inductances(spectrum, frequency, above, below, (0.0,))[0])
+    return change.real, -2.0 * math.pi * frequency * change.imag
+
+
+def reflected_inductances(
+    spectrum: CurrentSpectrum,
+    frequency: float,
+    above: Reflector | None,
+    below: Reflector | None,
+    distances: Sequence[float],
+) -> ComplexArray:
+    """What the reflectors add to the mutual inductance (H, complex) of two alike coils side by side.
+
+    One value for each distance (m) of their centres, 0 for the coil itself; the imaginary part times -omega is a
+    resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
+    """
     k, z = spectrum.wave_numbers, spectrum.heights
     nothing = np.zeros_like(k, dtype=complex)
     top = nothing if above is None else reflection(k, frequency, above.plates)
@@ -95,8 +111,9 @@ def reflected_impedance(
     returned = top[:, None, None] * up[:, :, None] * up[:, None, :]
     returned = returned + bottom[:, None, None] * down[:, :, None] * down[:, None, :]
     returned = (returned + around * (spread + 1.0 / spread)) / (1.0 - around)
-    change = MU0 * math.pi * complex(np.sum(spectrum.weights[:, None, None] * spectrum.power * returned))
-    return change.real, -2.0 * math.pi * frequency * change.imag
+    waves = spectrum.weights * (spectrum.power * returned).sum(axis=(1, 2))
+    shift = np.array([j0(k * distance) for distance in distances])
+    return np.asarray(MU0 * math.pi * (shift @ waves))
 
 
 def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, count: int = 128) -> CurrentSpectrum:
@@ -143,6 +160,19 @@ def polyline_spectrum(
     return CurrentSpectrum(
         k, weights, np.array([t.z for t in tracks]), np.tile(power[:, None, None], (1, layers, layers))
     )
+
+
+def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:
+    """Change of the mutual inductance of every two alike layers with their distance (H/m), 0 on the diagonal.
+
+    dM/dh = -mu0 pi times the sum of k S^2 exp(-k h) for layers at `heights` (m) whose currents circulate alike; S is
+    that of the spectrum's first layer, its `nearest` no more than the least of the distances.
+    """
+    k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
+    distance = np.abs(z[:, None] - z[None, :])
+    share = spectrum.weights * spectrum.power[:, 0, 0] * k
+    slope = -MU0 * math.pi * np.tensordot(share, np.exp(-k[:, None, None] * distance), axes=1)
+    return np.asarray(slope * (1.0 - np.eye(z.size)), dtype=np.float64)
 
 
 def _wave_numbers(outer: float, nearest: float, count: int) -> tuple[Array, Array]:

@@ -103,14 +103,32 @@ def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
     return SegmentSet(starts, ends, first.width, first.thickness, first.z)
 
 
-def segment_sets_inductance(first: SegmentSet, second: SegmentSet) -> float:
-    """Sum of the partial mutual inductances (H) of every segment of one set with every one of the other.
+def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int]) -> Array:
+    """Partial mutual inductances (H) of groups of straight tracks with one another: (groups, groups), symmetrical.
 
-    Of a set with itself this is its partial inductance. One filament a track, the geometric mean distance kept.
+    `groups[k]` says to which group (from 0) set k belongs; the diagonal holds each group's partial inductance. One
+    filament a track, the geometric mean distance kept.
     """
-    table = _table(first.z - second.z, (first.width, second.width), (first.thickness, second.thickness), 1)
-    p, q = (first.starts, first.ends), (second.starts, second.ends)
-    return _segments_mutual(p, q, first.z - second.z, np.interp(_side_distances(p, q), *table))
+    starts, ends = np.concatenate([s.starts for s in sets]), np.concatenate([s.ends for s in sets])
+    sizes = np.cumsum([0, *(len(s.starts) for s in sets)])
+    owner = np.repeat(np.asarray(groups), np.diff(sizes))
+    clearance = _side_distances((starts, ends), (starts, ends))
+    for i, one in enumerate(sets):
+        for j, other in enumerate(sets):
+            height = abs(one.z - other.z)
+            widths = (min(one.width, other.width), max(one.width, other.width))
+            thicknesses = (min(one.thickness, other.thickness), max(one.thickness, other.thickness))
+            block = slice(sizes[i], sizes[i + 1]), slice(sizes[j], sizes[j + 1])
+            clearance[block] = height**2 + np.interp(clearance[block], *_table(height, widths, thicknesses, 1))
+    count = max(groups) + 1
+    found = np.zeros((count, count))
+    for i in range(count):
+        for j in range(i + 1):
+            a, b = np.nonzero(owner == i)[0], np.nonzero(owner == j)[0]
+            if a.size and b.size:
+                p, q = (starts[a], ends[a]), (starts[b], ends[b])
+                found[i, j] = found[j, i] = _segments_mutual(p, q, 0.0, clearance[np.ix_(a, b)])
+    return found
 
 
 def track_mutual_inductance(first: PolylineTrack, second: PolylineTrack, strands: int = 2) -> float:
@@ -225,3 +243,21 @@ def via_inductance(length: float, diameter: float) -> float:
     """
     ratio = 0.5 * diameter / length
     return MU0 / (2.0 * math.pi) * length * (math.asinh(1.0 / ratio) + ratio - math.sqrt(1.0 + ratio * ratio))
+
+
+def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clearance: float) -> float:
+    """Mutual inductance (H) of a sampled curve with all straight segments of a set.
+
+    The curve is (points (n, 3), elements dl (n, 2)) in metres, weighted by its quadrature; each point lies in the
+    closed potential of every segment. `clearance` (m) keeps pieces that touch apart, as their mean distance does.
+    """
+    points, elements = curve
+    sides = segments.ends - segments.starts
+    lengths = np.hypot(sides[:, 0], sides[:, 1])
+    axis = sides / lengths[:, None]
+    away = points[:, None, :2] - segments.starts[None, :, :]
+    along = away[..., 0] * axis[:, 0] + away[..., 1] * axis[:, 1]
+    lateral = away[..., 0] * axis[:, 1] - away[..., 1] * axis[:, 0]
+    rho = np.sqrt(lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + clearance * clearance)
+    potential = np.arcsinh(along / rho) - np.arcsinh((along - lengths) / rho)
+    return MU0 / (4.0 * math.pi) * float(np.sum((elements @ axis.T) * potential))

@@ -53,24 +53,41 @@ def log_mean_distance(
 
 
 def strand_clearance(
-    across: Array, height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int = 2
+    across: Array,
+    height: float,
+    widths: tuple[float, float],
+    thicknesses: tuple[float, float],
+    strands: int = 2,
+    levels: int = 1,
 ) -> Array:
     """Square (m2) that the squared distances of strands must be lengthened by so that the pair keeps its GMD.
 
     Each track is replaced by `strands` filaments at the Gauss points of its width (1: the centre line). The number c2
     returned, of the shape of `across` (m), makes the weighted mean of ln(distance^2 + c2) over all pairs of strands
     equal to that of the rectangles, so that a Neumann sum over strands is exact for long straight pairs, and right to
-    fourth order in width over radius of curvature. It may be slightly negative for tracks side by side.
+    fourth order in width over radius of curvature. It may be slightly negative for tracks side by side. With two
+    `levels` each pair of strands counts twice, at both heights of `level_heights`: that keeps the mean distance too,
+    which ends and corners of tracks above each other see.
     """
     wanted = 2.0 * log_mean_distance(across, height, widths, thicknesses)
     d = np.asarray(across, dtype=float)
     nodes, weights = gauss(strands)
     offsets = 0.5 * (widths[0] * nodes[:, None] - widths[1] * nodes[None, :])
     share = (0.25 * weights[:, None] * weights[None, :]).ravel()
-    squares = (d[..., None] + offsets.ravel()) ** 2 + height * height
-    if strands == 1:
+    heights = level_heights(height, thicknesses, levels)
+    squares = np.concatenate([(d[..., None] + offsets.ravel()) ** 2 + h * h for h in heights], axis=-1)
+    share = np.tile(share, levels) / levels
+    if strands == levels == 1:
         return np.exp(wanted) - squares[..., 0]
     return _solved_clearance(squares, share, wanted)
+
+
+def level_heights(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, ...]:
+    """The height (m) between two mid-planes, or the two that have its variance over both thicknesses."""
+    if levels == 1:
+        return (height,)
+    spread = math.sqrt((thicknesses[0] ** 2 + thicknesses[1] ** 2) / 12.0)
+    return abs(height) - spread, abs(height) + spread
 
 
 def _solved_clearance(squares: Array, share: Array, wanted: Array) -> Array:

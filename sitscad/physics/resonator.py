@@ -1,8 +1,10 @@
-"""The tank: frequency, parallel resistance and quality factor of a coil with a capacitor across it."""
+"""The tank: frequency, parallel resistance and quality factor of a coil and a capacitor, also over a cable."""
 
 from __future__ import annotations
 
+import cmath
 import math
+from dataclasses import dataclass
 
 
 def resonance_frequency(inductance: float, capacitance: float) -> float:
@@ -18,3 +20,90 @@ def parallel_resistance(inductance: float, resistance: float, frequency: float) 
 def quality_factor(inductance: float, resistance: float, frequency: float) -> float:
     """Omega L / R."""
     return 2.0 * math.pi * frequency * inductance / resistance
+
+
+def apparent_inductance(inductance: float, resistance: float, capacitance: float, frequency: float) -> float:
+    """What a meter reads (H) where a capacitance (F) lies across the coil: the series inductance of the pair.
+
+    L / (1 - omega^2 L C) for a coil without loss; infinite and then negative about its own resonance.
+    """
+    omega = 2.0 * math.pi * frequency
+    admittance = 1.0 / complex(resistance, omega * inductance) + 1j * omega * capacitance
+    return (1.0 / admittance).imag / omega
+
+
+@dataclass(frozen=True)
+class Network:
+    """What lies between a coil's contacts and the converter's pins, in SI units.
+
+    `coil_side` is the lossless capacitance at the contacts (the coil's own, half the cable's), `converter_side` that
+    at the pins; the tank capacitor stands at one of the two, in series with its own resistance. `inductance` and
+    `resistance` are the cable's.
+    """
+
+    coil_side: float
+    converter_side: float
+    capacitor: float
+    capacitor_at_coil: bool
+    capacitor_resistance: float = 0.0
+    inductance: float = 0.0
+    resistance: float = 0.0
+
+    def admittance(self, omega: float, inductance: float, resistance: float) -> tuple[complex, complex]:
+        """Admittance (S) at the pins of a coil of (H, ohm) at omega (rad/s), and the coil's voltage over the pins'."""
+        branch = 1j * omega * self.capacitor / (1.0 + 1j * omega * self.capacitor * self.capacitor_resistance)
+        far = 1j * omega * self.coil_side + 1.0 / complex(resistance, omega * inductance)
+        near = 1j * omega * self.converter_side
+        far, near = (far + branch, near) if self.capacitor_at_coil else (far, near + branch)
+        behind = 1.0 + far * complex(self.resistance, omega * self.inductance)
+        return near + far / behind, 1.0 / behind
+
+
+@dataclass(frozen=True)
+class Oscillation:
+    """Where a tank runs: frequency (Hz), parallel resistance at the pins (ohm), quality factor.
+
+    `coil_share` is the amplitude at the coil's contacts over that at the pins.
+    """
+
+    frequency: float
+    parallel_resistance: float
+    quality_factor: float
+    coil_share: float
+
+
+def oscillate(
+    network: Network, inductance: float, resistance: float, delay: float = 0.0, start: float | None = None
+) -> Oscillation:
+    """The frequency at which the drive, `delay` (s) behind the voltage, meets its own phase: arg Y = -omega delay.
+
+    Without delay that is where the admittance at the pins is real. For a plain tank it is SNOSCY9A's
+    1/(2 pi sqrt(L C)) sqrt(1 - 1/Q^2 - delay/(Q sqrt(L C))), with 5 ns there. Solved by the secant rule from the plain
+    resonance (or from `start`, Hz), the lowest one where a cable makes several.
+    """
+    if start is None:
+        whole = network.coil_side + network.converter_side + network.capacitor
+        start = resonance_frequency(inductance + (0.0 if network.capacitor_at_coil else network.inductance), whole)
+    omega = 2.0 * math.pi * start
+
+    def phase(at: float) -> float:
+        found, _ = network.admittance(at, inductance, resistance)
+        return math.remainder(cmath.phase(found) + at * delay, 2.0 * math.pi) if delay else math.atan(_slope(found))
+
+    before, after = omega, omega * (1.0 - 1e-4)
+    low, high = phase(before), phase(after)
+    for _ in range(30):
+        if high == low or abs(after - before) <= 1e-13 * after:
+            break
+        step = -high * (after - before) / (high - low)
+        before, low = after, high
+        after += max(-0.1 * after, min(0.1 * after, step))
+        high = phase(after)
+    found, share = network.admittance(after, inductance, resistance)
+    beyond, _ = network.admittance(after * (1.0 + 1e-6), inductance, resistance)
+    quality = 0.5 * (beyond.imag - found.imag) / (1e-6 * found.real)
+    return Oscillation(after / (2.0 * math.pi), 1.0 / found.real, quality, abs(share))
+
+
+def _slope(admittance: complex) -> float:
+    return admittance.imag / admittance.real

@@ -138,10 +138,11 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
     centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1, dtype=np.float64)
     apart = np.abs(rb - ra - b * centres)
-    clearance = strand_clearance(apart, height, (first.width / unit, second.width / unit),
+    mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
+    slant = mean_radius / math.hypot(mean_radius, b)
+    clearance = strand_clearance(apart * slant, height, (first.width / unit, second.width / unit),
                                  (first.thickness / unit, second.thickness / unit), resolution.strands)  # fmt: skip
     low, high, owner = _panels(centres, -span, span, [0.0])
-    mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     reach = apart**2 + height**2 + clearance
     smallest = 0.02 * (first.width / unit) ** 2
     scale = np.sqrt(np.maximum(reach, smallest))[owner] / mean_radius
@@ -155,10 +156,12 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     cosine, sine = np.cos(v)[..., None], -np.sin(v)[..., None]
     half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
     r1, step = ra - b * theta, (rb - ra - b * u)[..., None]
+    # a track is cut along its normal: along the radius it is wider, and turns are nearer than their radii say
+    stretch, other_stretch = np.sqrt(1.0 + (b / r1) ** 2), np.sqrt(1.0 + (b / (r1 + step)) ** 2)
     total = 0.0
     for x1, x2, share in _strands(first, second, resolution.strands):
-        p = r1 + x1 / unit
-        difference = step + (x2 - x1) / unit
+        p = r1 + x1 / unit * stretch
+        difference = step + (x2 * other_stretch - x1 * stretch) / unit
         q = p + difference
         product = p * q
         dot = (b * b + product) * cosine + b * (p - q) * sine
@@ -191,12 +194,14 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
     half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
     both = (ra + rb - b * total_angle)[..., None]
+    middle, other_middle = 0.5 * (both + gap), 0.5 * (both - gap)
+    stretch, other_stretch = np.sqrt(1.0 + (b / middle) ** 2), np.sqrt(1.0 + (b / other_middle) ** 2)
     total = 0.0
     for x1, x2, share in _strands(first, second, resolution.strands):
-        p, q = 0.5 * (both + gap) + x1 / unit, 0.5 * (both - gap) + x2 / unit
+        p, q = middle + x1 / unit * stretch, other_middle + x2 / unit * other_stretch
         product = p * q
         dot = (b * b - product) * cosine + b * (p + q) * sine
-        squared = (gap + (x1 - x2) / unit) ** 2 + 2.0 * product * half + extra
+        squared = (p - q) ** 2 + 2.0 * product * half + extra
         total += share * float(np.sum(weight * dot / np.sqrt(squared)))
     return total
 

@@ -201,6 +201,17 @@ def read_back_time_optimistic(channels: int) -> float:
     return channels * limit("read_back_four_channels") / 4.0
 
 
+def supply_current(drive: float, rcount: int, count: int, reference_frequency: float, channels: int) -> float:
+    """Current (A) from VDD while converting without pause: I_DD and the drive current for the time it flows.
+
+    I_DD does not include the sensor's (6.5); a sensor is driven while its channel settles and converts, and grounded
+    while the next is switched in (8.1.5.1). TI's typical curves lie about 0.5 mA below such a sum.
+    """
+    driven = settle_time(count, reference_frequency) + conversion_time(rcount, reference_frequency)
+    duty = 1.0 if channels == 1 else driven / (driven + switch_time(reference_frequency))
+    return limit("supply_current") + duty * drive
+
+
 # ------------------------------------------------------------------------------------------------ results and noise
 
 

@@ -128,14 +128,14 @@ def registers(
 
 def _rcount(number: int, channel: Channel) -> Register:
     _within("RCOUNT", channel.rcount, 9, 0xFFFF)
-    return Register(RCOUNT + number, f"RCOUNT{number}", channel.rcount, "conversion length in 16 reference periods")
+    meaning = f"conversion of 16 x {channel.rcount} + 4 reference periods"
+    return Register(RCOUNT + number, f"RCOUNT{number}", channel.rcount, meaning)
 
 
 def _settle_count(number: int, channel: Channel) -> Register:
     _within("SETTLECOUNT", channel.settle_count, 4, 0xFFFF)
-    return Register(
-        SETTLECOUNT + number, f"SETTLECOUNT{number}", channel.settle_count, "settling time in 16 reference periods"
-    )
+    meaning = f"settling for 16 x {channel.settle_count} reference periods"
+    return Register(SETTLECOUNT + number, f"SETTLECOUNT{number}", channel.settle_count, meaning)
 
 
 def _clock_dividers(number: int, channel: Channel) -> Register:

@@ -177,6 +177,8 @@ def finding_json(finding: Finding) -> dict[str, Any]:
         "unit": finding.unit,
         "source": finding.source,
     }
+    if finding.sigma is not None:
+        entry["sigma"] = finding.sigma
     if finding.place is not None:
         entry["place"] = {"x_m": finding.place.x, "y_m": finding.place.y, "layer": finding.place.layer}
     return entry

@@ -11,7 +11,7 @@ from sitscad.report.findings import CheckedSpec, finding_json, printable, styled
 from sitscad.units import show
 
 if TYPE_CHECKING:
-    from sitscad.estimates import Estimates
+    from sitscad.estimates import CoilEstimate, Estimates, ReadoutEstimate
 
 STATES = {"free": "free (coil alone)", "rest": "at rest (assembled)", "pressed": "pressed (required force)"}
 """What the states of an estimate are called."""
@@ -26,6 +26,8 @@ def as_text(path: str, estimates: Estimates | None, checked: CheckedSpec, colour
     blocks = [
         _titled("Coils", table(["", *(coil.name for coil in estimates.coils)], coil_rows(estimates)), colour),
         _titled("At the contacts, leads included", table(STATE_HEAD, state_rows(estimates)), colour),
+        _titled("As the converter reads them", table(READING_HEAD, reading_rows(estimates)), colour),
+        _titled("Scatter of manufacture, one sigma", table(SPREAD_HEAD, spread_rows(estimates)), colour),
         _matrix(estimates, colour),
         _titled("Readout (LDC1614)", table([], readout_rows(estimates)), colour),
         _titled("Gaps", table([], gap_rows(estimates)), colour),
@@ -60,16 +62,83 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("method", lambda c: str(c.method)),
         ("terminal inductance", lambda c: quantity(c.terminal_inductance, "H")),
         ("of that, leads and tail", lambda c: quantity(c.lead_inductance, "H")),
+        *((f"- {LEAD_PARTS.get(name, name)}", _part(name)) for name in _part_names(estimates)),
+        ("terminal inductance with its own capacitance", lambda c: quantity(c.apparent_inductance, "H")),
         ("winding resistance, direct current, 20 C", lambda c: quantity(c.resistance_dc, "ohm")),
         ("winding resistance, sensor frequency", lambda c: quantity(c.resistance_ac, "ohm")),
         ("contact to contact, direct current", lambda c: quantity(c.terminal_resistance_dc, "ohm")),
         ("tank capacitance, in all", lambda c: quantity(c.capacitance, "F")),
         ("of that, the coil's own", lambda c: quantity(c.self_capacitance, "F")),
+        ("- between its layers and turns", lambda c: quantity(c.winding_capacitance, "F")),
         ("sensor frequency, free", lambda c: quantity(c.sensor_frequency, "Hz")),
         ("self-resonance", lambda c: quantity(c.self_resonance, "Hz")),
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
     )
     return [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
+
+
+LEAD_PARTS = {
+    "stubs": "stubs at the layers' ends",
+    "leads": "leads on the body",
+    "tail": "tail",
+    "coupling": "their coupling with the winding",
+    "vias": "vias",
+}
+"""What the parts of the lead inductance are called."""
+
+
+def _part_names(estimates: Estimates) -> list[str]:
+    return [name for name in LEAD_PARTS if any(name in coil.lead_parts for coil in estimates.coils)]
+
+
+def _part(name: str) -> Callable[[CoilEstimate], str]:
+    return lambda coil: quantity(coil.lead_parts.get(name), "H", 3)
+
+
+READING_HEAD = ("coil", "state", "apparent inductance", "step", "noise", "amplitude at the coil")
+
+
+def reading_rows(estimates: Estimates) -> list[list[str]]:
+    """What the converter makes of every state: one step and one sigma of its own noise, in henries."""
+    return [
+        [
+            coil.name,
+            STATES.get(state.state, state.state),
+            quantity(state.apparent_inductance, "H"),
+            quantity(state.quantum, "H", 3),
+            quantity(state.noise, "H", 3),
+            quantity(state.coil_amplitude, "V", 3),
+        ]
+        for coil in estimates.coils
+        for state in coil.states.values()
+        if state.quantum is not None
+    ]
+
+
+SPREAD_HEAD = ("coil", "state", "inductance", "resistance", "frequency", "Rp", "amplitude", "Rp mostly by")
+
+
+def spread_rows(estimates: Estimates) -> list[list[str]]:
+    """One sigma of every state's numbers by the tolerances of manufacture, relative, and the largest cause for Rp."""
+    return [
+        [
+            coil.name,
+            STATES.get(state.state, state.state),
+            _share(spread.inductance, state.inductance),
+            _share(spread.resistance, state.resistance),
+            _share(spread.frequency, state.frequency),
+            _share(spread.parallel_resistance, state.parallel_resistance),
+            _share(spread.amplitude, state.amplitude),
+            spread.causes.get("parallel_resistance", NONE),
+        ]
+        for coil in estimates.coils
+        for state in coil.states.values()
+        if (spread := state.spread) is not None
+    ]
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{100.0 * part / whole:.2g} %" if whole and math.isfinite(part / whole) else NONE
 
 
 STATE_HEAD = ("coil", "state", "inductance", "resistance", "frequency", "Rp", "Q", "amplitude")
@@ -106,15 +175,27 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
     return [
         ["tank capacitor", quantity(r.capacitance, "F")],
         ["why this one", str(r.capacitance_reason)],
+        *([["its tolerance, assumed", f"{100.0 * r.capacitor_tolerance:g} %"]] if r.capacitor_tolerance else []),
         ["drive current", f"{quantity(r.drive_current, 'A')} (code {r.drive_code})"],
         ["reference clock", f"{quantity(r.reference_frequency, 'Hz')} (divider {r.reference_divider})"],
         ["input divider", str(r.input_divider)],
         ["RCOUNT", str(r.rcount)],
         ["SETTLECOUNT", str(r.settle_count)],
         ["time on one coil", quantity(r.dwell_time, "s")],
+        *_timing_rows(r),
         ["scans of all coils a second", quantity(r.scan_rate, "")],
         ["high-current drive", "yes" if r.high_current else "no"],
+        *([["supply current, about", quantity(r.supply_current, "A", 3)]] if r.supply_current else []),
     ]
+
+
+def _timing_rows(r: ReadoutEstimate) -> list[list[str]]:
+    parts = (("settling", r.settle_time), ("conversion", r.conversion_time), ("switching", r.switch_time))
+    rows = [[f"- {name}", quantity(value, "s", 3)] for name, value in parts if value is not None]
+    if r.read_back_time is not None:
+        rows.append(["reading all results over I2C at 400 kHz", quantity(r.read_back_time, "s", 3)])
+        rows.append(["scans a second that I2C can carry", quantity(r.readable_rate, "")])
+    return rows
 
 
 def gap_rows(estimates: Estimates) -> list[list[str]]:

@@ -13,6 +13,8 @@ from sitscad.report.findings import CheckedSpec
 from sitscad.report.numbers import (
     CROSS_HEAD,
     NONE,
+    READING_HEAD,
+    SPREAD_HEAD,
     STATE_HEAD,
     coil_rows,
     compression_rows,
@@ -21,7 +23,9 @@ from sitscad.report.numbers import (
     matrix_rows,
     number_columns,
     quantity,
+    reading_rows,
     readout_rows,
+    spread_rows,
     state_rows,
 )
 from sitscad.report.section import section
@@ -71,14 +75,18 @@ def render(
     )
 
 
+_ADJECTIVES = {"circle": "circular", "rectangle": "rectangular", "hexagon": "hexagonal", "octagon": "octagonal"}
+
+
 def _head(checked: CheckedSpec, spec: SensorSpec) -> str:
     counts = [_counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     errors = _counted(checked.count(Severity.ERROR), "error")
     verdict = "No errors found" if checked.ok else f"{errors}: do not order this"
     coil = spec.coil
     turns = f"{coil.turns:g} turns on {_counted(len(coil.layers), 'layer')}"
+    shape = _ADJECTIVES.get(coil.shape, coil.shape)
     what = (
-        f"{_counted(len(spec.array.placements), coil.shape + ' coil')} of {show(coil.outer_diameter, 'm')}, {turns}, "
+        f"{_counted(len(spec.array.placements), f'{shape} coil')} of {show(coil.outer_diameter, 'm')}, {turns}, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
     )
     banner = "" if checked.ok else f"<p class='banner'>{FORCED}</p>"
@@ -141,6 +149,8 @@ def _electrical(estimates: Estimates) -> str:
     matrix = _table(names, matrix_rows(estimates), "Inductance matrix of the windings")
     return (
         _table(STATE_HEAD, state_rows(estimates), "At the contacts, leads included")
+        + _table(READING_HEAD, reading_rows(estimates), "As the converter reads them")
+        + _table(SPREAD_HEAD, spread_rows(estimates), "Scatter of manufacture, one sigma")
         + _table(names, coil_rows(estimates), "Each coil")
         + (matrix if len(estimates.coils) > 1 else "")
         + _list(estimates.notes)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
 
+from sitscad.parts.stack import MOUNT_PIECES
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
@@ -91,12 +92,14 @@ def _board(spec: SensorSpec) -> Iterator[Slice]:
 
 
 def _behind(spec: SensorSpec) -> Iterator[Slice]:
-    """Stand-off, shield and jaw under the board; without a jaw only the gap to the shield."""
+    """Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield."""
     bottom = -spec.fpc.stackup.thickness
     shield, mount = spec.shield, spec.mount
     here = bottom
     if shield is not None:
-        yield Slice(here - shield.gap, here, COLOURS["standoff"], f"gap to the shield, {show(shield.gap, 'm')}")
+        below = mount is not None and mount.standoff - shield.gap - shield.thickness > 1e-9
+        what = "gap" if mount is None else MOUNT_PIECES[1 if below else 0]
+        yield Slice(here - shield.gap, here, COLOURS["standoff"], f"{what} to the shield, {show(shield.gap, 'm')}")
         here -= shield.gap
         label = f"shield, {shield.material.name}, {show(shield.thickness, 'm')}"
         yield Slice(here - shield.thickness, here, COLOURS["shield"], label)
@@ -105,8 +108,7 @@ def _behind(spec: SensorSpec) -> Iterator[Slice]:
         return
     face = bottom - mount.standoff
     if here - face > 1e-9:
-        what = "rest of the stand-off" if shield is not None else "stand-off (mount)"
-        yield Slice(face, here, COLOURS["standoff"], f"{what}, {show(here - face, 'm')}")
+        yield Slice(face, here, COLOURS["standoff"], f"{MOUNT_PIECES[0]}, {show(here - face, 'm')}")
     if mount.jaw is not None:
         shown = min(JAW_SHOWN, mount.jaw.height)
         label = f"jaw, {mount.jaw.material.name} ({show(mount.jaw.height, 'm')} high, cut off here)"

@@ -24,7 +24,9 @@ def resolve_fpc(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> FpcS
         message = f"the coil uses copper layer {max(coil.layers)}, stack-up {stackup.name} has {copper}"
         facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
         remarks.flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper", **facts)
-    return FpcSpec(stackup, _rules(document.rules), _tail(document, copper, remarks))
+    return FpcSpec(
+        stackup, _rules(document.rules, stackup.foil_thickness(coil.layers)), _tail(document, copper, remarks)
+    )
 
 
 def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
@@ -76,17 +78,20 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
     return StackLayer(kind, thickness, material, permittivity)
 
 
-def _rules(document: str | RulesDocument) -> DesignRules:
+def _rules(document: str | RulesDocument, foil: float) -> DesignRules:
+    """The rules, with the coil lines of the copper that the coil is wound in; what is written out holds for any."""
     if isinstance(document, str):
-        return presets.design_rules(document)
-    base = presets.design_rules(document.based_on)
+        return presets.design_rules(document).for_foil(foil)
+    base = presets.design_rules(document.based_on).for_foil(foil)
     own = ("name", "based_on", "source")
     written = {name: value for name, value in document.values().items() if name not in own and value is not None}
     coil_rules = any(name.startswith("coil_") for name in written)
     sources = {**base.sources, **dict.fromkeys(written, document.source)}
     source = f"{document.source}; the rest from {document.based_on}"
     binding = coil_rules or base.coil_rule_binding
-    return replace(base, **written, name=document.name, source=source, sources=sources, coil_rule_binding=binding)
+    own_lines = {"coil_copper": None} if coil_rules else {}
+    written = {**written, **own_lines, "coil_rule_binding": binding}
+    return replace(base, **written, name=document.name, source=source, sources=sources)
 
 
 def _tail(document: FpcDocument, copper: int, remarks: Remarks) -> Tail | None:

@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+
+@dataclass(frozen=True)
+class CoilLines:
+    """Smallest width and spacing (m) of coiled tracks in copper foil of one thickness (m), with their sources."""
+
+    copper: float
+    width: float
+    spacing: float
+    width_source: str = ""
+    spacing_source: str = ""
 
 
 @dataclass(frozen=True)
 class DesignRules:
-    """Smallest makeable sizes in metres; `sources` names where each figure (by field name) comes from."""
+    """Smallest makeable sizes in metres; `sources` names where each figure (by field name) comes from.
+
+    ``coil_lines`` are the smallest widths and spacings of coiled tracks by the thickness of the copper foil (m), from
+    the thinnest; ``coil_trace_width`` and ``coil_trace_spacing`` are those that hold, of ``coil_copper`` where known.
+    """
 
     name: str
     trace_width: float
@@ -29,6 +44,27 @@ class DesignRules:
     source: str = ""
     checked_on: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
+    coil_lines: tuple[CoilLines, ...] = ()
+    coil_copper: float | None = None
+
+    def for_foil(self, thickness: float) -> DesignRules:
+        """The rules with the coil lines of the thinnest listed copper that is not thinner than the coil's foil (m);
+        those of the thickest one listed where none is.
+        """
+        if not self.coil_lines:
+            return self
+        lines = next((row for row in self.coil_lines if row.copper >= thickness - 1e-9), self.coil_lines[-1])
+        return replace(
+            self,
+            coil_trace_width=lines.width,
+            coil_trace_spacing=lines.spacing,
+            coil_copper=lines.copper,
+            sources={
+                **self.sources,
+                "coil_trace_width": lines.width_source,
+                "coil_trace_spacing": lines.spacing_source,
+            },
+        )
 
     @property
     def via_pad(self) -> float:

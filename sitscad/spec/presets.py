@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.design_rules import CoilLines, DesignRules
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.sensor import Connector, Jaw
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
@@ -75,12 +75,13 @@ def design_rules(name: str) -> DesignRules:
             "coverlay_opening_to_trace",
         )
     }
+    coil_lines = _coil_lines(rows)
     width, _, length = rows["part_size"]["value"].partition(" x ")
-    return DesignRules(
+    rules = DesignRules(
         name=name,
         **lengths,
-        coil_trace_width=_optional_length(rows, "coil_trace_width"),
-        coil_trace_spacing=_optional_length(rows, "coil_trace_spacing"),
+        coil_trace_width=None,
+        coil_trace_spacing=None,
         coil_rule_binding=rows["coil_rule_binding"]["value"] == "yes",
         part_size=(parse_quantity(width, "length"), parse_quantity(length, "length")),
         static_bend_ratio=_bend_ratios(rows, "static_bend_"),
@@ -88,11 +89,22 @@ def design_rules(name: str) -> DesignRules:
         source=f"design rules {name}, each figure with its own source",
         checked_on=rows["checked_on"]["value"],
         sources={field: _source(row) for field, row in rows.items()},
+        coil_lines=coil_lines,
     )
+    return rules.for_foil(coil_lines[0].copper) if coil_lines else rules
 
 
-def _optional_length(rows: Mapping[str, Row], field: str) -> float | None:
-    return parse_quantity(rows[field]["value"], "length") if field in rows else None
+def _coil_lines(rows: Mapping[str, Row]) -> tuple[CoilLines, ...]:
+    """The rows ``coil_trace_width_18um`` and ``coil_trace_spacing_18um`` and their like, from the thinnest copper."""
+    prefix = "coil_trace_width_"
+    found = []
+    for field, width in rows.items():
+        if field.startswith(prefix):
+            copper = field.removeprefix(prefix)
+            spacing = rows[f"coil_trace_spacing_{copper}"]
+            foil, least, gap = (parse_quantity(text, "length") for text in (copper, width["value"], spacing["value"]))
+            found.append(CoilLines(foil, least, gap, _source(width), _source(spacing)))
+    return tuple(sorted(found, key=lambda row: row.copper))
 
 
 def _bend_ratios(rows: Mapping[str, Row], prefix: str) -> dict[int, float]:

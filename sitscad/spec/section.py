@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn
 
-from pydantic_core import SchemaValidator, core_schema
+from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
 from sitscad.spec.kinds import Kind, Preset
 
@@ -106,11 +106,34 @@ class NameOr(Kind):
         """Decides by what is written, so that complaints are about the form that was meant."""
         form = "a list" if isinstance(self.written, ListOf) else "a section"
         return core_schema.tagged_union_schema(
-            {NAME: self.preset.validator(), WRITTEN: self.written.validator()},
+            {
+                NAME: core_schema.no_info_plain_validator_function(self._read_name),
+                WRITTEN: self.written.validator(),
+            },
             lambda value: NAME if isinstance(value, str) else WRITTEN if isinstance(value, (dict, list)) else None,
             custom_error_type="SIT004",
             custom_error_message=f"neither a preset's name nor {form} that writes it out",
         )
+
+    def _read_name(self, value: str) -> str:
+        """The name; where there is none like it, the hint also says how to write the thing out."""
+        try:
+            return self.preset.read(value)
+        except PydanticCustomError as error:
+            context = dict(error.context or {})
+            context["hint"] = f"{context.get('hint', '')}; or write it out: {self._form()} (examples: docs/spec.md)"
+            raise PydanticCustomError(error.type, error.message_template, context) from None
+
+    def _form(self) -> str:
+        """The keys of the written form: those that it must have, then those that it may have."""
+        section = section_of(self.written)
+        keys = section.keys if section else {}
+        if isinstance(self.written, ListOf):
+            return f"a list of sections with {', '.join(keys)}"
+        needed = [name for name, k in keys.items() if k.is_required]
+        others = [name for name, k in keys.items() if not k.is_required]
+        form = f"a section with {', '.join(needed)}" if needed else f"a section with any of {', '.join(others)}"
+        return f"{form} and, if wanted, {', '.join(others)}" if needed and others else form
 
     def schema(self) -> dict[str, Any]:
         """Either form."""

@@ -37,6 +37,16 @@ class SpecSource:
             key = key.rpartition(".")[0]
         return (1, 1) if self.text else (None, None)
 
+    def absent(self, key: str | None) -> str | None:
+        """The key of a value, if it is not in the text but could be added to it: not below a preset's name."""
+        if not key or "." not in key or not self.keys or key in self.keys:
+            return None
+        parent = key.rpartition(".")[0]
+        while parent and parent not in self.keys:
+            parent = parent.rpartition(".")[0]
+        is_section = not parent or any(name.startswith(f"{parent}.") for name in self.keys)
+        return key if is_section else None
+
     def line(self, number: int) -> str:
         """One line of the text, counted from 1."""
         lines = self.text.splitlines()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -62,6 +63,18 @@ class Stackup:
                 found.append(CopperLayer(len(found) + 1, -(depth + layer.thickness / 2), layer.thickness))
             depth += layer.thickness
         return tuple(found)
+
+    def foil_thickness(self, layers: Sequence[int]) -> float:
+        """The thickest foil (m) of some copper layers (numbers from 1, missing ones are passed over): the copper before
+        plating, by which fabricators list their widths. Only the outer layers are plated.
+        """
+        copper = self.copper
+        foils = [
+            layer.thickness - (self.plating_thickness if layer.number in (1, len(copper)) else 0.0)
+            for layer in copper
+            if layer.number in layers
+        ]
+        return max(foils, default=0.0)
 
     def between(self, upper: int, lower: int) -> tuple[StackLayer, ...]:
         """The layers strictly between two copper layers (numbers from 1)."""

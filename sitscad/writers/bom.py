@@ -11,6 +11,8 @@ from typing import Protocol
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
+from sitscad.parts.stack import MOUNT_PIECES, seat_spans
+from sitscad.spec.sensor import Mount, SensorSpec
 from sitscad.units import show
 
 CHANNELS = 4
@@ -151,11 +153,23 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
     if spec.mount is None:
         return
-    size = f"standoff {_mm(spec.mount.standoff)} mm"
-    yield Item("mount", 1, spec.mount.kind, "printed", size, "print from mount/")
+    yield from _mount(spec, spec.mount)
     if spec.mount.jaw is not None:
         jaw = spec.mount.jaw
         size = f"{_mm(jaw.width)} x {_mm(jaw.length)} x {_mm(jaw.height)} mm"
         yield Item(
             "jaw", 1, jaw.name, jaw.material.name, size, "the instrument that the sensor is glued into; not made here"
         )
+
+
+def _mount(spec: SensorSpec, mount: Mount) -> Iterator[Item]:
+    """The printed pieces, named and measured as in the drawing of the assembly."""
+    note = "print from mount/"
+    if mount.kind != "grasper-pad":
+        yield Item("mount", 1, mount.kind, "printed", f"standoff {_mm(mount.standoff)} mm", note)
+        return
+    sheet = spec.shield
+    shield = (-sheet.gap - sheet.thickness, -sheet.gap) if sheet is not None else None
+    whole = f"{_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if shield else "")
+    for name, (lower, upper) in zip(MOUNT_PIECES, seat_spans(0.0, mount.standoff, shield), strict=False):
+        yield Item(name, 1, mount.kind, "printed", f"{_mm(upper - lower)} mm thick", f"{note}; {whole}")

@@ -17,6 +17,9 @@ HEADER, TABLE = "firmware/ldc1614_config.h", "firmware/ldc1614_config.json"
 
 class _State(Protocol):
     frequency: float | None
+    parallel_resistance: float | None
+    amplitude: float | None
+    quantum: float | None
 
 
 class _Coil(Protocol):
@@ -34,6 +37,11 @@ class _Readout(Protocol):
     settle_count: int | None
     scan_rate: float | None
     high_current: bool
+    settle_time: float | None
+    conversion_time: float | None
+    switch_time: float | None
+    read_back_time: float | None
+    supply_current: float | None
 
 
 class Measured(Protocol):
@@ -121,6 +129,13 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
         "reference_frequency_Hz": estimates.readout.reference_frequency,
         "capacitance_F": estimates.readout.capacitance,
         "scan_rate_Hz": estimates.readout.scan_rate,
+        "timing": {
+            "settle_time_s": estimates.readout.settle_time,
+            "conversion_time_s": estimates.readout.conversion_time,
+            "switch_time_s": estimates.readout.switch_time,
+            "read_back_time_s": estimates.readout.read_back_time,
+        },
+        "supply_current_A": estimates.readout.supply_current,
         "converters": [
             {
                 "i2c_address": device.address,
@@ -145,6 +160,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
         " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
         f" * Reference clock {show(spec.readout.clock, 'Hz')} at CLKIN, capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
+        *(f" * {line}".rstrip() for line in _expected(estimates)),
         " */",
         "#ifndef LDC1614_CONFIG_H",
         "#define LDC1614_CONFIG_H",
@@ -165,6 +181,42 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
     return "\n".join([*lines, "", "#endif", ""])
 
 
+def _expected(estimates: Measured) -> list[str]:
+    """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
+    readout = estimates.readout
+    parts = (
+        ("settling", readout.settle_time),
+        ("conversion", readout.conversion_time),
+        ("switch", readout.switch_time),
+    )
+    lines = []
+    if all(value is not None for _, value in parts):
+        lines.append("One channel: " + ", ".join(f"{name} {_shown(value, 's', 3)}" for name, value in parts) + ".")
+    if readout.scan_rate is not None:
+        lines.append(
+            f"{readout.scan_rate:.1f} scans a second; reading the results over I2C at 400 kHz takes "
+            f"{_shown(readout.read_back_time, 's', 3)} of each."
+        )
+    if readout.supply_current is not None:
+        lines.append(f"Supply current about {_shown(readout.supply_current, 'A', 3)}.")
+    lines += ["", "Expected (estimates; compare with what the first board gives):"]
+    for coil in estimates.coils:
+        for name, state in coil.states.items():
+            lines.append(
+                f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 4)}, "
+                f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
+                f"one count of the reference {_shown(state.quantum, 'H', 2)}"
+            )
+    if any(name != "free" for coil in estimates.coils for name in coil.states):
+        lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
+    return [
+        *lines,
+        "",
+        "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28 and L = 1 / (C (2 pi f_SENSOR)^2) (SNOSCY9A 8.1); losses and the",
+        "5 ns of the drive make that L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q, and the cable adds its own.",
+    ]
+
+
 def _device(number: int, device: Device) -> list[str]:
     channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
     lines = [
@@ -180,8 +232,8 @@ def _device(number: int, device: Device) -> list[str]:
     return [*lines, "};"]
 
 
-def _shown(value: float | None, unit: str) -> str:
-    return show(value, unit) if value is not None else "unknown"
+def _shown(value: float | None, unit: str, digits: int = 4) -> str:
+    return show(value, unit, digits) if value is not None else "unknown"
 
 
 def _comment(text: str) -> str:

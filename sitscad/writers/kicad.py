@@ -12,9 +12,9 @@ from sitscad.writers.kicad_sexpr import quoted
 def render(layout: Layout) -> dict[str, bytes]:
     """The files of ``kicad/`` by their path in the package: project, board, custom rules, footprint library.
 
-    The board lies where the layout does (millimetres, y negated as KiCad's points down), so plots of it fall on the
-    package's own Gerber files. Raises ValueError for what KiCad cannot hold: a contact on an inner layer, an opening
-    with a hole in it.
+    The board lies in the middle of the sheet (millimetres, y negated as KiCad's points down); KiCad's origin for drill
+    files is the layout's, so plots made from it fall on the package's own Gerber files. Raises ValueError for what
+    KiCad cannot hold: a contact on an inner layer, an opening with a hole in it.
     """
     name = layout.spec.name
     files = {

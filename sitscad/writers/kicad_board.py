@@ -1,4 +1,8 @@
-"""The ``.kicad_pcb`` of a layout: x as in the layout, y negated, the layout's origin at KiCad's."""
+"""The ``.kicad_pcb`` of a layout: x as in the layout, y negated, the board in the middle of the sheet.
+
+The layout's origin is KiCad's origin for drill and place files (and of its grid), so that plots made from that origin
+fall on the package's own Gerber files.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +12,13 @@ from sitscad.geometry.path import Point, bounding_box, rectangle
 from sitscad.layout.board import Layout, Role, Trace, Via
 from sitscad.writers.kicad_footprint import board_footprint, contact_openings, filled
 from sitscad.writers.kicad_sexpr import (
+    Grid,
     curve,
     drawn,
     grid,
     identity,
     length,
+    millimetres,
     node,
     quoted,
     stroked,
@@ -25,29 +31,59 @@ from sitscad.writers.kicad_stackup import BEND_LAYER, STIFFENER_LAYER, copper_na
 FORMAT = 20241229
 _OUTLINE_PEN = 50e-6
 _TEXT_SIZE = 1e-3
+_MM = 1_000_000
+_A4 = (297 * _MM, 210 * _MM)
+_SHEET_MARGIN = 40 * _MM
 
 
 def board(layout: Layout) -> str:
     """The whole board file."""
     nets = net_numbers(layout)
+    sheet = sheet_corner(layout)
     stackup = layout.spec.fpc.stackup
     children = [
         f"(version {FORMAT})",
         '(generator "sitscad")',
         '(generator_version "9.0")',
         node("general", f"(thickness {length(stackup.thickness)})", "(legacy_teardrops no)"),
-        '(paper "A4")',
+        _paper(layout),
         _title_block(layout),
         layer_table(layout.copper_layers),
-        _setup(layout),
+        _setup(layout, sheet),
         *(f"(net {number} {quoted(name)})" for name, number in nets.items()),
     ]
     if layout.pads:
-        children.append(board_footprint(layout, nets))
-    children += [*_graphics(layout), *_tracks(layout, nets)]
-    children += [_via(via, i, layout, nets) for i, via in enumerate(layout.vias)]
+        children.append(board_footprint(layout, nets, sheet))
+    children += [*_graphics(layout, sheet), *_tracks(layout, nets, sheet)]
+    children += [_via(via, i, layout, nets, sheet) for i, via in enumerate(layout.vias)]
     children += [*_groups(layout), "(embedded_fonts no)"]
     return node("kicad_pcb", *children) + "\n"
+
+
+def sheet_corner(layout: Layout) -> Grid:
+    """The sheet's upper left corner as seen from the layout's origin: whole millimetres, the board in the middle."""
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    middle = grid(Point((x0 + x1) / 2, (y0 + y1) / 2))
+    width, height = _sheet_size(layout)
+    return _whole(middle[0] - width // 2), _whole(middle[1] - height // 2)
+
+
+def _whole(nanometres: int) -> int:
+    return round(nanometres / _MM) * _MM
+
+
+def _sheet_size(layout: Layout) -> Grid:
+    """A4 where the board has room on it, else as large as the board and a margin."""
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    needed = round((x1 - x0) * 1e9) + _SHEET_MARGIN, round((y1 - y0) * 1e9) + _SHEET_MARGIN
+    if needed[0] <= _A4[0] and needed[1] <= _A4[1]:
+        return _A4
+    return _whole(max(needed[0], _A4[0]) + _MM), _whole(max(needed[1], _A4[1]) + _MM)
+
+
+def _paper(layout: Layout) -> str:
+    size = _sheet_size(layout)
+    return '(paper "A4")' if size == _A4 else f'(paper "User" {millimetres(size[0])} {millimetres(size[1])})'
 
 
 def net_numbers(layout: Layout) -> dict[str, int]:
@@ -65,7 +101,7 @@ def _title_block(layout: Layout) -> str:
     )
 
 
-def _setup(layout: Layout) -> str:
+def _setup(layout: Layout, sheet: Grid) -> str:
     return node(
         "setup",
         stackup_section(layout.spec.fpc.stackup),
@@ -73,25 +109,28 @@ def _setup(layout: Layout) -> str:
         "(pad_to_mask_clearance 0)",
         "(allow_soldermask_bridges_in_footprints no)",
         "(tenting front back)",
+        xy("aux_axis_origin", (0, 0), sheet),
+        xy("grid_origin", (0, 0), sheet),
+        node("pcbplotparams", "(useauxorigin yes)"),
     )
 
 
-def _graphics(layout: Layout) -> Iterator[str]:
+def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     name = layout.spec.name
-    yield from stroked("gr", layout.outline, "Edge.Cuts", _OUTLINE_PEN, (name, "outline"))
-    yield from _free_openings(layout)
+    yield from stroked("gr", layout.outline, "Edge.Cuts", _OUTLINE_PEN, (name, "outline"), sheet)
+    yield from _free_openings(layout, sheet)
     if layout.stiffener is not None:
         outline = layout.stiffener.outline
         for i, path in enumerate((outline.outline, *outline.holes)):
-            yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i))
+            yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
     if layout.bend_zone is not None:
         _, y0, _, y1 = bounding_box([layout.outline])
         zone = rectangle(layout.bend_zone[0], y0, layout.bend_zone[1], y1)
-        yield from stroked("gr", zone, BEND_LAYER, 0.1e-3, (name, "bend"))
-    yield from _notes(layout)
+        yield from stroked("gr", zone, BEND_LAYER, 0.1e-3, (name, "bend"), sheet)
+    yield from _notes(layout, sheet)
 
 
-def _free_openings(layout: Layout) -> Iterator[str]:
+def _free_openings(layout: Layout, sheet: Grid) -> Iterator[str]:
     """The coverlay openings that are over no contact."""
     for layer, openings, number in (
         ("F.Mask", layout.top_openings, 1),
@@ -99,10 +138,10 @@ def _free_openings(layout: Layout) -> Iterator[str]:
     ):
         taken = contact_openings(openings, [pad for pad in layout.pads if pad.layer == number])
         for i, region in enumerate(o for o in openings if o not in taken):
-            yield filled("gr", region, layer, (0, 0), (layout.spec.name, layer, "free", i))
+            yield filled("gr", region, layer, sheet, (layout.spec.name, layer, "free", i))
 
 
-def _notes(layout: Layout) -> Iterator[str]:
+def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
     """What the fabricator's drawing says, under the board on F.Fab, and what User layers mean, on themselves."""
     spec = layout.spec
     x, y, _, _ = bounding_box([layout.outline])
@@ -122,22 +161,22 @@ def _notes(layout: Layout) -> Iterator[str]:
         lines.append((BEND_LAYER, f"bend zone ({spec.fpc.tail.bend if spec.fpc.tail else 'none'})"))
     for i, (layer, text) in enumerate(lines):
         at = Point(x, y - (2.0 + 1.6 * i) * _TEXT_SIZE)
-        yield _text(text, at, layer, (spec.name, "note", i))
+        yield _text(text, at, sheet, layer, (spec.name, "note", i))
 
 
-def _text(text: str, at: Point, layer: str, names: tuple[object, ...]) -> str:
+def _text(text: str, at: Point, sheet: Grid, layer: str, names: tuple[object, ...]) -> str:
     size = length(_TEXT_SIZE)
     font = f"(effects (font (size {size} {size}) (thickness 0.15)) (justify left))"
-    place = f"{xy('at', grid(at))[:-1]} 0)"
+    place = f"{xy('at', grid(at), sheet)[:-1]} 0)"
     return f"(gr_text {quoted(text)} {place} (layer {quoted(layer)}) {identity(*names)} {font})"
 
 
-def _tracks(layout: Layout, nets: Mapping[str, int]) -> Iterator[str]:
+def _tracks(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
     layers = copper_names(layout.copper_layers)
     for i, trace in enumerate(layout.traces):
         rest = f"(width {length(trace.width)}) (layer {quoted(layers[trace.layer - 1])}) (net {nets[trace.net]})"
         for j, segment in enumerate(drawn(trace.path)):
-            kind, points = curve(segment)
+            kind, points = curve(segment, sheet)
             head = "segment" if kind == "line" else "arc"
             yield f"({head} {points} {rest} {identity(*_track_names(layout, i, j))})"
 
@@ -146,9 +185,9 @@ def _track_names(layout: Layout, trace: int, segment: int) -> tuple[object, ...]
     return layout.spec.name, "track", trace, segment
 
 
-def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int]) -> str:
+def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
     return (
-        f"(via {xy('at', grid(via.centre))} (size {length(via.pad)}) (drill {length(via.drill)}) "
+        f"(via {xy('at', grid(via.centre), sheet)} (size {length(via.pad)}) (drill {length(via.drill)}) "
         f'(layers "F.Cu" "B.Cu") (net {nets[via.net]}) {identity(layout.spec.name, "via", index)})'
     )
 

@@ -34,14 +34,14 @@ def contact_openings(openings: Sequence[Region], pads: Sequence[Pad]) -> tuple[R
     return tuple(o for o in openings if any(_overlaps(o.outline, pad) for pad in pads))
 
 
-def board_footprint(layout: Layout, nets: Mapping[str, int]) -> str:
-    """The footprint as it stands on the board, pads with their nets."""
+def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
+    """The footprint as it stands on the board, pads with their nets; `sheet` is the sheet's corner."""
     place = anchor(layout)
     return node(
         f"footprint {quoted(f'{layout.spec.name}:{FOOTPRINT_NAME}')}",
         '(layer "F.Cu")',
         identity(layout.spec.name, "footprint"),
-        xy("at", place),
+        xy("at", place, sheet),
         *_body(layout, REFERENCE, nets),
     )
 

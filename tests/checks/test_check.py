@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import subprocess
 import sys
@@ -72,3 +73,48 @@ def test_checks_import_no_cad_nor_plotting():
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
+
+
+def test_every_rule_names_the_severities_that_it_can_have():
+    """Whatever the rule's own function says, and whatever it says by default, stands in its list."""
+    for rule in RULES:
+        listed = {word for word in ("note", "warning", "error") if word in rule.severities.replace(",", " ").split()}
+        said = {word.lower() for word in re.findall(r"Severity\.(NOTE|WARNING|ERROR)", _sources(rule.apply))}
+        assert rule.severity.value in listed and (said <= listed or rule.id == "SIT111"), (rule.id, said, listed)
+
+
+def _sources(function):
+    """The source of a rule's function and of those that it hands over to."""
+    if function is None:
+        return ""
+    text = inspect.getsource(inspect.unwrap(function))
+    for name in re.findall(r"yield from (_\w+)\(subject\)", text):
+        text += _sources(function.__globals__[name])
+    return text
+
+
+def test_a_finding_whose_key_is_left_out_names_the_key_to_add(design, estimates):
+    spec = design(readout={"device": "ldc1614"}, requirements={"bandwidth": "400 Hz"})
+    (found,) = [f for f in check(spec, estimates=estimates(spec)).findings if f.rule == "SIT210"]
+    assert found.line and "add readout.scan_rate" in found.hint
+    bare = design(readout=None, requirements={"bandwidth": "400 Hz"})
+    (found,) = [f for f in check(bare, estimates=estimates(bare)).findings if f.rule == "SIT210"]
+    assert found.line == 1 and "add readout.scan_rate" in found.hint
+    written = design(requirements={"bandwidth": "400 Hz"})
+    (found,) = [f for f in check(written, estimates=estimates(written)).findings if f.rule == "SIT210"]
+    assert "add " not in found.hint
+
+
+def test_a_key_below_a_presets_name_is_not_one_to_add(design):
+    source = design().source
+    assert source.absent("mount.jaw.width") is None and source.absent("mount.jaw") is None
+    assert source.absent("mount.kerf") == "mount.kerf"
+    assert source.absent("readout") is None is source.absent(None)
+
+
+def test_a_target_without_an_elastomer_is_said_to_lie_on_the_board(judge, design, verdicts):
+    (found,) = judge("SIT313", design(elastomer=None))
+    assert found.severity is Severity.WARNING and "gap 0" in found.message
+    assert "elastomer.thickness" in found.hint and found.key == "elastomer.thickness"
+    assert judge("SIT313", design()) == []
+    assert verdicts("SIT313", design(target=None, elastomer=None))[1][0].reason == "no target in the spec"

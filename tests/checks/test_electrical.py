@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
 from sitscad.readout import ldc1614
 
@@ -185,3 +187,65 @@ def test_tank_capacitor(value: float, limit: float | None, judge, design, estima
     spec = design()
     found = judge("SIT214", spec, None, estimates(spec, capacitance=value))
     assert [f.limit for f in found] == ([limit] if limit else [])
+
+
+def scattered(numbers, **sigma):
+    """The estimates with the same standard deviations in every state."""
+    values = {"inductance": 1e-9, "resistance": 0.1, "frequency": 1e3, "parallel_resistance": 1.0, "amplitude": 1e-3}
+    spread = Spread(**(values | sigma), causes=dict.fromkeys(values, "trace width"))
+    coils = [
+        replace(coil, states={name: replace(state, spread=spread) for name, state in coil.states.items()})
+        for coil in numbers.coils
+    ]
+    return replace(numbers, coils=tuple(coils))
+
+
+@pytest.mark.parametrize(
+    ("rule", "how", "sigma", "limit", "count"),
+    [
+        ("SIT201", {"inductance": 0.21e-6}, {"inductance": 10e-9}, 0.2e-6, 1.0),
+        ("SIT202", {"frequency": 9.9e6}, {"frequency": 0.2e6}, 10e6, 0.5),
+        ("SIT203", {}, {"parallel_resistance": 80.0}, 1000.0, 1.25),
+    ],
+)
+def test_a_limit_kept_by_little_is_noted_with_its_sigmas(rule, how, sigma, limit, count, judge, design, estimates):
+    spec = design()
+    (found,) = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))
+    assert (found.severity, found.limit) == (Severity.NOTE, limit)
+    assert found.sigma == pytest.approx(count)
+    assert f"{count:.1f} sigma" in found.message and "trace width" in found.message
+    assert judge(rule, spec, None, scattered(estimates(spec, **how))) == []
+
+
+@pytest.mark.parametrize(
+    ("rule", "how", "sigma", "count"),
+    [
+        ("SIT201", {"inductance": 0.19e-6}, {"inductance": 10e-9}, 1.0),
+        ("SIT202", {"frequency": 10.5e6}, {"frequency": 0.2e6}, 2.5),
+        ("SIT203", {"resistances": {"free": 2200.0, "rest": 900.0}}, {"parallel_resistance": 50.0}, 2.0),
+    ],
+)  # fmt: skip
+def test_a_limit_missed_says_by_how_many_sigma(rule, how, sigma, count, judge, design, estimates) -> None:
+    spec = design()
+    found = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))[0]
+    assert found.severity is not Severity.NOTE
+    assert found.sigma == pytest.approx(count)
+    assert f"{count:.1f} sigma" in found.message
+
+
+def test_amplitude_near_either_end_is_noted(judge, design, estimates) -> None:
+    spec = design()
+    numbers = scattered(estimates(spec), amplitude=0.15)
+    notes = [f for f in judge("SIT204", spec, None, numbers) if "keeps its limit" in f.message]
+    assert [f.limit for f in notes] == [1.8, 1.2]
+    assert "next weaker" in notes[0].hint and "next stronger" in notes[1].hint
+
+
+def test_a_state_in_which_the_model_fails_is_not_a_pass(design, estimates, verdicts) -> None:
+    spec = design()
+    numbers = estimates(spec, resistances={"free": 2200.0, "rest": 1300.0})
+    failed = {"pressed": "the half-space model fails there"}
+    numbers = replace(numbers, coils=tuple(replace(coil, failed_states=failed) for coil in numbers.coils))
+    for rule in ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206"):
+        _, undecided = verdicts(rule, spec, None, numbers)
+        assert any("half-space" in skipped.reason and "pressed" in skipped.reason for skipped in undecided), rule

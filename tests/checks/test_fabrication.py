@@ -276,3 +276,10 @@ def test_a_via_laid_bare_by_an_opening_is_found(judge, good):
     (found,) = judge("SIT115", spec, bare)
     assert found.measured < 0.0 and "a via of C1" in found.message
     assert judge("SIT115", spec, replace(bare, vias=(replace(via, centre=Point(3e-3, 0.5e-3)),))) == []
+
+
+def test_loop_lines_are_those_of_the_coils_copper(judge, good):
+    found = judge("SIT103", good[0])
+    assert [f.limit for f in found] == pytest.approx([203.2e-6] * 2)
+    assert all("at 35 um copper" in f.message and "35 um" in f.source for f in found)
+    assert all("fewer turns lower L and Rp" in f.hint for f in found)

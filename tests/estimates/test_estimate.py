@@ -8,8 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from sitscad.checks import check
 from sitscad.estimates import METHODS, estimate
-from sitscad.estimates.assembly import assemble
+from sitscad.estimates.assembly import Reflection, assemble
 from sitscad.estimates.tank import preferred_values
 from sitscad.layout import lay_out
 from sitscad.readout import ldc1614
@@ -71,16 +72,20 @@ def test_identities_between_the_numbers(mounted):
     for coil in mounted.coils:
         free = coil.states["free"]
         omega = 2 * math.pi * free.frequency
-        assert free.frequency == pytest.approx(
-            1 / (2 * math.pi * math.sqrt(free.inductance * coil.capacitance)), rel=1e-6
-        )
-        assert free.parallel_resistance == pytest.approx((omega * free.inductance) ** 2 / free.resistance, rel=1e-6)
-        assert free.quality_factor == pytest.approx(omega * free.inductance / free.resistance, rel=1e-6)
+        # SNOSCY9A equation 1, with its 5 ns
+        root, q = math.sqrt(free.inductance * coil.capacitance), free.quality_factor
+        expected = math.sqrt(1.0 - 1.0 / q**2 - 5e-9 / (q * root)) / (2.0 * math.pi * root)
+        assert free.frequency == pytest.approx(expected, rel=1e-3)
+        assert free.parallel_resistance == pytest.approx((omega * free.inductance) ** 2 / free.resistance, rel=5e-3)
+        assert free.quality_factor == pytest.approx(omega * free.inductance / free.resistance, rel=0.02)
         assert coil.terminal_inductance == free.inductance
         assert coil.resistance_ac > coil.resistance_dc
         assert coil.terminal_resistance_dc > coil.resistance_dc
         assert 1e-9 < coil.lead_inductance < 40e-9
         assert coil.capacitance == pytest.approx(220e-12 + 4e-12 + coil.self_capacitance)
+        assert coil.lead_inductance == pytest.approx(math.fsum(coil.lead_parts.values()))
+        assert coil.self_capacitance > coil.winding_capacitance > 0.0
+        assert coil.apparent_inductance > coil.terminal_inductance
     matrix = np.array(mounted.inductance_matrix)
     assert np.array_equal(matrix, matrix.T)
     assert np.linalg.eigvalsh(matrix).min() > 0.0
@@ -184,6 +189,8 @@ def test_cable_and_capacitor_at_the_coil():
     assert at_converter.terminal_inductance == pytest.approx(plain.terminal_inductance, rel=1e-2)
     assert at_converter.sensor_frequency < at_coil.sensor_frequency < plain.sensor_frequency
     assert at_coil.capacitance == pytest.approx(plain.capacitance + 30e-12)
+    assert at_converter.states["free"].coil_amplitude < 0.95 * at_converter.states["free"].amplitude
+    assert at_coil.states["free"].coil_amplitude == pytest.approx(at_coil.states["free"].amplitude, rel=0.02)
 
 
 def test_json_is_the_contract(mounted):
@@ -212,3 +219,54 @@ def test_shield_before_the_jaw_and_jaw_alone():
     alone = assemble(load_text(text.replace(line + "\n", ""), "test.yaml")).states[1].below
     assert len(alone.plates) == 1
     assert alone.distance == pytest.approx(spec.fpc.stackup.thickness + 1e-3)
+
+
+TINY = """
+sitscad: 1
+name: tiny
+coil: {shape: square, outer_diameter: 3.5, turns: 0.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+target: {shape: square, size: 4, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 4, thickness: 0.5, kerf: 0.15}
+requirements: {normal_force: 50 N}
+"""
+
+
+def test_a_state_that_the_model_cannot_have_is_absent_and_says_why(monkeypatch):
+    """A half-space that takes away more than there is: no negative inductance, no frequency, no verdict from it."""
+    whole = of(TINY).coils[0]
+    assert all(state.inductance > 0.0 for state in whole.states.values())
+    plain = Reflection._exact
+
+    def overdone(self, frequency):
+        return plain(self, frequency) * (10.0 if self._around.state == "pressed" else 1.0)
+
+    monkeypatch.setattr(Reflection, "_exact", overdone)
+    found = of(TINY)
+    coil = found.coils[0]
+    assert list(coil.states) == ["free", "rest"]
+    assert "half-space model fails" in coil.failed_states["pressed"]
+    assert any("half-space model fails" in note for note in found.notes)
+    document = json.loads(json.dumps(found.as_json("tiny.yaml"), allow_nan=False))
+    assert list(document["coils"][0]["states"]) == ["free", "rest"]
+    assert "pressed" in document["coils"][0]["failed_states"]
+    result = check(load_text(TINY, "tiny.yaml"), None, found)
+    silent = {skipped.rule for skipped in result.not_checked if "half-space" in skipped.reason}
+    assert {"SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206"} <= silent
+
+
+def test_times_of_a_channel_add_up(mounted):
+    readout = mounted.readout
+    parts = readout.settle_time + readout.conversion_time + readout.switch_time
+    assert parts == pytest.approx(readout.dwell_time)
+    assert readout.scan_rate == pytest.approx(0.5 / parts)
+    assert readout.readable_rate == pytest.approx(1.0 / ldc1614.read_back_time(2))
+    assert readout.supply_current == pytest.approx(2.1e-3 + readout.drive_current, rel=1e-3)
+
+
+def test_what_one_count_means(mounted):
+    for coil in mounted.coils:
+        for state in coil.states.values():
+            step = ldc1614.frequency_quantum(state.frequency, mounted.readout.rcount)
+            lower = state.inductance * (state.frequency / (state.frequency + step)) ** 2
+            assert state.inductance - lower == pytest.approx(state.quantum, rel=1e-3)
+            assert state.noise == pytest.approx(state.quantum / math.sqrt(12.0))

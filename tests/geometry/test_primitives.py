@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitscad.checks.copper import path_rows
 from sitscad.geometry.path import Arc, Line, Path, Point, polar
-from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs
+from sitscad.geometry.primitives import Primitives, distances, from_rows, line_row, nearest_pairs, path_rows
 
 COORDINATES = st.integers(-20, 20).map(lambda n: n / 10)
 POINTS = st.builds(Point, COORDINATES, COORDINATES)
@@ -108,3 +107,14 @@ def test_an_empty_set_has_no_pairs() -> None:
     assert len(empty) == 0
     assert nearest_pairs(empty.boxes, np.empty(0)).shape == (0, 2)
     assert math.isfinite(float(len(distances(empty, empty))))
+
+
+def test_collinear_lines_do_not_cross_by_rounding():
+    """Two pieces of one straight track, 45 degrees, a gap between them: seen to read 0 from a trace of an angle."""
+    along = [
+        (0.0007418, 0.0007418, 0.0019, 0.0019),
+        (0.0021260000000000003, 0.002126, 0.0023040, 0.0023040000000000003),
+    ]
+    pieces = from_rows([line_row(*ends) for ends in along])
+    (gap,) = distances(pieces.take(np.array([0])), pieces.take(np.array([1])))
+    assert gap == pytest.approx(math.hypot(0.000226, 0.000226), rel=1e-9)

@@ -31,9 +31,11 @@ def sensor(
     tail_layers=2,
     start_angle=0.0,
     clockwise=False,
+    centres=None,
 ):
-    """A sensor of coils in a line, everything else left out."""
-    placements = tuple(CoilPlacement(f"C{i + 1}", ((i - (coils - 1) / 2) * pitch, 0.0)) for i in range(coils))
+    """A sensor of coils in a line, or about some centres, everything else left out."""
+    centres = centres or [((i - (coils - 1) / 2) * pitch, 0.0) for i in range(coils)]
+    placements = tuple(CoilPlacement(f"C{i + 1}", tuple(centre)) for i, centre in enumerate(centres))
     return SensorSpec(
         name="drawn",
         coil=CoilSpec(

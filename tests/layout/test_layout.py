@@ -9,6 +9,7 @@ import pytest
 
 from sitscad.geometry.path import Point
 from sitscad.layout import Role, Trace, Via, lay_out
+from sitscad.spec import positions, presets
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
 CASES = {
@@ -24,6 +25,12 @@ CASES = {
     "octagons": dict(shape="octagon", diameter=5e-3, turns=5.5, layers=2, pitch=6e-3),
     "hexagons": dict(shape="hexagon", diameter=5e-3, turns=5, layers=2, pitch=6.4e-3),
     "eight layers": dict(diameter=7e-3, turns=6.5, layers=8, stackup="flex-8l", pitch=8e-3),
+    "triangle": dict(centres=positions.triangle(4.6e-3)),
+    "four-coil grid": dict(centres=positions.grid(2, 2, 4.8e-3)),
+    "grid of squares": dict(shape="square", diameter=5e-3, turns=6, layers=2, stackup="flex-2l-18um",
+                            centres=positions.grid(2, 2, 6.2e-3)),
+    "six-coil grid": dict(turns=6, layers=2, stackup="flex-2l-18um", centres=positions.grid(3, 2, 5.2e-3)),
+    "explicit": dict(turns=6, layers=2, stackup="flex-2l-18um", centres=[(-3e-3, 0), (3e-3, 0), (0, 5e-3)]),
     "four in a row": dict(diameter=4e-3, turns=6, layers=2, coils=4, pitch=4.9e-3, start_angle=math.radians(30)),
 }  # fmt: skip
 
@@ -205,13 +212,8 @@ def test_names_and_points_are_what_they_say(sensor):
     assert layout.body_size[1] == pytest.approx(4.712e-3, abs=1e-6)
 
 
-def test_coils_beside_the_axis_are_drawn_but_not_led_out(sensor):
-    spec = sensor(coils=3, pitch=5e-3)
-    moved = tuple(
-        dataclasses.replace(placement, centre=(placement.centre[0], y))
-        for placement, y in zip(spec.array.placements, (0.0, 4e-3, 0.0), strict=True)
-    )
-    layout = lay_out(dataclasses.replace(spec, array=dataclasses.replace(spec.array, placements=moved)))
+def test_an_array_in_rows_needs_two_layers_in_the_tail(sensor):
+    layout = lay_out(sensor(centres=positions.triangle(5e-3), tail_layers=1))
     assert [finding.name for finding in layout.findings] == ["array-not-routed"]
     assert layout.pads == () and len(layout.coils) == 3
 
@@ -223,10 +225,33 @@ def test_the_order_of_explicit_centres_does_not_matter(sensor):
     assert_sound(layout)
 
 
-def test_a_tail_too_crowded_for_its_tracks_is_refused(sensor):
-    spec = sensor(diameter=7e-3, turns=6.5, coils=9, pitch=8e-3)
-    from sitscad.spec import presets
-
+def with_fine_connector(spec):
     tail = dataclasses.replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"), length=5e-3)
-    layout = lay_out(dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, tail=tail)))
+    return dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, tail=tail))
+
+
+def test_a_short_tail_is_made_long_enough_for_its_tracks(sensor):
+    assert_sound(lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, coils=9, pitch=8e-3))))
+
+
+def test_a_tail_too_crowded_for_its_tracks_is_refused(sensor):
+    """At 0.3 mm pitch the vias of generic-flex leave no room for a track between them."""
+    layout = lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, pitch=8e-3, rules="generic-flex")))
     assert [finding.name for finding in layout.findings] == ["tail-room"]
+
+
+def with_edge_distance(spec, edge):
+    rules = dataclasses.replace(spec.fpc.rules, copper_to_edge=edge)
+    return dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, rules=rules))
+
+
+@pytest.mark.parametrize("tail", [True, False])
+@pytest.mark.parametrize("edge", [0.15e-3, 0.3e-3, 0.381e-3])
+def test_a_fabricators_edge_distance_is_kept_down_to_the_contacts(sensor, edge, tail):
+    layout = lay_out(with_edge_distance(sensor(tail=tail), edge))
+    assert_sound(layout)
+    test_all_copper_keeps_away_from_the_edge(layout)
+    half = layout.spec.fpc.tail.connector.width(4) / 2 if tail else None
+    if half:
+        end = max(point.x for point in layout.outline.flattened(1e-6))
+        assert max(abs(p.y) for p in layout.outline.flattened(1e-6) if p.x > end - 1e-9) == pytest.approx(half)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from windings import MM, UM, bench, coil, four_layers, miniature
 
 import sitscad.physics.proximity as proximity
-from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips, winding_capacitance
+from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.current_modes import ModeSet
 from sitscad.physics.eddy_target import (
     Plate,
@@ -204,10 +204,9 @@ def test_image_of_a_ring_in_a_perfect_plate():
     assert change == pytest.approx(-float(coaxial_rings(1.995e-3, 1.995e-3, (2 * gap) ** 2)), rel=1e-2)
 
 
-def test_capacitances():
-    # 44 pF/m x eps_r for 100 um tracks through 25 um (PHYSICS: about a third of the overlap for two layers in series)
-    assert stacked_strips(100 * UM, 25 * UM, 1.0) == pytest.approx(44e-12, rel=0.03)
-    assert winding_capacitance([12e-12]) == pytest.approx(4e-12)
+def test_closed_capacitances():
+    # PHYSICS 6: 44 pF/m x eps_r for 100 um tracks through 25 um; edges on both sides make it 48
+    assert 44e-12 < stacked_strips(100 * UM, 25 * UM, 1.0) < 49e-12
     assert series_permittivity([10.0, 10.0], [2.0, 2.0]) == 2.0
     wide, narrow = coplanar_strips(1.0, 0.1, 1.0), coplanar_strips(0.1, 1.0, 1.0)
     assert wide > narrow > 0.0

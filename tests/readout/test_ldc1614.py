@@ -162,3 +162,11 @@ def test_noise_model_agrees_with_the_anchors() -> None:
     assert ldc1614.frequency_noise(4e6, 0x800) == pytest.approx(8e-7 * 40e6, rel=0.15)
     assert ldc1614.frequency_quantum(3.15e6, 3049) == pytest.approx(64.5, rel=2e-3)
     assert ldc1614.inductance_noise(2.5e-6, 4e6, 4000) == pytest.approx(0.0226e-9, rel=0.01)
+
+
+def test_supply_current_is_the_converter_and_the_drive_while_it_flows():
+    assert ldc1614.supply_current(1.5e-3, 0xFFFF, 0x100, 35e6, 1) == pytest.approx(3.6e-3)
+    scanned = ldc1614.supply_current(1.5e-3, 9, 4, 40e6, 4)
+    driven = ldc1614.settle_time(4, 40e6) + ldc1614.conversion_time(9, 40e6)
+    assert scanned == pytest.approx(2.1e-3 + 1.5e-3 * driven / ldc1614.dwell_time(9, 4, 40e6))
+    assert 2.1e-3 < scanned < 3.6e-3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import math
 
 import pytest
@@ -52,7 +53,7 @@ def test_an_unknown_preset_is_a_key_error(kind):
 
 def test_every_figure_names_its_source_and_says_whether_it_was_seen():
     tables = [path for path in presets.DATA.rglob("*.csv") if not path.stem.startswith("ldc1614")]
-    assert len(tables) == 3 + sum(len(presets.names(kind)) for kind in ("stackup", "rules", "connector", "jaw"))
+    assert len(tables) == 4 + sum(len(presets.names(kind)) for kind in ("stackup", "rules", "connector", "jaw"))
     for path in tables:
         with path.open(encoding="utf-8", newline="") as stream:
             for row in csv.DictReader(stream):
@@ -112,3 +113,29 @@ def test_the_generic_jaw_takes_the_recommended_board_and_is_marked():
     assert jaw.width >= 4.72e-3
     assert jaw.material.name == "stainless-304"
     assert "unverified" in jaw.source
+
+
+@pytest.mark.parametrize(
+    ("stackup", "copper", "wanted"),
+    [("flex-2l-18um", 18e-6, 6), ("flex-2l-35um", 35e-6, 8), ("flex-4l", 18e-6, 6)],
+)
+@pytest.mark.parametrize("rules", ["generic-flex", "generic-fine"])
+def test_loop_lines_follow_the_coils_copper(stackup, copper, wanted, rules):
+    """By the foil before plating: a 30 um outer layer of 18 um foil and 12 um plating counts as 18 um."""
+    coil = "coil: {shape: circle, outer_diameter: 8, turns: 8, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
+    text = f"sitscad: 1\nname: x\n{coil}\nfpc: {{stackup: {stackup}, rules: %s}}\n"
+    found = load_text(text % rules).fpc.rules
+    assert found.coil_copper == pytest.approx(copper)
+    assert (found.coil_trace_width, found.coil_trace_spacing) == pytest.approx((wanted * 25.4e-6,) * 2)
+    assert f"{wanted} mil" in found.sources["coil_trace_width"]
+    own = load_text(text % f"{{based_on: {rules}, coil_trace_width: 0.12}}").fpc.rules
+    assert own.coil_trace_width == pytest.approx(120e-6) and own.coil_copper is None
+    assert own.sources["coil_trace_width"] == "the spec"
+
+
+def test_copper_thicker_than_any_listed_takes_the_largest_lines():
+    rules = presets.design_rules("generic-flex")
+    assert rules.for_foil(70e-6).coil_trace_width == pytest.approx(8 * 25.4e-6)
+    assert rules.for_foil(5e-6).coil_trace_width == pytest.approx(6 * 25.4e-6)
+    bare = dataclasses.replace(rules, coil_lines=(), coil_trace_width=None)
+    assert bare.for_foil(18e-6) is bare

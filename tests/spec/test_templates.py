@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -23,3 +24,16 @@ def test_a_template_is_the_file_of_the_source_tree():
 def test_other_names_are_refused(name):
     with pytest.raises(KeyError):
         templates.read(name)
+
+
+@pytest.mark.parametrize("name", ["grasper_4layer", "grasper_3p5mm"])
+def test_the_resistances_in_a_comment_are_the_computed_ones(name):
+    """The worse coil's Rp in the three states, to the digit shown."""
+    import sitscad
+
+    text = " ".join(line.strip("# ") for line in templates.read(name).splitlines() if line.startswith("#"))
+    words = re.search(r"([\d.]+) kohm free, ([\d.]+) kohm at rest and ([\d.]+) kohm pressed", text).groups()
+    coils = sitscad.estimate(sitscad.lay_out(sitscad.load_text(templates.read(name)))).coils
+    for word, state in zip(words, ("free", "rest", "pressed"), strict=True):
+        worst = min(coil.states[state].parallel_resistance for coil in coils)
+        assert float(word) * 1e3 == pytest.approx(worst, rel=0.06), state

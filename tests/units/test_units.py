@@ -136,3 +136,12 @@ def test_any_text_is_read_or_refused(text, dimension):
         assert math.isfinite(parse_quantity(text, dimension))
     except UnitError as error:
         assert str(error)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"), [("40 MHZ", "did you mean 40 MHz? "), ("40 mhz", "did you mean 40 mHz or MHz? ")]
+)
+def test_a_capital_is_never_taken_for_milli(written, meant):
+    with pytest.raises(UnitError) as caught:
+        parse_quantity(written, "frequency")
+    assert caught.value.hint.startswith(meant + "allowed:")

@@ -44,13 +44,12 @@ def kinds(board: Path) -> set[str]:
 
 
 def plots(board: Path) -> dict[str, Path]:
-    """KiCad's own Gerber files by layer (``F_Cu`` ...) and its drill file as ``drill``."""
+    """KiCad's own Gerber files by layer (``F_Cu`` ...) and its drill file as ``drill``, from the drill-file origin."""
     folder = board.parent.parent / "plots"
     folder.mkdir()
-    for what in ("gerbers", "drill"):
-        done = subprocess.run(
-            ["kicad-cli", "pcb", "export", what, "-o", f"{folder}/", board], capture_output=True, text=True, timeout=60
-        )
+    for what, *origin in (("gerbers", "--use-drill-file-origin"), ("drill", "--drill-origin", "plot")):
+        command = ["kicad-cli", "pcb", "export", what, *origin, "-o", f"{folder}/", board]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
         assert done.returncode == 0, done.stdout + done.stderr
     stem = board.stem
     found = {path.stem.removeprefix(f"{stem}-"): path for path in folder.glob(f"{stem}-*.g*")}

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import layouts
 import pytest
 
+from sitscad.report.section import section
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.sensor import Cable, CoilPlacement, ElastomerPad, Encapsulation, Jaw, Mount, Shield, Target
 from sitscad.writers import bom
@@ -52,7 +53,7 @@ def test_everything_of_a_full_spec_is_there():
     rows = rows_of(full())
     assert list(rows) == [
         "flexible printed circuit", "connector", "capacitor", "converter", "clock", "cable", "elastomer", "target",
-        "encapsulation", "shield", "mount", "jaw",
+        "encapsulation", "shield", "mount", "mount-spacer", "jaw",
     ]  # fmt: skip
     assert list(rows["target"]) == ["item", "quantity", "part", "material", "size", "note"]
     assert rows["elastomer"]["size"] == "4 x 4 x 2 mm" and rows["elastomer"]["material"] == "ecoflex-00-30"
@@ -99,3 +100,39 @@ def test_a_formula_is_no_cell():
 
 def test_same_bytes_twice():
     assert bom.render(full(), ESTIMATES) == bom.render(full(), ESTIMATES)
+
+
+@pytest.mark.parametrize(
+    ("standoff", "shield", "pieces"),
+    [
+        (0.7, 0.6, {"mount": "0.6 mm thick"}),
+        (1.0, 0.6, {"mount": "0.3 mm thick", "mount-spacer": "0.6 mm thick"}),
+        (0.7, None, {"mount": "0.7 mm thick"}),
+    ],
+)
+def test_the_mount_is_named_and_measured_as_in_drawing_and_report(standoff, shield, pieces):
+    layout = full()
+    mount = replace(layout.spec.mount, standoff=standoff * MM)
+    sheet = Shield(COPPER, 0.1 * MM, shield * MM) if shield else None
+    layout = replace(layout, spec=replace(layout.spec, mount=mount, shield=sheet))
+    rows = {name: row for name, row in rows_of(layout).items() if name.startswith("mount")}
+    assert {name: row["size"] for name, row in rows.items()} == pieces
+    assert all(f"{standoff:g} mm of standoff in all" in row["note"] for row in rows.values())
+    drawn = section(layout.spec)
+    for name, size in pieces.items():
+        words = f"{name} to the shield, " if shield == float(size.split()[0]) else f"{name}, "
+        shown = size.removesuffix(" thick")
+        assert words + (f"{float(shown.split()[0]) * 1e3:g} um" if float(shown.split()[0]) < 1 else shown) in drawn
+
+
+def test_the_drawings_pieces_are_those_of_the_list():
+    pytest.importorskip("build123d", reason="build123d is not installed")
+    from sitscad.parts.mount import mount as solids_of
+
+    layout = full()
+    heights = {}
+    for solid in solids_of(replace(layout, spec=replace(layout.spec, mount=replace(layout.spec.mount, standoff=1e-3)))):
+        box = solid.shape.bounding_box()
+        heights[solid.name] = box.max.Z - box.min.Z
+    assert set(heights) == {name for name in rows_of(layout) if name.startswith("mount")}
+    assert heights["mount-spacer"] == pytest.approx(0.6)

@@ -22,9 +22,11 @@ def estimates(coils=2, **changes):
     readout = {
         "capacitance": 330e-12, "drive_code": 17, "drive_current": 2e-4, "reference_divider": 1,
         "reference_frequency": 40e6, "input_divider": 1, "rcount": 2000, "settle_count": 10, "scan_rate": 500.0,
-        "high_current": False,
+        "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
+        "read_back_time": 4.9e-4, "supply_current": 2.3e-3,
     }  # fmt: skip
-    states = {"free": SimpleNamespace(frequency=8.0e6), "pressed": SimpleNamespace(frequency=9.0e6)}
+    other = {"parallel_resistance": 4e3, "amplitude": 1.5, "quantum": 5e-11}
+    states = {"free": SimpleNamespace(frequency=8.0e6, **other), "pressed": SimpleNamespace(frequency=9.0e6, **other)}
     return SimpleNamespace(
         coils=[SimpleNamespace(name=f"C{i + 1}", states=states) for i in range(coils)],
         readout=SimpleNamespace(**(readout | changes)),
@@ -105,3 +107,19 @@ def test_comments_cannot_be_ended_from_outside():
     spec = replace(SPEC, name="x*/y")
     header = firmware.render(spec, estimates())[firmware.HEADER].decode()
     assert "x*/y" not in header and "x* /y" in header
+
+
+def test_the_header_says_what_to_expect_on_the_bench():
+    header, table = rendered(estimates())
+    for words in (
+        "settling 4 us",
+        "conversion 800 us",
+        "500.0 scans a second",
+        "C1 free: 8 MHz",
+        "R_P 4 kohm",
+        "1.5 V",
+    ):
+        assert words in header, words
+    assert "Supply current about 2.3 mA" in header
+    assert table["timing"]["read_back_time_s"] == 4.9e-4
+    assert all(len(line) < 160 for line in header.splitlines())

@@ -276,6 +276,36 @@ def test_an_opening_with_a_hole_is_refused():
         kicad.render(replace(layout, top_openings=(island,)))
 
 
+# --- where the board lies
+
+
+def _numbers(text: str, name: str) -> list[tuple[float, ...]]:
+    return [tuple(map(float, found.split())) for found in re.findall(rf"\({name} ([-\d. ]+)\)", text)]
+
+
+def test_the_board_lies_in_the_middle_of_the_sheet(board):
+    text = board_text(board)
+    assert '(paper "A4")' in text
+    ((ox, oy),) = _numbers(text, "aux_axis_origin")
+    assert [(ox, oy)] == _numbers(text, "grid_origin") and ox == int(ox) and oy == int(oy)
+    x0, y0, x1, y1 = (value / MM for value in bounding_box([board.outline]))
+    assert (ox + (x0 + x1) / 2, oy - (y0 + y1) / 2) == pytest.approx((148.5, 105), abs=0.51)
+    for name in ("start", "end", "mid", "xy"):
+        rows = [line for line in text.splitlines() if "\tfp_" not in line and "(fp_" not in line]
+        for x, y, *_ in _numbers("\n".join(rows), name):
+            assert 0 < x < 297 and 0 < y < 210
+
+
+def test_a_long_board_gets_a_sheet_of_its_own_size():
+    layout = layouts.two_coils()
+    long = replace(layout, outline=rectangle(-5 * MM, -3 * MM, 600 * MM, 3 * MM))
+    text = board_text(long)
+    ((width, height),) = [tuple(map(float, size)) for size in re.findall(r'\(paper "User" (\S+) (\S+)\)', text)]
+    assert 640 <= width <= 650 and height >= 210
+    ((ox, _),) = _numbers(text, "aux_axis_origin")
+    assert ox - 5 > 0 and ox + 600 < width
+
+
 # --- numbers and points
 
 

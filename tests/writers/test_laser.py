@@ -114,7 +114,11 @@ def test_a_kerf_that_cannot_be_is_refused(kerf):
 
 def test_a_part_without_kerf_says_so():
     _, target = laser_sheets(layout_with(target_kerf=0.0))
-    assert any("no kerf" in text for _, text in target.notes)
+    texts = [text for _, text in target.notes]
+    assert "kerf not compensated: drawn at nominal size" in texts
+    assert not any("kerf =" in text or "if right" in text or "0 mm added" in text for text in texts)
+    assert target.on(CutLayer.ENGRAVE) == ()
+    assert len(target.on(CutLayer.CUT_OUTER)) == 2, "the coupon is still cut: it shows what the beam takes"
     assert target.cut.area == pytest.approx(target.on(CutLayer.REF)[0].area)
 
 

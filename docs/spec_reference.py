@@ -1,0 +1,113 @@
+"""Writes the tables of keys in docs/spec.md from the declarations that read the spec.
+
+Run it after a change of the format: ``python docs/spec_reference.py``.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+from sitscad.spec import presets
+from sitscad.spec.document import SpecDocument
+from sitscad.spec.kinds import Choice, Either, Kind, Layers, Number, Pair, Preset, Quantity, Special, Text
+from sitscad.spec.section import Key, ListOf, NameOr, Part, Section, section_of
+
+PAGE = Path(__file__).with_name("spec.md")
+MARK = "<!-- Below this line the page is written by docs/spec_reference.py. -->\n"
+
+
+def whole_page(text: str) -> str:
+    """The page with its tables made anew: what stands above the mark is kept."""
+    return text.partition(MARK)[0] + MARK + "\n" + reference()
+
+
+def reference() -> str:
+    """Every section of the spec with a table of its keys."""
+    places = _places(SpecDocument, "")
+    parts = [f"## {_title(section, places)}\n\n{_about(section, paths)}\n\n{_table(section, places)}\n"
+             for section, paths in places.items()]  # fmt: skip
+    return "\n".join(parts)
+
+
+Places = dict[type[Section], list[str]]
+
+
+def _places(section: type[Section], path: str, found: Places | None = None) -> Places:
+    """Every section with the dotted paths at which it may stand, in the order of the format."""
+    found = {} if found is None else found
+    found.setdefault(section, []).append(path)
+    for name, key in section.keys.items():
+        inner = section_of(key.kind)
+        if inner is not None:
+            _places(inner, f"{path}.{name}".strip("."), found)
+    return found
+
+
+def _title(section: type[Section], places: Places) -> str:
+    paths = places[section]
+    if len(paths) == 1:
+        return paths[0] or "Top level"
+    return f"A {section.__name__.removesuffix('Document').lower()} written out"
+
+
+def _about(section: type[Section], paths: list[str]) -> str:
+    about = (section.__doc__ or "").strip()
+    return about if len(paths) == 1 else f"{about} For {', '.join(f'`{path}`' for path in paths)}."
+
+
+def _table(section: type[Section], places: Places) -> str:
+    rows = ["| key | value | default | what it is |", "| --- | --- | --- | --- |"]
+    for name, key in section.keys.items():
+        value = _value(key.kind, places).replace("|", "\\|")
+        rows.append(f"| `{name}` | {value} | {_default(key)} | {key.about} |")
+    return "\n".join(rows)
+
+
+def _default(key: Key) -> str:
+    if key.is_required:
+        return "**required**"
+    if key.default is None or key.default == "":
+        return ""
+    return "see its keys" if key.default == {} else f"`{key.default}`"
+
+
+def _value(kind: Kind, places: Places) -> str:
+    """What may be written, in words."""
+    if isinstance(kind, Quantity):
+        return f"{kind.dimension}, {kind.low} to {kind.high}"
+    if isinstance(kind, Pair):
+        lengths = f"{kind.length.low} to {kind.length.high} each"
+        return f"one length, or `[x, y]`, {lengths}" if kind.single else f"`[x, y]`, {lengths}"
+    if isinstance(kind, Number):
+        return f"{'whole ' if kind.whole else ''}number, {kind.low:g} to {kind.high:g}"
+    if isinstance(kind, Text):
+        return f"text, at most {kind.longest} characters" + (f": {kind.like}" if kind.like else "")
+    if isinstance(kind, Choice):
+        return ", ".join(f"`{word}`" for word in kind.allowed)
+    if isinstance(kind, Preset):
+        return ", ".join(f"`{word}`" for word in presets.names(kind.kind))
+    if isinstance(kind, Layers):
+        return f"a count from the top, or a list like `[1, 2]`, up to {kind.most}"
+    if isinstance(kind, Either):
+        return f"`{kind.word}`, or {_value(kind.other, places)}"
+    if isinstance(kind, Special):
+        constant = kind.schema().get("const")
+        return f"`{constant}`" if constant is not None else "whole number, or `[nx, ny]`"
+    return _section_value(kind, places)
+
+
+def _section_value(kind: Kind, places: Places) -> str:
+    if isinstance(kind, Part):
+        title = _title(kind.section, places)
+        return f"[{title}](#{re.sub(r'[^a-z0-9 _-]', '', title.lower()).replace(' ', '-')})"
+    if isinstance(kind, ListOf):
+        return f"list of {_value(kind.entry, places)}"
+    assert isinstance(kind, NameOr), kind
+    return f"{_value(kind.preset, places)}, or {_value(kind.written, places)}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(whole_page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    sys.exit(0)

@@ -1,0 +1,230 @@
+"""How far manufacture scatters the numbers: tolerances, through derivatives, to L, R, frequency and R_P."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.tank import CoilCircuit, Tank
+from sitscad.estimates.values import Spread, StateEstimate
+from sitscad.estimates.windings import WindingGeometry
+from sitscad.layout.board import Coil
+from sitscad.physics.constants import MU0
+from sitscad.physics.eddy_target import distance_derivative, spiral_spectrum
+from sitscad.physics.mean_distance import log_mean_distance
+from sitscad.physics.spirals import SpiralLayer
+from sitscad.readout import ldc1614
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+DATA = Path(__file__).resolve().parents[1] / "data"
+
+WIDTH, THICKNESS, DISTANCE, DIAMETER = "trace width", "copper thickness", "layer distance", "diameter"
+CAPACITOR, MODULUS = "capacitor", "elastomer modulus"
+
+EXTRA = {WIDTH: (0.18, 1.27), THICKNESS: (-0.29, 0.62)}
+"""Growth of the extra loss with the logarithm of width and thickness: shares of itself and of its growth with ln f."""
+
+EXTRA_INDUCTANCE = {WIDTH: 2.0, THICKNESS: -0.2}
+"""Share of itself, beside its growth with ln f, for the inductance that extra currents take away (within 0.3)."""
+
+STEP = 1.02
+"""Ratio of the frequencies between which the growth of the winding's loss with frequency is taken."""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """One row of the tolerances: relative half width of a rectangular distribution, its source, whether it was seen."""
+
+    half_width: float
+    source: str
+    verified: bool
+
+    @property
+    def sigma(self) -> float:
+        """Relative standard deviation: half width over sqrt 3 (rectangular distribution, GUM 4.3.7)."""
+        return self.half_width / math.sqrt(3.0)
+
+
+@cache
+def tolerances() -> dict[str, Tolerance]:
+    """What a fabricator keeps to, by name (``trace width``, ...)."""
+    with (DATA / "tolerances.csv").open(encoding="utf-8", newline="") as rows:
+        return {
+            row["name"]: Tolerance(float(row["half_width"]), row["source"], row["status"] == "verified")
+            for row in csv.DictReader(rows)
+        }
+
+
+def sigmas(spec: SensorSpec) -> dict[str, float]:
+    """Relative standard deviations of what is manufactured, for this stack-up."""
+    found = {name: row.sigma for name, row in tolerances().items()}
+    if spec.fpc.stackup.copper_thickness_sigma is not None:
+        mean = math.fsum(layer.thickness for layer in spec.coil_copper) / len(spec.coil_copper)
+        found[THICKNESS] = spec.fpc.stackup.copper_thickness_sigma / mean
+    found[CAPACITOR] = ldc1614.limit("capacitor_tolerance") / math.sqrt(3.0)
+    return found
+
+
+def scatter_note(spec: SensorSpec) -> str:
+    """Which of the tolerances behind the scatter nobody has seen a source for."""
+    measured = {THICKNESS} if spec.fpc.stackup.copper_thickness_sigma is not None else set()
+    unseen = [name for name, row in tolerances().items() if not row.verified and name not in measured]
+    if not ldc1614.limits()["capacitor_tolerance"].verified:
+        unseen.append(CAPACITOR)
+    return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
+
+
+def inductance_slopes(
+    geometry: WindingGeometry, layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec
+) -> dict[str, float]:
+    """Change of the winding's inductance (H) with the logarithm of each tolerance.
+
+    Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
+    neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie face to face: up to a
+    third more). Inductance is homogeneous of degree one in all lengths (Euler): the lateral size takes what is left.
+    """
+    width, pitch, turns = spec.coil.trace_width, spec.coil.pitch, spec.coil.turns
+    by_width = by_thickness = 0.0
+    for winding in coil.windings:
+        along, up = _mean_distance_slopes(width, winding.thickness, pitch, turns)
+        by_width -= MU0 / (2.0 * math.pi) * winding.path.length * along
+        by_thickness -= MU0 / (2.0 * math.pi) * winding.path.length * up
+    by_distance = 0.0
+    if len(layers) > 1:
+        slope = _distance_slopes(layers)
+        whole, copper = _distances(coil, spec)
+        by_distance = float(np.sum(slope * (whole - copper)))
+        by_thickness += float(np.sum(slope * copper))
+    return {WIDTH: by_width, THICKNESS: by_thickness, DISTANCE: by_distance}
+
+
+def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
+    # d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its first two neighbours.
+    across: Array = pitch * np.arange(min(3, math.ceil(turns)), dtype=np.float64)
+    weights = np.where(across > 0.0, 2.0, 1.0) * np.maximum(0.0, 1.0 - np.arange(across.size) / turns)
+    step = 1e-3
+
+    def mean(w: float, t: float) -> float:
+        return float(weights @ log_mean_distance(across, 0.0, (w, w), (t, t)))
+
+    along = mean(width * (1 + step), thickness) - mean(width * (1 - step), thickness)
+    up = mean(width, thickness * (1 + step)) - mean(width, thickness * (1 - step))
+    return along / (2.0 * step), up / (2.0 * step)
+
+
+def _distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
+    heights = sorted(layer.z for layer in layers)
+    nearest = min(b - a for a, b in pairwise(heights))
+    return distance_derivative(spiral_spectrum(layers[:1], 0.5 * nearest, 64), [layer.z for layer in layers])
+
+
+def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:
+    # Mid-plane distances of every two layers, and how much of each is copper.
+    copper = spec.fpc.stackup.copper
+    size = len(coil.windings)
+    whole, part = np.zeros((size, size)), np.zeros((size, size))
+    for i, one in enumerate(coil.windings):
+        for j, other in enumerate(coil.windings):
+            if i != j:
+                low, high = sorted((one.layer, other.layer))
+                between = math.fsum(layer.thickness for layer in copper[low : high - 1])
+                whole[i, j] = abs(one.z - other.z)
+                part[i, j] = 0.5 * (one.thickness + other.thickness) + between
+    return whole, part
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """What the spread of a coil's states is made of: relative sigmas, slopes of the winding's inductance (H).
+
+    `modulus` says by how much (H, ohm) one sigma of the elastomer's modulus moves a state.
+    """
+
+    sigmas: Mapping[str, float]
+    inductance: Mapping[str, float]
+    modulus: Mapping[str, tuple[float, float]]
+
+
+def resistance_slopes(circuit: CoilCircuit, frequency: float) -> dict[str, float]:
+    """Change of a circuit's resistance (ohm) with the logarithm of each tolerance at a frequency (Hz).
+
+    Direct resistance goes with 1/(w t). Every mode of the extra loss, s omega^2 / (1 + omega^2 tau^2), has tau like w t
+    and s like w^3 t in the field of its neighbours, like w t in its own. With E the extra loss and E' its growth per
+    ln omega the low-frequency limit is E + E' or -E + E' for the one, -E + E' for the other; the shares in EXTRA
+    carry that on to where E' is only E, fitted to differences of whole solutions (five coils, 1 to 10 MHz, within
+    0.15 E). Turns moved apart lose E. Tracks of the leads count as direct resistance.
+    """
+    direct = circuit.resistance
+    extra = circuit.winding_resistance(frequency) - direct
+    growth = _growth(circuit.winding_resistance, frequency)
+    leads = circuit.leads.resistance_at(frequency, circuit.conductivity)
+    return {
+        **{name: share * extra + more * growth - direct - leads for name, (share, more) in EXTRA.items()},
+        DIAMETER: direct - extra,
+    }
+
+
+def loss_inductance_slopes(circuit: CoilCircuit, frequency: float) -> dict[str, float]:
+    """The same of the inductance (H) that skin and proximity effect take away: like w^2 and hardly like t."""
+    change = circuit.loss.inductance_change(frequency)
+    growth = _growth(circuit.loss.inductance_change, frequency)
+    return {name: share * change + growth for name, share in EXTRA_INDUCTANCE.items()}
+
+
+def _growth(function: object, frequency: float) -> float:
+    assert callable(function)
+    return float(function(frequency * STEP) - function(frequency / STEP)) / (2.0 * math.log(STEP))
+
+
+def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> Spread:
+    """One standard deviation of a state's numbers, the tolerances being independent of each other.
+
+    With the tank's inductance L, capacitance C and resistance R: d ln f = -(dL/L + dC/C)/2 and
+    d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R, where n is how R grows with frequency.
+    """
+    more_inductance, more_resistance = tank.in_series()
+    inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
+    capacitance = tank.capacitance(circuit)
+    growth = _growth(lambda at: circuit.terminal(state.state, at)[1], state.frequency) / resistance
+    moved: dict[str, tuple[float, float, float, float]] = {}
+    for name, (by_l, by_r, by_c) in _moves(circuit, tank, state, slopes).items():
+        shift = -0.5 * (by_l / inductance + by_c / capacitance)
+        loss = 2.0 * by_l / inductance + (2.0 - growth) * shift - by_r / resistance
+        moved[name] = (by_l, by_r + growth * resistance * shift, state.frequency * shift,
+                       state.parallel_resistance * loss)  # fmt: skip
+    totals = [math.sqrt(math.fsum(row[k] ** 2 for row in moved.values())) for k in range(4)]
+    names = ("inductance", "resistance", "frequency", "parallel_resistance")
+    causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k, name in enumerate(names)}  # type: ignore[misc]
+    amplitude = state.amplitude * totals[3] / state.parallel_resistance
+    return Spread(totals[0], totals[1], totals[2], totals[3], amplitude, causes)
+
+
+def _moves(
+    circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
+) -> dict[str, tuple[float, float, float]]:
+    # What one sigma of each tolerance does to inductance (H), resistance (ohm) and capacitance (F) of the tank.
+    sigma, by_l = slopes.sigmas, slopes.inductance
+    by_r = resistance_slopes(circuit, state.frequency)
+    loss = loss_inductance_slopes(circuit, state.frequency)
+    rest = circuit.inductance - math.fsum(by_l.values())
+    found = {
+        WIDTH: (by_l[WIDTH] + loss[WIDTH], by_r[WIDTH], 0.0),
+        THICKNESS: (by_l[THICKNESS] + loss[THICKNESS], by_r[THICKNESS], 0.0),
+        DISTANCE: (by_l[DISTANCE], 0.0, -circuit.self_capacitance),
+        DIAMETER: (rest, by_r[DIAMETER], 0.0),
+        CAPACITOR: (0.0, 0.0, tank.capacitor),
+    }
+    moved = {name: (sigma[name] * a, sigma[name] * b, sigma[name] * c) for name, (a, b, c) in found.items()}
+    if state.state in slopes.modulus:
+        moved[MODULUS] = (*slopes.modulus[state.state], 0.0)
+    return moved

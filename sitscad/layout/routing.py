@@ -1,0 +1,207 @@
+"""How all coils are led out: along lanes where they stand in one line, through a maze where they do not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import islice
+
+from sitscad.geometry.path import Point
+from sitscad.geometry.spiral import outer_boundary
+from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
+from sitscad.layout.escape import Escape, OuterEnd, Patience, Surroundings, escape, outer_ends
+from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
+from sitscad.layout.maze import Ground, Maze
+from sitscad.layout.ring import Ring
+from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height, stretched
+from sitscad.layout.wound_coils import WoundCoil
+from sitscad.spec.presets import connector
+from sitscad.spec.sensor import SensorSpec
+
+
+@dataclass(frozen=True)
+class Routing:
+    """One complete answer of the search: an escape for every coil, on a board of some half width."""
+
+    bus: Bus
+    lanes: tuple[Lane, ...]
+    escapes: tuple[Escape, ...]
+    half_width: float
+    tail: TailFrame
+
+
+def in_line(spec: SensorSpec) -> bool:
+    """Whether all coils stand on the jaw's axis, so that lanes along it serve them."""
+    return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in spec.array.placements)
+
+
+def front_of(spec: SensorSpec, bus: Bus) -> float:
+    """Where along x all coils, their vias and leads lie behind: from here on only lanes run."""
+    rules = spec.fpc.rules
+    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    reach = spec.coil.size[0] / 2 + hole_keep_out(hole, rules, bus.spacing) + rules.via_pad / 2
+    lanes = (len(spec.array.placements) - 1) // 2 + 1
+    return max(p.centre[0] for p in spec.array.placements) + reach + lanes * bus.pitch
+
+
+def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
+    """Boards to try, narrow first: the lanes' base and the body's half width.
+
+    Lanes close to the coils; with a track's room between; with a via's room between; and in each case no more room
+    beside the coils than the lanes take, room for a track, or room for a via.
+    """
+    rules = spec.fpc.rules
+    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    via_room = hole_keep_out(hole, rules, bus.spacing) + rules.via_pad / 2
+    passing = len(spec.array.placements) // 2
+    boards = []
+    for base in (0.0, bus.pitch, via_room) if passing else (0.0,):
+        raised = replace(bus, base=base)
+        lanes = lane_height(raised, passing - 1, 1) + bus.width / 2 if passing else bus.reach
+        for beside in (0.0, bus.spacing + bus.width, via_room):
+            boards.append((raised, round(max(lanes, bus.reach + beside) + rules.copper_to_edge, 9)))
+    return sorted(set(boards), key=lambda board: (board[1], board[0].base))
+
+
+def route_in_line(spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float) -> Routing | None:
+    """The narrowest board with room, the first lane on the side where the far coil begins, else on the other."""
+    begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
+    sides = (1, -1) if begins >= -1e-9 else (-1, 1)
+    patience = Patience()
+    for raised, half_width in boards(spec, bus):
+        for side in sides[: len(wound)]:
+            routing = _route_by(spec, raised, wound, front, half_width, side, patience)
+            if routing is not None:
+                return routing
+    return None
+
+
+def _route_by(
+    spec: SensorSpec,
+    bus: Bus,
+    wound: tuple[WoundCoil, ...],
+    front: float,
+    half_width: float,
+    side: int,
+    patience: Patience,
+) -> Routing | None:
+    lanes = assign_lanes(spec.array.placements, side)
+    board = Obstacles(spec.fpc.rules, bus.spacing, half_width)
+    escapes: dict[int, Escape] = {}
+    for index in sorted(range(len(wound)), key=lambda i: spec.array.placements[i].centre[0]):
+        choices = exits(spec, bus, lanes[index], front)
+        found = _lead_out(
+            Surroundings(spec, bus, lanes[index].placement, half_width), wound, index, choices, board, patience
+        )
+        if found is None:
+            return None
+        for branch in found.branches:
+            board.add(branch.tracks, branch.holes)
+        escapes[index] = found
+    tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
+    return _routing(spec, bus, lanes, escapes, half_width, tail)
+
+
+def _routing(
+    spec: SensorSpec, bus: Bus, lanes: tuple[Lane, ...], escapes: dict[int, Escape], half_width: float, tail: TailFrame
+) -> Routing:
+    """The finished routing, on a tail long enough for it."""
+    ways = tuple(escapes[i] for i in range(len(lanes)))
+    return Routing(bus, lanes, ways, half_width, stretched(spec, bus, tail, lanes, [way.entries for way in ways]))
+
+
+def _lead_out(
+    around: Surroundings,
+    wound: tuple[WoundCoil, ...],
+    index: int,
+    choices: list[tuple[Exit, Exit]],
+    board: Obstacles,
+    patience: Patience,
+) -> Escape | None:
+    """One coil's escape among the other coils and what is on the board already."""
+    obstacles = board.copy()
+    obstacles.add(_other_coils(around.spec, index), _inner_holes(wound[index]))
+    start, joins, end = _ends(wound[index])
+    return escape(around, joins, (start, end), choices, obstacles, patience)
+
+
+def route_freely(spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float) -> Routing | None:
+    """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left."""
+    patience = Patience()
+    half_widths = sorted({width for _, width in boards(spec, bus)})
+    lanes = rows_of_lanes(spec.array.placements)
+    via_room = Surroundings(spec, bus, lanes[0].placement, 0.0).keep_out + spec.fpc.rules.via_pad / 2
+    for base in (0.0, bus.pitch, via_room):
+        for half_width in half_widths[-2:]:
+            raised = replace(bus, base=base)
+            routing = _route_through(spec, raised, wound, lanes, front, half_width, patience)
+            if routing is not None:
+                return routing
+    return None
+
+
+def _route_through(
+    spec: SensorSpec,
+    bus: Bus,
+    wound: tuple[WoundCoil, ...],
+    lanes: tuple[Lane, ...],
+    front: float,
+    half_width: float,
+    patience: Patience,
+) -> Routing | None:
+    tail = gathering_frame(spec, bus, front, half_width)
+    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    board = Obstacles(spec.fpc.rules, bus.spacing, half_width)
+    maze = Maze(spec, bus, Ground(start, front, tail.funnel, half_width, tail.half_width))
+    escapes: dict[int, Escape] = {}
+    for index in sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0]):
+        lane = lanes[index]
+        entry = Point(tail.funnel, pair_height(spec, tail, lane))
+        around = Surroundings(spec, bus, lane.placement, half_width)
+        for choice in islice(maze.exits(lane.placement, entry), TRIED):
+            found = _lead_out(around, wound, index, [choice], board, patience)
+            if found is not None:
+                break
+        else:
+            return None
+        for branch in found.branches:
+            board.add(branch.tracks, branch.holes)
+            maze.tracks.extend(branch.tracks)
+            maze.holes.extend(branch.holes)
+        escapes[index] = found
+    return _routing(spec, bus, lanes, escapes, half_width, tail)
+
+
+def gathering_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float) -> TailFrame:
+    """The tail of an array not in line: in the taper the pairs come together, their lanes begin behind it."""
+    tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
+    gather = max(tail.start, front + 0.3e-3 * len(spec.array.placements))
+    return replace(tail, start=gather, funnel=gather)
+
+
+TRIED = 8
+"""Exits of a coil that are tried in an array not in line, shortest way first."""
+
+
+def _other_coils(spec: SensorSpec, index: int) -> list[Track]:
+    """The outermost copper of all coils but one, on every layer that they are wound on."""
+    boundary = outer_boundary(spec.coil.shape, spec.coil.size, -spec.coil.trace_width / 2)
+    return [
+        Track(boundary.rotated(placement.rotation).shifted(*placement.centre), spec.coil.trace_width, layer)
+        for i, placement in enumerate(spec.array.placements)
+        for layer in spec.coil.layers
+        if i != index
+    ]
+
+
+def _inner_holes(coil: WoundCoil) -> list[Hole]:
+    """The vias inside a winding that a lead coming out from under the turns must pass: all but the one it begins at."""
+    if coil.way_out_layer is None:
+        return []
+    return [join.hole for join in coil.inner[:-1]]
+
+
+def _ends(coil: WoundCoil) -> tuple[OuterEnd, list[tuple[OuterEnd, OuterEnd]], OuterEnd | None]:
+    start, joins, end = outer_ends(coil.windings)
+    if end is None and coil.way_out_layer is not None:
+        end = OuterEnd(coil.inner[-1].hole.centre, coil.way_out_layer, from_inside=True)
+    return start, joins, end

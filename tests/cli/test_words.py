@@ -1,0 +1,66 @@
+"""What a newcomer types and reads: names of rules in every form, severities, tolerances, a light installation."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+import sitscad
+
+
+@pytest.mark.parametrize("word", ["SIT103", "sit103", "103", "coil-trace", "Coil-Trace", "coil_trace"])
+def test_explain_takes_identifier_number_and_name(run, word):
+    done = run("explain", word)
+    assert done.code == 0
+    assert done.out.startswith("SIT103 coil-trace (warning, error if binding)\n")
+
+
+@pytest.mark.parametrize("word", ["999", "SIT999", "nonsense", "coil-trase"])
+def test_an_unknown_rule_points_at_the_list(run, word):
+    done = run("explain", word)
+    assert (done.code, done.out) == (2, "")
+    assert "`sitscad rules`" in done.err
+    assert ("Did you mean coil-trace?" in done.err) == (word == "coil-trase")
+
+
+def test_numbers_select_rules_too(run):
+    done = run("check", "weak.yaml", "--select", "203")
+    assert "SIT203" in done.out and done.code == 1
+
+
+def test_rules_show_every_severity(run):
+    lines = {line.split()[0]: line for line in run("rules").out.splitlines()}
+    assert " warning, error " in lines["SIT103"]
+    assert " note, warning, error " in lines["SIT308"]
+    assert " error " in lines["SIT101"] and "warning" not in lines["SIT101"]
+
+
+@pytest.mark.parametrize(("tolerance", "said"), [("1e-9", True), ("1e-2", False)])
+def test_a_tolerance_that_no_method_meets_is_said(run, tolerance, said):
+    done = run("estimate", "good.yaml", "--format", "json", "--tolerance", tolerance)
+    assert done.code == 0
+    assert ("no method meets a tolerance of 1e-09" in done.err) == said
+
+
+def test_a_method_that_misses_the_tolerance_is_said(run):
+    done = run("estimate", "good.yaml", "--method", "spiral-neumann", "--tolerance", "1e-9")
+    assert "the method spiral-neumann does not meet a tolerance of 1e-09" in done.err
+
+
+def test_errors_are_counted_in_words(run):
+    done = run("estimate", "weak.yaml")
+    assert done.code == 1
+    assert "(s)" not in done.err and "the checks found " in done.err
+
+
+@pytest.mark.parametrize("package", ["gerbonara", "shapely"])
+def test_verify_on_a_light_installation_is_one_sentence(run, monkeypatch, package):
+    assert run("build", "good.yaml", "--only", "gerber").code == 0
+    for name in [name for name in sys.modules if name.split(".")[0] == package or "extraction" in name]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.delattr(sitscad, "extraction", raising=False)
+    done = run("verify", "outputs/good-coil")
+    assert (done.code, done.out) == (2, "")
+    assert done.err == f"sitscad: reading Gerber files back needs {package}: pip install 'sitscad[all]'\n"

@@ -1,0 +1,83 @@
+"""Idle neighbours: closed results for two loops, and what metal does to the coupling of two coils."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sitscad.estimates import estimate
+from sitscad.estimates.idle import idle_load, idle_neighbours
+from sitscad.layout import lay_out
+from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances, spiral_spectrum
+from sitscad.physics.filaments import sampled_mutual_inductance
+from sitscad.physics.spirals import SpiralLayer
+from sitscad.spec.load import load_text
+from sitscad.spec.sensor import Cable
+
+ALONE = (2.5e-6, 4.0)
+
+
+def test_one_neighbour_is_a_shorted_secondary():
+    mutual, frequency = -80e-9, 7e6
+    omega = 2 * math.pi * frequency
+    circuits = [lambda f: ALONE, lambda f: ALONE]
+    change, added = idle_neighbours(0, circuits, lambda i, j, f: mutual, None)(frequency)
+    loop = complex(4.0 + 20.0, omega * 2.5e-6)
+    expected = (omega * mutual) ** 2 / loop
+    assert (change * omega, added) == pytest.approx((expected.imag, expected.real))
+    assert change < 0.0 < added
+    assert change == pytest.approx(-(mutual**2) / 2.5e-6, rel=0.1)
+
+
+def test_two_neighbours_that_see_each_other():
+    omega = 2 * math.pi * 7e6
+    matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
+    found = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: complex(matrix[i, j]), None)(7e6)
+    loop = complex(24.0, omega * 2.5e-6)
+    both = 2.0 * (omega * 80e-9) ** 2 / (loop + 1j * omega * -10e-9)
+    assert (found[0] * omega, found[1]) == pytest.approx((both.imag, both.real))
+
+
+def test_the_load_is_two_pins_and_the_cable():
+    assert idle_load(1e7, None) == 20.0
+    assert idle_load(1e7, Cable(0.3, 180e-9, 30e-12, 0.3)) == pytest.approx(20.3 + 1.8j)
+
+
+def ring(radius, centre, height, count=240):
+    """A ring as points and elements."""
+    angle = 2 * np.pi * (np.arange(count) + 0.5) / count
+    points = np.stack([centre + radius * np.cos(angle), radius * np.sin(angle), np.full(count, height)], axis=1)
+    return points, np.stack([-np.sin(angle), np.cos(angle)], axis=1) * (2 * np.pi * radius / count)
+
+
+def test_a_perfect_plate_adds_the_image_of_the_neighbour():
+    width, gap, apart = 10e-6, 0.7e-3, 4.5e-3
+    layer = SpiralLayer(2e-3, 10.001e-6, 1.0, 0.0, 1, True, 0.0, width, 1e-6)
+    spectrum = spiral_spectrum([layer], gap)
+    found = reflected_inductances(spectrum, 5e6, Reflector(gap, (Plate(1e18),)), None, (0.0, apart))
+    image = -sampled_mutual_inductance(ring(1.995e-3, 0.0, 0.0), ring(1.995e-3, apart, 2 * gap))
+    assert found[1].real == pytest.approx(image, rel=2e-2)
+    assert found[0].real < 0.0 < found[1].real
+
+
+def test_the_assembled_states_contain_them_and_the_free_one_does_not():
+    text = """
+sitscad: 1
+name: two
+coil: {shape: circle, outer_diameter: 4.0, turns: 7.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
+array: {pattern: line, count: COUNT, pitch: 4.1}
+fpc: {stackup: flex-4l, rules: generic-fine}
+target: {shape: rectangle, size: [9, 5], thickness: 0.2, material: copper}
+elastomer: {material: dragon-skin-10, shape: rectangle, size: [9, 5], thickness: 3, kerf: 0.15}
+readout: {device: ldc1614, capacitance: 220 pF}
+"""
+    one = estimate(lay_out(load_text(text.replace("count: COUNT, pitch: 4.1", "count: 1").replace("line", "single")
+                                     .replace(", count: 1", ""), "one.yaml")))  # fmt: skip
+    two = estimate(lay_out(load_text(text.replace("COUNT", "2"), "two.yaml")))
+    share = (two.inductance_matrix[0][1] / two.inductance_matrix[0][0]) ** 2
+    free = [e.coils[0].states["free"].inductance - e.coils[0].lead_inductance for e in (one, two)]
+    rest = [e.coils[0].states["rest"].inductance - e.coils[0].lead_inductance for e in (one, two)]
+    assert free[1] == pytest.approx(free[0], rel=2e-4)
+    assert 1.0 - rest[1] / rest[0] == pytest.approx(share, rel=0.3)

@@ -1,0 +1,55 @@
+"""The tank's parts: the smooth curve of the terminal values, and the capacitor that is chosen."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from sitscad.estimates import estimate
+from sitscad.estimates.tank import SmoothCurve, preferred_values
+from sitscad.layout import lay_out
+from sitscad.physics.proximity import winding_loss
+from sitscad.physics.spirals import SpiralLayer
+from sitscad.spec.load import load_text
+
+
+def test_the_curve_is_the_function_that_it_stands_for():
+    """Inductance and resistance of a winding before a metal wall, as smooth as they come, to 5e-4 of their values."""
+    layers = [SpiralLayer(1.96e-3, 0.16e-3, 7.75, 0.0, 1, True, -49e-6 * k, 80e-6, 18e-6) for k in range(2)]
+    loss = winding_loss(layers, 58e6, 1)
+
+    def exact(frequency):
+        wall = -3e-7 * (1.0 - 1e-2 * math.sqrt(1e6 / frequency))
+        return 2.5e-6 + loss.inductance_change(frequency) + wall, loss.direct * loss.resistance_ratio(frequency)
+
+    curve = SmoothCurve(exact, 1e6, 11e6)
+    for frequency in (1e6, 1.7e6, 3.3e6, 6.1e6, 8.8e6, 11e6):
+        assert curve(frequency)[0] == pytest.approx(exact(frequency)[0], rel=1e-5)
+        assert curve(frequency)[1] == pytest.approx(exact(frequency)[1], rel=5e-4)
+
+
+@pytest.mark.parametrize("capacitance", ["47 pF", "3300 pF"])
+def test_slow_and_fast_tanks_meet_their_own_frequency(capacitance):
+    """Far below and above 1 to 11 MHz too, inductance and resistance are those at the frequency that is stated."""
+    for outer, turns in ((4, 2), (14, 30)):
+        found = estimate(lay_out(load_text(
+            f"sitscad: 1\nname: t\ncoil: {{shape: circle, outer_diameter: {outer}, turns: {turns}, layers: 2, "
+            f"trace_width: 100 um, trace_spacing: 100 um}}\nreadout: {{device: ldc1614, capacitance: {capacitance}}}\n",
+            "t.yaml",
+        )))  # fmt: skip
+        coil = found.coils[0]
+        free = coil.states["free"]
+        assert free.resistance == pytest.approx(coil.resistance_ac, rel=0.4)
+        assert free.resistance > coil.resistance_ac * (1.0 - 1e-3)
+        plain = 1.0 / (2.0 * math.pi * math.sqrt(free.inductance * coil.capacitance))
+        # the drive's 5 ns matter most where the tank is fast and poor
+        assert 0.7 * plain < free.frequency < plain
+
+
+def test_a_chosen_capacitor_says_what_its_tolerance_does():
+    text = "sitscad: 1\nname: t\ncoil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, "
+    readout = estimate(lay_out(load_text(text + "trace_spacing: 100 um}\n", "t.yaml"))).readout
+    assert any(readout.capacitance == pytest.approx(value) for value in preferred_values())
+    assert readout.capacitor_tolerance == 0.05
+    assert "+-2.5 % of frequency" in readout.capacitance_reason

@@ -1,0 +1,182 @@
+"""Tolerances: derivatives against differences of whole estimates, their sum against sampling, sources in the data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sitscad.estimates import estimate
+from sitscad.estimates.uncertainty import (
+    CAPACITOR,
+    DIAMETER,
+    DISTANCE,
+    THICKNESS,
+    WIDTH,
+    inductance_slopes,
+    resistance_slopes,
+    sigmas,
+    tolerances,
+)
+from sitscad.estimates.windings import equivalent_spirals, winding_geometry
+from sitscad.layout import lay_out
+from sitscad.physics.proximity import winding_loss
+from sitscad.physics.resistance import COPPER_CONDUCTIVITY
+from sitscad.spec.load import load_text
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.stackup import LayerKind
+
+TEXT = """
+sitscad: 1
+name: scatter
+coil: {shape: SHAPE, outer_diameter: 5, turns: 6, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+fpc: {stackup: flex-2l-35um}
+readout: {device: ldc1614, capacitance: 470 pF}
+"""
+
+
+def design(shape="circle"):
+    """A small bare coil: an estimate of it takes a few milliseconds."""
+    return load_text(TEXT.replace("SHAPE", shape), "scatter.yaml")
+
+
+def changed(spec: SensorSpec, **relative: float) -> SensorSpec:
+    """The design as manufactured: `width` etched about standing centre lines, copper, dielectric and artwork scaled."""
+    width, copper, gap, scale = (relative.get(name, 0.0) for name in ("width", "copper", "gap", "scale"))
+    stretch = {LayerKind.COPPER: 1.0 + copper, LayerKind.DIELECTRIC: 1.0 + gap, LayerKind.COVERLAY: 1.0}
+    layers = tuple(replace(layer, thickness=layer.thickness * stretch[layer.kind]) for layer in spec.fpc.stackup.layers)
+    coil = spec.coil
+    more = coil.trace_width * width
+    pitch = coil.pitch * (1.0 + scale)
+    line = (coil.outer_diameter - coil.trace_width) * (1.0 + scale)
+    size = line + coil.trace_width + more
+    coil = replace(coil, size=(size, size), trace_width=coil.trace_width + more,
+                   trace_spacing=pitch - coil.trace_width - more)  # fmt: skip
+    return replace(spec, coil=coil, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))
+
+
+def winding_inductance(spec):
+    """The winding's inductance by the finest method."""
+    return estimate(lay_out(spec), tolerance=1e-6).coils[0].winding_inductance
+
+
+@pytest.mark.parametrize("shape", ["circle", "square"])
+def test_slopes_of_the_inductance_are_its_differences(shape):
+    spec = design(shape)
+    coil = lay_out(spec).coils[0]
+    geometry = winding_geometry(spec.coil, coil)
+    slopes = inductance_slopes(geometry, equivalent_spirals(geometry, coil), coil, spec)
+    whole = winding_inductance(spec)
+    slopes[DIAMETER] = whole - math.fsum(slopes.values())
+    for name, key in ((WIDTH, "width"), (THICKNESS, "copper"), (DISTANCE, "gap"), (DIAMETER, "scale")):
+        step = 0.05
+        found = (winding_inductance(changed(spec, **{key: step}))
+                 - winding_inductance(changed(spec, **{key: -step}))) / (2 * step)  # fmt: skip
+        assert slopes[name] == pytest.approx(found, rel=0.25, abs=6e-3 * whole), name
+
+
+@pytest.mark.parametrize("frequency", [1e6, 5e6, 10e6])
+def test_slopes_of_the_resistance_are_its_differences(frequency):
+    spec = design()
+    circuit_slopes = _circuit_slopes(spec, frequency)
+    for name, key in ((WIDTH, "width"), (THICKNESS, "copper")):
+        step = 0.05
+        found = (_resistance(changed(spec, **{key: step}), frequency)
+                 - _resistance(changed(spec, **{key: -step}), frequency)) / (2 * step)  # fmt: skip
+        assert circuit_slopes[name] == pytest.approx(found, abs=0.12 * _resistance(spec, frequency)), name
+
+
+def _loss(spec):
+    coil = lay_out(spec).coils[0]
+    return winding_loss(equivalent_spirals(winding_geometry(spec.coil, coil), coil), COPPER_CONDUCTIVITY)
+
+
+def _resistance(spec, frequency):
+    loss = _loss(spec)
+    return loss.direct * loss.resistance_ratio(frequency)
+
+
+def _circuit_slopes(spec, frequency):
+    loss = _loss(spec)
+
+    class Winding:
+        """A circuit without leads."""
+
+        resistance = loss.direct
+        conductivity = COPPER_CONDUCTIVITY
+
+        class leads:
+            """None of them."""
+
+            @staticmethod
+            def resistance_at(frequency, conductivity):
+                """No resistance."""
+                return 0.0
+
+        @staticmethod
+        def winding_resistance(frequency):
+            """The winding's own resistance."""
+            return loss.direct * loss.resistance_ratio(frequency)
+
+    return resistance_slopes(Winding, frequency)
+
+
+def test_the_spread_is_that_of_a_sample():
+    """Designs drawn from the tolerances, each estimated whole, scatter as the derivatives say."""
+    spec = design()
+    sigma = sigmas(spec)
+    state = estimate(lay_out(spec)).coils[0].states["free"]
+    rng = np.random.default_rng(20)
+    rows = []
+    for _ in range(60):
+        width, copper, gap, scale, capacitor = rng.uniform(-1.0, 1.0, 5) * math.sqrt(3.0)
+        drawn = changed(spec, width=width * sigma[WIDTH], copper=copper * sigma[THICKNESS],
+                        gap=gap * sigma[DISTANCE], scale=scale * sigma[DIAMETER])  # fmt: skip
+        drawn = replace(drawn, readout=replace(drawn.readout, capacitance=470e-12 * (1 + capacitor * sigma[CAPACITOR])))
+        found = estimate(lay_out(drawn)).coils[0].states["free"]
+        rows.append((found.inductance, found.resistance, found.frequency, found.parallel_resistance))
+    sampled = np.std(np.array(rows), axis=0)
+    spread = state.spread
+    stated = (spread.inductance, spread.resistance, spread.frequency, spread.parallel_resistance)
+    # a standard deviation of 60 draws is itself good to about 6 % (uniform ones), and R_P bends over +-20 % of width
+    assert stated == pytest.approx(tuple(sampled), rel=0.3)
+    assert spread.amplitude / state.amplitude == pytest.approx(spread.parallel_resistance / state.parallel_resistance)
+    assert spread.causes["frequency"] == CAPACITOR
+
+
+def test_a_soft_pad_scatters_the_pressed_state_alone():
+    text = (
+        TEXT.replace("SHAPE", "circle")
+        + """
+target: {shape: square, size: 8, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 8, thickness: 2, kerf: 0.15}
+requirements: {normal_force: 4 N}
+"""
+    )
+    states = estimate(lay_out(load_text(text, "soft.yaml"))).coils[0].states
+    assert states["pressed"].spread.causes["inductance"] == "elastomer modulus"
+    assert states["pressed"].spread.inductance > 2.0 * states["rest"].spread.inductance
+    assert "elastomer modulus" not in states["rest"].spread.causes.values()
+
+
+def test_every_tolerance_has_a_source_and_says_whether_it_was_seen():
+    for name, row in tolerances().items():
+        assert row.source, name
+        assert 0.0 < row.sigma < row.half_width < 0.5, name
+        assert row.verified or "memory" in row.source, name
+
+
+def test_the_estimate_says_which_tolerances_nobody_has_seen():
+    spec = design()
+    note = next(note for note in estimate(lay_out(spec)).notes if note.startswith("scatter"))
+    assert "unverified: layer distance, diameter, capacitor" in note
+
+
+def test_plated_copper_takes_the_scatter_of_its_stackup():
+    spec = design()
+    assert sigmas(spec)[THICKNESS] == pytest.approx(2.0 / 35.0)
+    stackup = replace(spec.fpc.stackup, copper_thickness_sigma=None)
+    bare = replace(spec, fpc=replace(spec.fpc, stackup=stackup))
+    assert sigmas(bare)[THICKNESS] == pytest.approx(0.1 / math.sqrt(3.0))

@@ -1,0 +1,89 @@
+"""docs/spec.md: every key of the format, and examples that load."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+from sitscad.checks import check
+from sitscad.finding import Severity
+from sitscad.spec.load import SpecError, load_text
+from sitscad.spec.schema import json_schema
+
+DOCS = Path(__file__).parents[2] / "docs"
+TEXT = (DOCS / "spec.md").read_text(encoding="utf-8")
+
+
+def tables():
+    """The keys of every table, by the heading above it."""
+    found = {}
+    for block in re.split(r"^## ", TEXT, flags=re.MULTILINE)[1:]:
+        found[block.splitlines()[0]] = re.findall(r"^\| `(\w+)` \|", block, re.MULTILINE)
+    return {title: keys for title, keys in found.items() if keys}
+
+
+def test_every_section_of_the_schema_has_its_keys_in_order():
+    schema = json_schema()
+    wanted = sorted([list(node["properties"]) for node in (schema, *schema["$defs"].values())])
+    assert sorted(tables().values()) == wanted
+    assert tables()["Top level"] == list(schema["properties"])
+
+
+def test_every_enumeration_of_the_schema_is_spelled_out():
+    def words(node):
+        if isinstance(node, dict):
+            yield from node.get("enum", ())
+            for inner in node.values():
+                yield from words(inner)
+        elif isinstance(node, list):
+            for inner in node:
+                yield from words(inner)
+
+    assert all(f"`{word}`" in TEXT for word in words(json_schema()))
+
+
+def test_the_tables_are_what_the_script_writes():
+    place = importlib.util.spec_from_file_location("spec_reference", DOCS / "spec_reference.py")
+    script = importlib.util.module_from_spec(place)
+    place.loader.exec_module(script)
+    assert script.whole_page(TEXT) == TEXT, "run python docs/spec_reference.py"
+
+
+def test_every_link_leads_to_a_heading():
+    slugs = {
+        re.sub(r"[^a-z0-9 _-]", "", title.lower()).replace(" ", "-") for title in re.findall(r"^## (.+)$", TEXT, re.M)
+    }
+    links = re.findall(r"\]\(#([^)]+)\)", TEXT)
+    assert links and set(links) <= slugs
+
+
+def test_the_example_loads_and_passes_its_checks():
+    (text,) = re.findall(r"^```yaml\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
+    spec = load_text(text, "written-out.yaml")
+    assert (spec.fpc.rules.name, spec.mount.jaw.name) == ("my fabricator", "my grasper")
+    assert (spec.target.material.name, spec.elastomer.material.name) == ("CuBe2", "my silicone")
+    assert [layer.thickness for layer in spec.fpc.stackup.copper] == pytest.approx([35e-6, 35e-6])
+    assert not [f for f in check(spec).findings if f.severity is not Severity.NOTE]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("fpc: {rules: oshpark}", ["any of name, based_on, source, trace_width"]),
+        ("fpc: {stackup: my-build}", ["a list of sections with coverlay, copper, dielectric"]),
+        ("mount: {jaw: mine}", ["width, length, height and, if wanted, name, port_diameter"]),
+        ("target: {material: gold}", ["conductivity and, if wanted"]),
+        ("elastomer: {material: mine}", ["shear_modulus and, if wanted, name, uncertainty"]),
+    ],
+)
+def test_an_unknown_name_is_told_how_to_write_it_out(line, words):
+    coil = "coil: {shape: circle, outer_diameter: 8, turns: 8, trace_width: 0.15, trace_spacing: 0.15}"
+    with pytest.raises(SpecError) as caught:
+        load_text(f"sitscad: 1\nname: x\n{coil}\n{line}\n")
+    (found,) = caught.value.findings
+    assert found.rule == "SIT007" and "allowed: " in found.hint
+    for part in (*words, "or write it out", "docs/spec.md"):
+        assert part in found.hint
