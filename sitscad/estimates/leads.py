@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from sitscad.estimates.losses import Strip
 from sitscad.layout.board import Coil, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.filaments import (
@@ -18,7 +19,7 @@ from sitscad.physics.filaments import (
     segment_set,
     via_inductance,
 )
-from sitscad.physics.resistance import strip_resistance_ratio, track_resistance, via_resistance
+from sitscad.physics.resistance import track_resistance, via_resistance
 from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
 
 FLATTENED = 10e-6
@@ -47,20 +48,19 @@ class LeadEstimate:
 
     `parts` share the inductance out by name: "stubs", "leads" and "tail" each with all their mutual inductances within
     and half of every one between them, "vias", and "coupling" (twice the mutual inductance with the winding). `strips`
-    holds (resistance, width, thickness) of all tracks of a section, for the rise of resistance with frequency.
+    are the tracks' stretches, for the rise of resistance with frequency.
     """
 
     inductance: float
     resistance: float
     capacitance: float
-    strips: tuple[tuple[float, float, float], ...]
+    strips: tuple[Strip, ...]
     via_resistance: float
     parts: Mapping[str, float] = field(default_factory=dict)
 
     def resistance_at(self, frequency: float, conductivity: float) -> float:
-        """Resistance (ohm) with skin effect at a frequency (Hz)."""
-        tracks = math.fsum(r * strip_resistance_ratio(frequency, w, t, conductivity) for r, w, t in self.strips)
-        return tracks + self.via_resistance
+        """Resistance (ohm) at a frequency (Hz), with skin effect and what the way back adds where it runs beside."""
+        return math.fsum(strip.resistance_at(frequency, conductivity) for strip in self.strips) + self.via_resistance
 
 
 NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)
@@ -72,7 +72,8 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
     """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding."""
     copper = {layer.number: layer for layer in stackup.copper}
     tracks: list[tuple[Role, PolylineTrack]] = []
-    strips: dict[tuple[float, float], float] = {}
+    strips: list[Strip] = []
+    facing = _facing(coil)
     for trace in _leads(coil):
         layer = copper[trace.layer]
         corners = np.array(_distinct(_oriented(coil, trace)))
@@ -80,24 +81,16 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
             continue
         tracks.append((trace.role, PolylineTrack(corners, trace.width, layer.thickness, layer.z)))
         resistance = track_resistance(trace.path.length, trace.width, layer.thickness, conductivity)
-        section = trace.width, layer.thickness
-        strips[section] = strips.get(section, 0.0) + resistance
+        strips += _strips(trace, resistance, copper, facing)
     parts = _partial_inductances(tracks) | {"coupling": _coupling(coil, tracks)}
     plating = stackup.plating_thickness or USUAL_PLATING
     barrels, parts["vias"] = 0.0, 0.0
     for via, length in _vias(coil, copper):
         barrels += via_resistance(length, via.drill, plating, conductivity)
         parts["vias"] += via_inductance(length, via.drill)
-    total = math.fsum(strips.values()) + barrels
+    total = math.fsum(strip.resistance for strip in strips) + barrels
     inductance = math.fsum(parts.values())
-    return LeadEstimate(
-        inductance,
-        total,
-        _pair_capacitance(coil, stackup),
-        tuple((r, *section) for section, r in strips.items()),
-        barrels,
-        parts,
-    )
+    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), tuple(strips), barrels, parts)
 
 
 def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, float]:
@@ -182,8 +175,8 @@ def _distinct(points: Sequence[Place]) -> list[Place]:
     return kept
 
 
-def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
-    # Every straight piece of the way in, against the nearest parallel straight piece of the way out.
+def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
+    # Every straight piece of the way in and of the way out.
     way_in, way_out, windings = [], [], 0
     for item in coil.series:
         if isinstance(item, Trace) and item.role is Role.WINDING:
@@ -194,6 +187,41 @@ def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
                 way_in += lines
             elif windings == len(coil.windings):
                 way_out += lines
+    return way_in, way_out
+
+
+def _facing(coil: Coil) -> list[tuple[Trace, float, float, Trace]]:
+    # Trace, length (m) over which it runs beside a piece of the other way, distance across (m), the other's trace.
+    found = []
+    ways = _ways(coil)
+    for one, other in (ways, ways[::-1]):
+        for line, trace in one:
+            rows = [(_overlap(line, piece), _lateral(line, piece), back) for piece, back in other]
+            rows = [row for row in rows if row[0] > 0.0 and row[1] < 5.0 * trace.width]
+            if rows:
+                length, lateral, back = min(rows, key=lambda row: (row[1], -row[0]))
+                found.append((trace, length, lateral, back))
+    return found
+
+
+def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
+            facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:  # fmt: skip
+    layer = copper[trace.layer]
+    strips, alone = [], resistance
+    for owner, length, lateral, back in facing:
+        if owner is trace:
+            height = abs(layer.z - copper[back.layer].z)
+            if height == 0.0 and lateral <= trace.width:
+                continue
+            share = resistance * length / trace.path.length
+            alone -= share
+            strips.append(Strip(share, trace.width, layer.thickness, (round(lateral, 6), height)))
+    return [Strip(max(alone, 0.0), trace.width, layer.thickness), *strips]
+
+
+def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
+    # Every straight piece of the way in, against the nearest parallel straight piece of the way out.
+    way_in, way_out = _ways(coil)
     total = 0.0
     for line, trace in way_in:
         facing = [(_overlap(line, other), _lateral(line, other), other_trace) for other, other_trace in way_out]

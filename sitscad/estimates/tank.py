@@ -10,7 +10,7 @@ from sitscad.estimates.assembly import NoReflection, Reflection
 from sitscad.estimates.idle import Circuit
 from sitscad.estimates.leads import LeadEstimate
 from sitscad.estimates.values import ReadoutEstimate, StateEstimate
-from sitscad.physics.proximity import ProximityLoss
+from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
 from sitscad.readout import ldc1614
 from sitscad.spec.sensor import ReadoutSpec

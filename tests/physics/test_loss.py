@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from windings import UM, bench, coil, four_layers, miniature
+from windings import MM, UM, bench, coil, four_layers, miniature
 
 import sitscad.physics.proximity as proximity
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
+from sitscad.physics.current_modes import ModeSet
 from sitscad.physics.eddy_target import (
     Plate,
     Reflector,
@@ -72,25 +73,36 @@ def eddy_power_by_cells(layers, radii, across=12, through=3):
     return COPPER * w * t * spread.mean(axis=1).sum()
 
 
-def test_low_frequency_loss_against_the_flux_on_small_cells():
+def test_low_frequency_loss_against_the_flux_on_small_cells(monkeypatch):
     layers = coil(4e-3, 6.25, 100 * UM, 100 * UM, [0, -43 * UM, -130 * UM, -173 * UM], [18 * UM] * 4)
     radii = radii_at(layers, 0.3)
-    ours = proximity.rings_loss(layers, radii, COPPER).strengths.sum()
-    assert ours == pytest.approx(eddy_power_by_cells(layers, radii), rel=0.02)
+    resolution = proximity.Resolution(ModeSet(8, 2, (8, 2)), 1, 30)
+    monkeypatch.setattr(proximity, "_end_flux", lambda *_: 0.0)
+    ours = proximity.azimuth_loss(layers, 0.3, 2.0 * math.pi, COPPER, resolution)
+    assert ours.strengths.sum() == pytest.approx(eddy_power_by_cells(layers, radii), rel=0.03)
 
 
-def test_modes_points_and_azimuths_are_enough(monkeypatch):
-    coarse = proximity.winding_loss(four_layers(), COPPER)
-    monkeypatch.setattr(proximity, "MODES", tuple((a, b) for a in range(7) for b in range(3)))
-    monkeypatch.setattr(proximity, "POINTS", (8, 3))
-    for cached in (proximity._mode_values, proximity._log_block):
-        cached.cache_clear()
-    fine = proximity.winding_loss(four_layers(), COPPER, slices=4, steps=30)
-    for cached in (proximity._mode_values, proximity._log_block):
-        cached.cache_clear()
-    for frequency in (1e6, 5e6, 10e6):
-        assert coarse.resistance_ratio(frequency) == pytest.approx(fine.resistance_ratio(frequency), rel=0.01)
-        assert coarse.inductance_change(frequency) == pytest.approx(fine.inductance_change(frequency), rel=0.01)
+@pytest.mark.parametrize("tolerance", [0.03, 0.01])
+def test_modes_points_and_azimuths_keep_the_tolerance(tolerance):
+    finest = proximity.Resolution(ModeSet(10, 4, (10, 3)), 16, 36)
+    for layers in (four_layers(), miniature(), coil(6 * MM, 1.5, 200 * UM, 100 * UM, (0, -60 * UM), [35 * UM] * 2)):
+        ours = proximity.winding_loss(layers, COPPER, tolerance)
+        fine = proximity.winding_loss(layers, COPPER, resolution=finest)
+        whole = spiral_inductance_matrix(layers).sum()
+        for frequency in (1e5, 1e6, 3e6, 10e6):
+            assert ours.resistance_ratio(frequency) == pytest.approx(
+                fine.resistance_ratio(frequency), rel=tolerance / 3
+            )
+            change = fine.inductance_change(frequency)
+            assert ours.inductance_change(frequency) == pytest.approx(change, abs=tolerance / 30 * whole)
+
+
+def test_wide_tracks_take_more_modes():
+    layers = coil(30 * MM, 4, 900 * UM, 150 * UM, (0.0,), (35 * UM,))
+    ours = proximity.winding_loss(layers, COPPER)
+    fine = proximity.winding_loss(layers, COPPER, resolution=proximity.Resolution(ModeSet(24, 4, (24, 3)), 4, 50))
+    for frequency in (1e5, 1e6, 5e6, 10e6):
+        assert ours.resistance_ratio(frequency) == pytest.approx(fine.resistance_ratio(frequency), rel=0.03)
 
 
 def rp(layers, frequency):
@@ -213,8 +225,6 @@ def test_tank_formulas_against_the_data_sheet():
 def test_skin_depth_and_strips():
     assert skin_depth(8e6, COPPER) == pytest.approx(23.4e-6, rel=2e-3)
     assert strip_resistance_ratio(1e3, 1e-4, 35e-6, COPPER) == pytest.approx(1.0, abs=1e-6)
-    for width, copper in ((100 * UM, 35 * UM), (80 * UM, 30 * UM), (150 * UM, 18 * UM)):
-        lone = proximity.rings_loss(coil(20e-3, 1.0, width, UM, (0.0,), (copper,)), [np.array([10e-3])], COPPER)
-        ours = strip_resistance_ratio(10e6, width, copper, COPPER)
-        assert ours == pytest.approx(lone.resistance_ratio(10e6), rel=0.1)
+    # a thin strip between its two limits: uniform current, and current at the surface alone
+    assert 1.3 < strip_resistance_ratio(10e6, 3e-4, 35e-6, COPPER) < 1.0 + 3e-4 / skin_depth(10e6, COPPER)
     assert via_resistance(60e-6, 0.2e-3, 20e-6, COPPER) < 1e-3

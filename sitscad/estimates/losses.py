@@ -1,0 +1,97 @@
+"""Where a layout's tracks meet the solvers of alternating current: windings of every shape, and leads in pairs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from sitscad.geometry.path import Arc, Line
+from sitscad.layout.board import Coil, Winding
+from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.physics.current_modes import ProximityLoss
+from sitscad.physics.proximity import least_gap, resolution_for, winding_loss
+from sitscad.physics.resistance import bend_squares, pair_resistance_ratio, strip_resistance_ratio, track_resistance
+from sitscad.physics.spirals import SpiralLayer
+from sitscad.spec.sensor import CoilSpec
+
+USUAL_TOLERANCE = 3e-2
+"""Of R up to 10 MHz, where nobody asks for more."""
+
+FINE_TOLERANCE = 1e-2
+"""Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for."""
+
+
+def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...], conductivity: float,
+                   tolerance: float | None = None) -> ProximityLoss:  # fmt: skip
+    """Skin and proximity effect of a drawn coil (S/m): spirals where it has them, else the sides and arcs of its paths.
+
+    `tolerance` is the relative one asked for the inductance, None for the usual.
+    """
+    wanted = FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
+    if spirals:
+        return winding_loss(spirals, conductivity, wanted)
+    thickness = max(w.thickness for w in coil.windings)
+    gap = least_gap(spec.trace_spacing, spec.trace_width, [w.z for w in coil.windings])
+    resolution = resolution_for(spec.trace_width, thickness, gap, wanted, conductivity)
+    bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
+    usual = wanted > FINE_TOLERANCE
+    return bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 8, resolution.steps,
+                             half=usual and spec.turns >= 4.0)  # fmt: skip
+
+
+def bent_track(winding: Winding, width: float) -> BentTrack:
+    """A layer's path as straight sides and arcs."""
+    segments = winding.path.segments
+    turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
+    starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
+    return BentTrack(starts, ends, np.array(turns), width, winding.thickness, winding.z)
+
+
+def winding_resistance(spec: CoilSpec, coil: Coil, conductivity: float) -> float:
+    """Direct-current resistance (ohm) of a coil's winding; the current cuts sharp corners and tight turns short."""
+    total = 0.0
+    for winding in coil.windings:
+        segments = winding.path.segments
+        length = math.fsum(_effective_length(segment, spec.trace_width) for segment in segments)
+        for before, after in pairwise(segments):
+            if not isinstance(before, Arc) and not isinstance(after, Arc):
+                length += spec.trace_width * _bend(before.start, before.end, after.end)
+        total += track_resistance(length, spec.trace_width, winding.thickness, conductivity)
+    return total
+
+
+def _effective_length(segment: Line | Arc, width: float) -> float:
+    # Of a straight track with the same resistance: in an arc the current leans to the inside, as 1 / radius.
+    if isinstance(segment, Line) or segment.radius <= 0.5 * width:
+        return segment.length
+    half = 0.5 * width / segment.radius
+    return segment.length * half / math.atanh(half)
+
+
+def _bend(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    turn = math.remainder(math.atan2(c[1] - b[1], c[0] - b[0]) - math.atan2(b[1] - a[1], b[0] - a[0]), 2.0 * math.pi)
+    return bend_squares(round(turn, 6)) if abs(turn) > 1e-3 else 0.0
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A stretch of a lead: direct resistance (ohm), cross-section (m), and where its way back runs, if it has one.
+
+    `across` and `height` (m) lead to the return's centre; None when the stretch runs alone.
+    """
+
+    resistance: float
+    width: float
+    thickness: float
+    beside: tuple[float, float] | None = None
+
+    def resistance_at(self, frequency: float, conductivity: float) -> float:
+        """Resistance (ohm) at a frequency (Hz), with what the way back adds."""
+        if self.beside is None:
+            return self.resistance * strip_resistance_ratio(frequency, self.width, self.thickness, conductivity)
+        return self.resistance * pair_resistance_ratio(
+            frequency, self.width, self.thickness, *self.beside, conductivity
+        )

@@ -1,0 +1,287 @@
+"""Skin and proximity effect of windings made of straight sides and arcs: polygons, rectangles, racetracks.
+
+Sides of one direction lie abreast; they are cut together at the same fractions of their lengths. What drives the eddy
+currents is the vector potential of the whole real path, straight filaments in closed form, so corners and ends count.
+An arc is a few chords, each a side of its own that remembers its curvature.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.current_modes import (
+    Cut,
+    ModeSet,
+    ProximityLoss,
+    cut_loss,
+    field_nodes,
+    integrated,
+    joined,
+    mode_matrix,
+    points_of,
+)
+from sitscad.physics.mean_distance import gauss
+from sitscad.physics.proximity import arc_field, smooth_rings
+
+Array = NDArray[np.float64]
+
+BLOCK = math.radians(30.0)
+"""Arcs are cut once in every such angle of their direction, in the middle one of an odd number of chords."""
+
+ABREAST = math.radians(5.0)
+"""Sides whose directions differ by less than this lie abreast."""
+
+CORNER = 0.4
+"""Widths of clearance of sides that are not abreast: the field squared beyond a corner, summed over a side, is then
+that of a filament from half a width on."""
+
+
+@dataclass(frozen=True, eq=False)
+class BentTrack:
+    """One layer: starts and ends (n, 2) of its pieces along the current (m), the angle that each turns by (0: straight,
+    positive to the left; rad), the cross-section and the mid-plane.
+    """
+
+    starts: Array
+    ends: Array
+    turns: Array
+    width: float
+    thickness: float
+    z: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Sides:
+    # Straight sides of all tracks: `key` numbers the groups that lie abreast (-1: seen, never cut); `heading` are
+    # their directions (rad, from the first one's); `block` numbers the blocks of arcs, and sides.
+    start: Array
+    end: Array
+    section: Array
+    length: Array
+    curvature: Array
+    key: NDArray[np.intp]
+    heading: list[float]
+    block: NDArray[np.intp]
+
+
+def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
+                      half: bool = False) -> ProximityLoss:  # fmt: skip
+    """Skin and proximity effect of tracks in series (S/m), every straight side cut `cuts` times (an even number).
+
+    With `half`, only the sides of the first half turn of direction are solved and stand for the opposite ones too.
+    """
+    sides = _sides(tracks)
+    parts = []
+    for key in range(int(sides.key.max()) + 1):
+        index = np.nonzero(sides.key == key)[0]
+        if not half or sides.heading[key] < math.pi - 1e-3:
+            parts += _group_losses(sides, index, cuts, conductivity, modes, steps)
+    found = joined(parts)
+    if not half:
+        return found
+    area = sides.section[:, 1] * sides.section[:, 2]
+    whole = float(np.sum((sides.length / area)[sides.key >= 0])) / conductivity
+    times = whole / math.fsum(part.direct for part in parts)
+    return ProximityLoss(found.direct * times, found.rates, found.strengths * times, found.direct_change * times)
+
+
+def _group_losses(sides: _Sides, index: NDArray[np.intp], cuts: int, conductivity: float, modes: ModeSet,
+                  steps: int) -> list[ProximityLoss]:  # fmt: skip
+    if sides.curvature[index[0]]:
+        return [_cut_loss(sides, index, 0.5, 1.0, conductivity, modes, steps, None)]
+    spans = sides.end[index] - sides.start[index]
+    corner = CORNER * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0], spans[:, 1])))
+    matrix = mode_matrix(_cut(sides, index, 0.5, 1.0), conductivity, modes)
+    return [
+        _cut_loss(sides, index, fraction, weight, conductivity, modes, steps, matrix)
+        for fraction, weight in zip(*_crowded(cuts // 2, corner), strict=True)
+    ]
+
+
+def _crowded(count: int, scale: float) -> tuple[Array, Array]:
+    # Points and weights on [0, 1], `count` to either half, denser towards the ends: beyond `scale` from them.
+    nodes, weights = gauss(count)
+    top = math.asinh(0.5 / scale)
+    u = 0.5 * top * (1.0 + nodes)
+    x, w = scale * np.sinh(u), 0.5 * top * weights * scale * np.cosh(u)
+    return np.concatenate([x, 1.0 - x]), 0.5 * np.concatenate([w, w]) / np.sum(w)
+
+
+def _sides(tracks: Sequence[BentTrack]) -> _Sides:
+    rows, keys, block, number = [], [], [], 0
+    known: list[tuple[float, int]] = []
+    for track in tracks:
+        for nodes, length, turn, heading in _blocks(track):
+            middle = (len(nodes) - 1) // 2
+            group = _group(known, heading, 1 if turn else 0)
+            for k in range(len(nodes) - 1):
+                keys.append(group if k == middle else -1)
+                rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, turn / length))
+            block += [number] * (len(nodes) - 1)
+            number += 1
+    table = np.array(rows)
+    headings = [(heading - known[0][0] + 1e-3) % (2.0 * math.pi) for heading, _ in known]
+    return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings,
+                  np.array(block))  # fmt: skip
+
+
+Block = tuple[Array, float, float, float]
+
+
+def _blocks(track: BentTrack) -> Iterator[Block]:
+    # Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
+    # nodes, length (m), turn (rad), direction (rad).
+    first = 0
+    while first < len(track.turns):
+        last = first + 1
+        if track.turns[first]:
+            while last < len(track.turns) and track.turns[last] * track.turns[first] > 0.0:
+                last += 1
+            yield from _curve(track.starts[first:last], track.ends[first:last], track.turns[first:last], track.width)
+        else:
+            span = track.ends[first] - track.starts[first]
+            nodes = np.array([track.starts[first], track.ends[first]])
+            yield nodes, float(np.hypot(*span)), 0.0, math.atan2(span[1], span[0])
+        first = last
+
+
+def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
+    sign = math.copysign(1.0, turns[0])
+    spans = ends - starts
+    radii = np.hypot(spans[:, 0], spans[:, 1]) / (2.0 * np.sin(0.5 * np.abs(turns)))
+    begin = sign * (math.atan2(spans[0, 1], spans[0, 0]) - 0.5 * turns[0])
+    reached = begin + np.concatenate([[0.0], np.cumsum(np.abs(turns))])
+    inner = np.arange(math.ceil(begin / BLOCK + 1e-3), math.floor(reached[-1] / BLOCK - 1e-3) + 1)
+    for low, high in pairwise([begin, *(BLOCK * inner), float(reached[-1])]):
+        overlap = np.minimum(reached[1:], high) - np.maximum(reached[:-1], low)
+        length = float(np.sum(radii * np.maximum(overlap, 0.0)))
+        # Chords about as long as the track is wide, an odd number so that one is in the middle.
+        parts = min(max(3, math.ceil(length / width)), 9) // 2 * 2 + 1
+        at = np.linspace(low, high, parts + 1)
+        arc = np.clip(np.searchsorted(reached, at, side="right") - 1, 0, len(turns) - 1)
+        nodes = _on_arcs(starts[arc], ends[arc], turns[arc], (at - reached[arc]) / np.abs(turns[arc]))
+        yield nodes, length, sign * (high - low), sign * (math.floor(0.5 * (low + high) / BLOCK) + 0.5) * BLOCK
+
+
+def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
+    # Points at fractions of arcs, all arrays (n, ...): the chord's start turned about the arc's centre.
+    span = end - start
+    left = np.stack([-span[:, 1], span[:, 0]], axis=1)
+    centre = 0.5 * (start + end) + left * (0.5 / np.tan(0.5 * turn))[:, None]
+    arm, angle = start - centre, turn * fraction
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turned = np.stack([arm[:, 0] * cosine - arm[:, 1] * sine, arm[:, 0] * sine + arm[:, 1] * cosine], axis=1)
+    return np.asarray(centre + turned)
+
+
+def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
+    # The number of the group of that direction; a new one when none is near.
+    for number, (other, kind) in enumerate(known):
+        if kind == part and abs(math.remainder(heading - other, 2.0 * math.pi)) < ABREAST:
+            return number
+    known.append((heading, part))
+    return len(known) - 1
+
+
+def _cut(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float) -> Cut:
+    place, tangent = _place(sides, index, fraction)
+    z, width, thickness = sides.section[index].T
+    normal = np.array([tangent[1], -tangent[0]])
+    return Cut(place @ normal, z, width, thickness, sides.length[index] * weight, sides.curvature[index])
+
+
+def _place(sides: _Sides, index: NDArray[np.intp], fraction: float) -> tuple[Array, Array]:
+    span = sides.end[index] - sides.start[index]
+    return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
+
+
+def _cut_loss(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float, conductivity: float,
+              modes: ModeSet, steps: int, matrix: Array | None) -> ProximityLoss:  # fmt: skip
+    place, tangent = _place(sides, index, fraction)
+    cut = _cut(sides, index, fraction, weight)
+    offset = 0.5 * cut.width[:, None] * field_nodes(modes)
+    flux = integrated(_smooth_field(sides, index, cut, place @ tangent, tangent, offset), cut, modes)
+    if cut.curvature.any():
+        flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
+    return cut_loss(cut, flux, None, conductivity, modes, steps, matrix)
+
+
+def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
+    # cut_loss weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a track's
+    # own arc, +-half (n,) radians about the cut, is a part of a ring.
+    bend = cut.curvature[:, None]
+    offset = points_of(cut, modes)[0] - cut.across[:, None]
+    flux = -bend * integrated(_straight_potential(cut, 0.5 * cut.width[:, None] * field_nodes(modes)), cut, modes)
+    factor = 1.0 + bend * offset
+    flux += (factor - np.sqrt(factor)) * _straight_potential(cut, offset)
+    radius = 1.0 / np.abs(cut.curvature)
+    place = radius[:, None] * factor
+    nodes, share = gauss(modes.points[0] + 1)
+    source = radius[:, None] + 0.5 * cut.width[:, None] * nodes
+    squared = np.maximum((place[..., None] - source[:, None, :]) ** 2, (1e-6 * cut.width[:, None, None]) ** 2)
+    ring = smooth_rings(place[..., None], source[:, None, :], squared, cut.unit) @ (0.5 * share)
+    flux += ring / (2.0 * math.pi * radius[:, None])
+    t, weight = gauss(24)
+    near = radius[:, None] + 0.5 * cut.width[:, None] * np.sign(bend) * field_nodes(modes)
+    field = np.empty_like(near)
+    for i, (r, beta) in enumerate(zip(radius, half, strict=True)):
+        angle = beta + (math.pi - beta) * (0.5 * (1.0 + t)) ** 2
+        both = 2.0 * (math.pi - beta) * 0.5 * (1.0 + t) * weight
+        field[i] = arc_field(near[i], np.full(t.size, r), angle, both, np.zeros(near.shape[1]))
+    return np.asarray(flux - integrated(np.sign(bend) * field * near / radius[:, None], cut, modes))
+
+
+def _smooth_field(sides: _Sides, index: NDArray[np.intp], cut: Cut, along: Array, tangent: Array,
+                  offset: Array) -> Array:  # fmt: skip
+    # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
+    # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
+    # the potential along the track: near corners that would miss half of the flux.
+    normal = np.array([tangent[1], -tangent[0]])
+    point = (along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal).reshape(-1, 2)
+    axis = sides.end - sides.start
+    length = np.hypot(axis[:, 0], axis[:, 1])
+    axis = axis / length[:, None]
+    left = np.stack([-axis[:, 1], axis[:, 0]], axis=1)
+    start = np.sum(sides.start * axis, axis=1) - point @ axis.T
+    end = start + length
+    # Distance to the right of each filament, where its field points down: the current's own normal is to the right.
+    lateral = np.sum(sides.start * left, axis=1) - point @ left.T
+    height = np.repeat(cut.height, offset.shape[1])[:, None] - sides.section[:, 0]
+    # Sides round the corner have the width of a track: as filaments they would be too near.
+    turned = np.abs(axis @ tangent) < 0.94
+    square = lateral**2 + height**2 + np.maximum(turned * CORNER * sides.section[:, 1], 1e-6 * cut.unit) ** 2
+    square[:, index] = lateral[:, index] ** 2 + height[:, index] ** 2 + (1e-6 * cut.unit) ** 2
+    field = _beyond(end, square) - _beyond(start, square)
+    times = np.sign(end) - np.sign(start)
+    ratio = np.sqrt(cut.length[None, :] / cut.length[:, None])
+    times[:, index] -= 2.0 * np.repeat(ratio, offset.shape[1], axis=0)
+    if cut.curvature.any():
+        # A track's own arc near the cut is a part of a ring, not chords: see _bend_flux.
+        own = np.repeat(sides.block[index], offset.shape[1])[:, None] == sides.block
+        times, field = np.where(own, 0.0, times), np.where(own, 0.0, field)
+    total = np.sum(lateral * (times / square - field), axis=1).reshape(offset.shape)
+    return np.asarray(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset))
+
+
+def _straight_potential(cut: Cut, offset: Array) -> Array:
+    # What the other tracks of the cut make along each one as straight filaments (n, points).
+    across = cut.across[:, None, None] + offset[..., None] - cut.across
+    square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2
+    square = np.maximum(square / cut.unit**2, 1e-20)
+    own = np.arange(cut.across.size)
+    square[own, :, own] = 1.0
+    ratio = np.sqrt(cut.length[None, :] / cut.length[:, None])
+    return np.asarray(-MU0 / (4.0 * math.pi) * np.sum(ratio[:, None, :] * np.log(square), axis=2))
+
+
+def _beyond(x: Array, square: Array) -> Array:
+    # sign(x) / distance^2 less x / (distance^2 sqrt(x^2 + distance^2)), without the difference.
+    far = np.sqrt(x * x + square)
+    return np.asarray(np.sign(x) / (far * (far + np.abs(x))))

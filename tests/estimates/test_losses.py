@@ -1,0 +1,106 @@
+"""Alternating current on the way from layout to estimate: shapes, temperature, plating, leads in pairs, tolerance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from sitscad.estimates import estimate
+from sitscad.estimates.leads import estimate_leads
+from sitscad.estimates.losses import Strip, bent_track, winding_losses, winding_resistance
+from sitscad.estimates.windings import winding_geometry
+from sitscad.layout import lay_out
+from sitscad.physics.bent_tracks import bent_winding_loss
+from sitscad.physics.current_modes import ModeSet
+from sitscad.physics.proximity import Resolution, winding_loss
+from sitscad.physics.resistance import bend_squares, conductivity_at
+from sitscad.spec.load import load_text
+
+COPPER = 58e6
+SPEC = """
+sitscad: 1
+name: losses
+coil: {shape: SHAPE, outer_diameter: 5, turns: 6, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+fpc: {stackup: flex-2l-35um, rules: generic-flex, tail: {length: 30, connector: zif-0.5mm, layers: 2, bend: static}}
+"""
+
+
+def laid_out(shape="circle"):
+    return lay_out(load_text(SPEC.replace("SHAPE", shape), "test.yaml"))
+
+
+def losses(layout, **how):
+    coil = layout.coils[0]
+    geometry = winding_geometry(layout.spec.coil, coil)
+    return winding_losses(layout.spec.coil, coil, geometry.spirals, COPPER, **how)
+
+
+def test_the_drawn_arcs_of_a_circle_lose_what_its_spirals_do():
+    layout = laid_out()
+    coil, modes = layout.coils[0], ModeSet(6, 2, (6, 2))
+    drawn = bent_winding_loss([bent_track(w, 100e-6) for w in coil.windings], COPPER, modes, 2, 20)
+    spirals = winding_geometry(layout.spec.coil, coil).spirals
+    ideal = winding_loss(spirals, COPPER, resolution=Resolution(modes, 12, 20))
+    for frequency in (1e6, 10e6):
+        assert drawn.resistance_ratio(frequency) == pytest.approx(ideal.resistance_ratio(frequency), rel=5e-3)
+
+
+@pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
+def test_the_usual_tolerance_of_polygons_holds_against_the_fine_one(shape):
+    layout = laid_out(shape)
+    usual, fine = losses(layout), losses(layout, tolerance=1e-3)
+    for frequency in (1e5, 1e6, 10e6):
+        assert usual.resistance_ratio(frequency) == pytest.approx(fine.resistance_ratio(frequency), rel=0.02)
+
+
+def test_more_corners_lose_more_like_a_circle():
+    at = {shape: losses(laid_out(shape)).resistance_ratio(10e6) for shape in ("square", "hexagon", "octagon", "circle")}
+    assert abs(at["octagon"] / at["circle"] - 1.0) < 0.08
+    assert at["square"] != pytest.approx(at["circle"], rel=0.02)
+
+
+def test_direct_current_cuts_corners():
+    layout = laid_out("square")
+    coil, spec = layout.coils[0], layout.spec.coil
+    length = sum(w.path.length for w in coil.windings)
+    corners = sum(len(w.path.segments) - 1 for w in coil.windings)
+    thickness = coil.windings[0].thickness
+    expected = (length + corners * bend_squares(math.pi / 2) * 100e-6) / (COPPER * 100e-6 * thickness)
+    assert winding_resistance(spec, coil, COPPER) == pytest.approx(expected, rel=1e-6)
+
+
+def test_warm_copper_resists_more_and_crowds_less():
+    layout = laid_out()
+    cold, warm = estimate(layout), estimate(layout, copper_temperature=60.0)
+    factor = 1.0 + 3.93e-3 * 40.0
+    assert conductivity_at(60.0) == pytest.approx(COPPER / factor)
+    for before, after in zip(cold.coils, warm.coils, strict=True):
+        assert after.terminal_resistance_dc == pytest.approx(before.terminal_resistance_dc * factor, rel=1e-9)
+        ratio = after.resistance_ac / before.resistance_ac
+        assert 1.0 < ratio < factor
+    with pytest.raises(ValueError, match="out of range"):
+        conductivity_at(-300.0)
+
+
+def test_thicker_plating_lowers_the_barrels_resistance():
+    layout = laid_out()
+    stackup = layout.spec.fpc.stackup
+    thin, thick = (
+        estimate_leads(layout.coils[0], replace(stackup, plating_thickness=t), COPPER).via_resistance
+        for t in (8e-6, 20e-6)
+    )
+    assert thick < 0.6 * thin
+
+
+def test_the_tail_runs_in_pairs():
+    leads = estimate_leads(laid_out().coils[0], laid_out().spec.fpc.stackup, COPPER)
+    paired = [strip for strip in leads.strips if strip.beside]
+    assert sum(s.resistance for s in paired) > 0.5 * sum(s.resistance for s in leads.strips)
+    assert sum(s.resistance for s in leads.strips) + leads.via_resistance == pytest.approx(leads.resistance)
+    for strip in paired:
+        assert strip.resistance_at(1e3, COPPER) == pytest.approx(strip.resistance, rel=1e-5)
+        # above each other they draw the current to the facing sides and away from the edges: no worse than alone
+        alone = Strip(strip.resistance, strip.width, strip.thickness).resistance_at(10e6, COPPER)
+        assert strip.resistance_at(10e6, COPPER) == pytest.approx(alone, rel=0.1)
