@@ -57,7 +57,7 @@ def estimate(layout: Layout, method: str | None = None, tolerance: float | None 
     """Everything electrical about a layout, free and mounted.
 
     `method` names a row of METHODS for the winding's inductance; otherwise the cheapest one is taken whose stated error
-    meets `tolerance` (relative; 5e-4 when None). Alike coils are solved once. Works without leads too, where the layout
+    meets `tolerance` (relative; 1e-4 when None). Alike coils are solved once. Works without leads too, where the layout
     found no room for them: the contacts then see the winding alone, and a note says so. Raises ValueError for a method
     that does not exist or does not serve the shape.
     """
