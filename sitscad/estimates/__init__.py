@@ -67,7 +67,7 @@ def estimate(
     """Everything electrical about a layout, free and mounted.
 
     `method` names a row of METHODS for the winding's inductance; otherwise the cheapest one is taken whose stated error
-    meets `tolerance` (relative; 5e-4 when None). Alike coils are solved once. Works without leads too, where the layout
+    meets `tolerance` (relative; 1e-4 when None). Alike coils are solved once. Works without leads too, where the layout
     found no room for them: the contacts then see the winding alone, and a note says so. Raises ValueError for a method
     that does not exist or does not serve the shape. R is within 3 % up to 10 MHz, within 1 % for a tolerance below
     3e-3; `copper_temperature` (degrees Celsius) sets the conductivity of every track and barrel.

@@ -1,4 +1,4 @@
-"""Straight filaments: closed Neumann integrals for parallel ones, a Gauss sum for inclined ones, tracks of them."""
+"""Straight filaments: closed Neumann integrals of parallel and of inclined ones, and tracks of them."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def track_mutual_inductance(first: PolylineTrack, second: PolylineTrack, strands
     """Mutual inductance (H) of two tracks (the self one for the same track), uniform current over the cross-sections.
 
     Strands at the Gauss points of the width follow the mitred corners; parallel sides in closed form with the
-    rectangles' geometric mean distance kept, inclined sides by Gauss points against the closed potential of a filament.
+    rectangles' geometric mean distance kept, inclined sides too.
     """
     nodes, weights = gauss(strands)
     height = first.z - second.z
@@ -196,19 +196,47 @@ def _parallel_sides(
 def _inclined_sides(
     p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, height: float, clearance: Array
 ) -> Array:
-    # Gauss points on the first segment in the potential asinh(end / rho) - asinh(start / rho) of the second.
-    # The points crowd towards both ends (x = 3 t^2 - 2 t^3), where segments that touch have a logarithm.
-    nodes, weights = gauss(12)
-    t = 0.5 * (1.0 + nodes)
-    weights = weights * 6.0 * t * (1.0 - t)
-    point = p[0][i][:, None, :] + (t * t * (3.0 - 2.0 * t))[:, None] * (p[1][i] - p[0][i])[:, None, :]
-    away = q[0][j][:, None, :] - point
-    start = np.sum(away * axis[:, None, :], axis=2)
-    end = np.sum((q[1][j][:, None, :] - point) * axis[:, None, :], axis=2)
-    lateral = away[..., 0] * axis[:, None, 1] - away[..., 1] * axis[:, None, 0]
-    rho = np.sqrt(lateral**2 + height**2 + np.clip(clearance, TOUCHING**2, None)[:, None])
-    potential = np.arcsinh(end / rho) - np.arcsinh(start / rho)
-    return MU0 / (4.0 * math.pi) * 0.5 * lengths * np.sum(weights * potential, axis=1)
+    own = (p[1][i] - p[0][i]) / lengths[:, None]
+    sine, cosine = own[:, 0] * axis[:, 1] - own[:, 1] * axis[:, 0], np.sum(own * axis, axis=1)
+    away = q[0][j] - p[0][i]
+    # distances along both axes from the point where the two lines cross
+    u0 = -(away[:, 0] * axis[:, 1] - away[:, 1] * axis[:, 0]) / sine
+    v0 = -(away[:, 0] * own[:, 1] - away[:, 1] * own[:, 0]) / sine
+    v1 = v0 + np.sum((q[1][j] - q[0][j]) * axis, axis=1)
+    square = height**2 + np.clip(clearance, TOUCHING**2, None)
+    return MU0 / (4.0 * math.pi) * inclined_integral(u0, u0 + lengths, v0, v1, cosine, np.abs(sine), square)
+
+
+def inclined_integral(
+    u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, sine: Array, square: Array | float
+) -> Array:
+    """Integral of 1/distance over two straight filaments in parallel planes whose squared distance is `square` (> 0).
+
+    They run from u0 to u1 and from v0 to v1 along their axes, counted from where these cross, at an angle of the given
+    cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it cancels.
+    """
+    height = np.sqrt(square)
+    result = np.zeros(np.broadcast(u0, v0).shape)
+    for u, v, sign in ((u1, v1, 1.0), (u0, v1, -1.0), (u1, v0, -1.0), (u0, v0, 1.0)):
+        distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine + square)
+        term = u * np.arcsinh((v - u * cosine) / np.sqrt((u * sine) ** 2 + square))
+        term += v * np.arcsinh((u - v * cosine) / np.sqrt((v * sine) ** 2 + square))
+        term -= height / sine * np.arctan((square * cosine + u * v * sine**2) / (height * distance * sine))
+        result += sign * term
+    middle = np.hypot(0.5 * (u0 + u1) - 0.5 * (v0 + v1) * cosine, 0.5 * (v0 + v1) * sine)
+    far = middle > 12.0 * np.maximum(np.abs(u1 - u0), np.abs(v1 - v0))
+    if far.any():
+        each = np.broadcast_to(np.asarray(square, dtype=float), far.shape)[far]
+        result[far] = _inclined_far(u0[far], u1[far], v0[far], v1[far], cosine[far], each)
+    return result
+
+
+def _inclined_far(u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, square: Array) -> Array:
+    nodes, weights = gauss(4)
+    u = (0.5 * (u0 + u1))[:, None, None] + (0.5 * (u1 - u0))[:, None, None] * nodes[:, None]
+    v = (0.5 * (v0 + v1))[:, None, None] + (0.5 * (v1 - v0))[:, None, None] * nodes
+    distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine[:, None, None] + square[:, None, None])
+    return 0.25 * (u1 - u0) * (v1 - v0) * np.sum(weights[:, None] * weights / distance, axis=(1, 2))
 
 
 @lru_cache(maxsize=64)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.filaments import parallel_filaments
+from sitscad.physics.filaments import inclined_integral, parallel_filaments
 from sitscad.physics.mean_distance import gauss, level_heights, strand_clearance
 
 Array = NDArray[np.float64]
@@ -44,6 +44,9 @@ arms of eight widths (tests/validation); positive where the strands read low.
 
 FAR = 40.0
 """Distance, in widths, from which one filament stands for a straight track: its mean distance is right to 4th order."""
+
+WIDE = 1.0
+"""Width over layer distance from which corners above each other are extrapolated in the number of strands."""
 
 CHUNK = 400
 """Pairs of arcs that are worked on at once."""
@@ -100,7 +103,7 @@ Bend = tuple[tuple[float, float], float, float, float, float]
 
 
 def track(pieces: Sequence[Side | Bend], width: float, thickness: float, z: float) -> Track:
-    """A track from its pieces in the current's order: (start, end) of a side, or a `Bend`; smooth where a bend joins."""
+    """A track from its pieces in the current's order: (start, end) of a side, or a `Bend`, joined smoothly."""
     sides, arcs, turnings = [], [], []
     for k, piece in enumerate(pieces):
         if len(piece) == 5:
@@ -256,11 +259,26 @@ def _block(one: Track, other: Track, strands: tuple[int, int], same: bool) -> fl
     apart = _side_distances(one, other, t1, t2) / max(one.width, other.width)
     near, far = apart < NEAR, apart > FAR
     total = 0.0
-    for chosen, count in ((near, strands[1]), (~near & ~far, strands[0]), (far, 1)):
-        np.logical_and(chosen, double > 0.0, out=chosen)
-        total += _parallel_sides(one, other, t1, double, np.nonzero(chosen & parallel), count)
-        total += _inclined_sides(one, other, double * cosine, sine, np.nonzero(chosen & inclined), count, chosen is far)
+    for chosen, count, share in (
+        *((near, count, share) for count, share in _near_strands(one, other, strands[1])),
+        (~near & ~far, strands[0], 1.0),
+        (far, 1, 1.0),
+    ):
+        chosen = chosen & (double > 0.0)
+        value = _parallel_sides(one, other, t1, double, np.nonzero(chosen & parallel), count)
+        pairs = np.nonzero(chosen & inclined)
+        value += _inclined_sides(one, other, double * cosine, sine, pairs, count, count < strands[0])
+        total += share * value
     return total
+
+
+def _near_strands(one: Track, other: Track, count: int) -> tuple[tuple[int, float], ...]:
+    # Corners above each other: each strand more halves what is missed where the tracks are wide against their distance,
+    # so twice the finer sum less the coarser one goes to the limit.
+    height = abs(one.z - other.z)
+    if count < 3 or height == 0.0 or max(one.width, other.width) < WIDE * height:
+        return ((count, 1.0),)
+    return ((count + 1, 2.0), (count, -1.0))
 
 
 def _unit(steps: Array) -> Array:
@@ -326,7 +344,7 @@ def _inclined_sides(
     heights = level_heights(height, (one.thickness, other.thickness), _levels(one, other, count))
     extra = 0.0 if height else float(_clearance(one, other, count)[1][0])
     if far:
-        # Far apart, the mean over both sections of the harmonic 1/distance: its part along a side cancels at the corners.
+        # Far apart, the mean over both sections of the harmonic 1/distance: what lies along a side cancels at corners.
         extra = (one.thickness**2 + other.thickness**2 - one.width**2 - other.width**2) / 12.0
     total = 0.0
     for x1, x2, share in _strand_pairs(one.width, other.width, count, False):
@@ -341,37 +359,6 @@ def _inclined_sides(
             value = inclined_integral(u0, u1, v0, v1, c, np.abs(s), max(h * h + extra, FLOOR))
             total += share / len(heights) * float(np.sum(weight[i, j] * value))
     return total
-
-
-def inclined_integral(
-    u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, sine: Array, square: Array | float
-) -> Array:
-    """Integral of 1/distance over two straight filaments in parallel planes whose squared distance is `square` (> 0).
-
-    They run from u0 to u1 and from v0 to v1 along their axes, counted from where these cross, at an angle of the given
-    cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it cancels.
-    """
-    height = np.sqrt(square)
-    result = np.zeros(np.broadcast(u0, v0).shape)
-    for u, v, sign in ((u1, v1, 1.0), (u0, v1, -1.0), (u1, v0, -1.0), (u0, v0, 1.0)):
-        distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine + square)
-        term = u * np.arcsinh((v - u * cosine) / np.sqrt((u * sine) ** 2 + square))
-        term += v * np.arcsinh((u - v * cosine) / np.sqrt((v * sine) ** 2 + square))
-        term -= height / sine * np.arctan((square * cosine + u * v * sine**2) / (height * distance * sine))
-        result += sign * term
-    middle = np.hypot(0.5 * (u0 + u1) - 0.5 * (v0 + v1) * cosine, 0.5 * (v0 + v1) * sine)
-    far = middle > 12.0 * np.maximum(np.abs(u1 - u0), np.abs(v1 - v0))
-    if far.any():
-        result[far] = _inclined_far(u0[far], u1[far], v0[far], v1[far], cosine[far], square)
-    return result
-
-
-def _inclined_far(u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, square: Array | float) -> Array:
-    nodes, weights = gauss(4)
-    u = (0.5 * (u0 + u1))[:, None, None] + (0.5 * (u1 - u0))[:, None, None] * nodes[:, None]
-    v = (0.5 * (v0 + v1))[:, None, None] + (0.5 * (v1 - v0))[:, None, None] * nodes
-    distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine[:, None, None] + square)
-    return 0.25 * (u1 - u0) * (v1 - v0) * np.sum(weights[:, None] * weights / distance, axis=(1, 2))
 
 
 # Arcs

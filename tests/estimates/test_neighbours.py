@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,8 +13,8 @@ from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.windings import WindingGeometry
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import MU0
-from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.tracks import track
 
 UM = 1e-6
 
@@ -33,8 +34,8 @@ def spiral_geometry():
 def square_geometry():
     side = 3e-3
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * side / 2
-    track = PolylineTrack(corners, 100 * UM, 35 * UM, 0.0)
-    return WindingGeometry(SimpleNamespace(shape="square", turns=1.0), (), (track,)), side**2
+    drawn = track([(tuple(a), tuple(b)) for a, b in pairwise(corners)], 100 * UM, 35 * UM, 0.0)
+    return WindingGeometry(SimpleNamespace(shape="square", turns=1.0), (), (), (drawn,)), side**2
 
 
 def placed(x, y=0.0):

@@ -97,3 +97,53 @@ def test_the_outer_boundary_surrounds_the_coil_at_its_offset(shape):
     distances = [math.hypot(*segment.at(0.5)) for segment in ring]
     assert min(distances) == pytest.approx(2.2 * MM, rel=1e-3 if shape == "circle" else 0.3)
     assert ring.start.distance(Point(2.2 * MM, 0)) < 1e-12
+
+
+def racetrack(turns, angle, sense):
+    size = SpiralDimensions((9 * MM, 5 * MM), 0.1 * MM, 0.2 * MM, turns)
+    return wind("racetrack", size, angle, sense)
+
+
+def test_the_racetrack_of_the_contract():
+    """D = [9, 5] mm: straights from x = 2 to -2 mm, R = 2.45 mm, the +x end p/2 across with p/2 less radius."""
+    path = racetrack(1.5, corner_angle("racetrack", 0.0, 1), 1)
+    assert path.start.distance(Point(2 * MM, 2.45 * MM)) < 1e-12
+    assert path.segments[0].end.distance(Point(-2 * MM, 2.45 * MM)) < 1e-12
+    first, other, third = (s for s in path if isinstance(s, Arc))
+    assert first.centre.distance(Point(-2 * MM, 0.0)) < 1e-12 and first.radius == pytest.approx(2.45 * MM)
+    assert other.centre.distance(Point(2 * MM, -0.1 * MM)) < 1e-12 and other.radius == pytest.approx(2.35 * MM)
+    assert third.centre.distance(Point(-2 * MM, 0.0)) < 1e-12 and third.radius == pytest.approx(2.25 * MM)
+
+
+@pytest.mark.parametrize("quadrant", range(4))
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("turns", [0.5, 2.0, 4.5])
+def test_a_racetrack_is_smooth_and_spaced_from_every_junction(quadrant, sense, turns):
+    path = racetrack(turns, math.pi / 4 + quadrant * math.pi / 2, sense)
+    assert len(path.segments) == round(4 * turns)
+    corner = Point((2 if quadrant in (0, 3) else -2) * MM, (2.45 if quadrant < 2 else -2.45) * MM)
+    assert path.start.distance(corner) < 1e-12
+    for one, following in zip(path.segments, path.segments[1:], strict=False):
+        assert one.end.distance(following.start) < 1e-15
+        a, b = one.at(1.0 - 1e-6), following.at(1e-6)
+        assert abs(math.hypot(a.x - b.x, a.y - b.y) - a.distance(one.end) - b.distance(one.end)) < 1e-12
+    for one, inner in zip(path.segments, path.segments[4:], strict=False):
+        for fraction in (0.1, 0.5, 0.9):
+            assert inner.distance(one.at(fraction)) == pytest.approx(0.2 * MM, rel=1e-9)
+    assert all((s.sweep > 0) == (sense > 0) for s in path if isinstance(s, Arc))
+
+
+def test_the_layers_of_a_racetrack_meet_inside():
+    for turns in (1.0, 2.5):
+        angle = corner_angle("racetrack", 0.0, 1)
+        inner, other = racetrack(turns, angle, 1), racetrack(turns, angle + 4 * math.pi * turns, -1)
+        assert inner.end.distance(other.end) < 0.11 * MM
+
+
+def test_the_boundary_of_a_racetrack_surrounds_it():
+    ring = outer_boundary("racetrack", (9 * MM, 5 * MM), 0.2 * MM)
+    assert ring.is_closed
+    for segment in ring:
+        middle = segment.at(0.5)
+        assert math.hypot(max(0.0, abs(middle.x) - 2 * MM), middle.y) >= 2.7 * MM - 1e-12
+        assert math.hypot(max(0.0, abs(segment.end.x) - 2 * MM), segment.end.y) <= 2.73 * MM

@@ -1,7 +1,7 @@
 """Random coils of every shape in published ranges, the same for every run: a seed and a number name a design.
 
-Outer size 2 to 40 mm (rectangle and racetrack: 1.05 to 3 times as long), track 30 to 80 % of the pitch, turns fill 10 to
-85 % of the way to the centre, 0.5 to MOST_TURNS turns (circles any number, others what the shape allows), 1 to 3
+Outer size 2 to 40 mm (rectangle and racetrack: 1.05 to 3 times as long), track 30 to 80 % of the pitch, turns fill
+10 to 85 % of the way to the centre, 0.5 to MOST_TURNS turns (circles any number, others what the shape allows), 1 to 3
 layers, copper 9 to 70 um and at most as thick as the track is wide, layers' mid-planes 25 to 300 um further apart than
 the copper is thick.
 """
@@ -91,9 +91,9 @@ def pieces_of(path: Path):
 
 def exact(coil: Design, points: volume_integral.Points | None = None) -> float:
     """The coil's inductance (H) by the volume integral; congruent layers are integrated once."""
-    n = points or (volume_integral.Points(along=8) if coil.spirals else volume_integral.Points(along=14, across=8))
+    n = points or volume_integral.Points(along=9 if coil.spirals else 12 if coil.spec.shape == "racetrack" else 14)
     layers = coil.conductors
-    congruent = coil.spec.shape != "racetrack"
+    congruent = coil.spec.shape not in ("rectangle", "racetrack")
     total = alone = 0.0
     for i in range(len(layers)):
         if i < 2:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def crowded(count):
 
 
 def conductor(segments, width, thickness, z):
-    """From ("line", start, end) and ("arc", centre, radius, azimuth, direction, angle[, fall]) in the current's order."""
+    """From ("line", start, end) and ("arc", centre, radius, azimuth, direction, angle[, fall]), along the current."""
     ends = [_tangents(segment) for segment in segments]
     starts, stops, before, after, polar = [], [], [], [], []
     for k, segment in enumerate(segments):
@@ -75,7 +76,9 @@ def _tangents(segment):
     fall = fall[0] if fall else 0.0
     found = []
     for a, r in ((azimuth, radius), (azimuth + direction * angle, radius - fall * angle)):
-        t = np.array([-fall * math.cos(a) - direction * r * math.sin(a), -fall * math.sin(a) + direction * r * math.cos(a)])
+        t = np.array(
+            [-fall * math.cos(a) - direction * r * math.sin(a), -fall * math.sin(a) + direction * r * math.cos(a)]
+        )
         found.append(t / np.hypot(*t))
     return found[0], found[1]
 
@@ -110,7 +113,7 @@ def _line_points(c, index, offset, s):
 
 
 def _polar_points(rows, offset, tau):
-    """Points and derivatives (k, n, 2) at angles tau (k, n) of curved pieces `rows` (k, 7), `offset` (k) to the left."""
+    """Points and derivatives (k, n, 2) at angles tau (k, n) of curved pieces (k, 7), `offset` (k) to the left."""
     offset = offset[:, None]
     cx, cy, radius, fall, azimuth, direction = (rows[:, i, None] for i in range(6))
     r, a = radius - fall * tau, azimuth + direction * tau
@@ -163,31 +166,44 @@ def _potential(c, index, offset, point, dz, count):
 
 
 def _curved_potential(rows, offset, point, dz, count):
+    """As `_potential` for curved pieces: the straight filament that touches closed, the difference by points."""
     dx, dy = point[..., 0] - rows[:, None, 0], point[..., 1] - rows[:, None, 1]
     span = rows[:, 6, None]
-    tau = rows[:, 5, None] * (np.arctan2(dy, dx) - rows[:, 4, None]) % (2.0 * math.pi)
-    beyond = tau > span
-    tau = np.where(beyond, np.where(tau - span < 2.0 * math.pi - tau, span, 0.0), tau)
-    nearest, _ = _polar_points(rows, offset, tau)
-    radius = rows[:, 2, None] - rows[:, 3, None] * tau
-    scale = np.sqrt(np.sum((nearest - point) ** 2, -1) + dz[:, None] ** 2 + 1e-30) / radius
+    before = 0.5 * (2.0 * math.pi - span)
+    foot = (rows[:, 5, None] * (np.arctan2(dy, dx) - rows[:, 4, None]) + before) % (2.0 * math.pi) - before
+    for _ in range(2):
+        nearest, tangent = _polar_points(rows, offset, foot)
+        square = np.sum(tangent * tangent, -1)
+        step = np.sum((point - nearest) * tangent, -1) / square
+        foot = foot + np.where(np.abs(step) < 0.1, step, 0.0)
+    nearest, tangent = _polar_points(rows, offset, foot)
+    speed = np.sqrt(np.sum(tangent * tangent, -1))
+    scale = np.sqrt(np.sum((nearest - point) ** 2, -1) + dz[:, None] ** 2 + 1e-30) / speed
+    closed = (np.arcsinh((span - foot) / scale) + np.arcsinh(foot / scale)) / speed
+    total = closed[..., None] * tangent
     t, weights = rule(count)
-    total = np.zeros_like(point)
-    for edge in (np.zeros_like(tau), np.broadcast_to(span, tau.shape)):
-        reach = np.arcsinh((edge - tau) / scale)[..., None]
-        v = scale[..., None] * np.sinh(reach * t)
-        jacobian = np.abs(reach) * weights * scale[..., None] * np.cosh(reach * t)
-        flat = (tau[..., None] + v).reshape(len(rows), -1)
-        where, element = _polar_points(rows, offset, flat)
-        where, element = where.reshape(*v.shape, 2), element.reshape(*v.shape, 2)
-        distance = np.sqrt(np.sum((where - point[..., None, :]) ** 2, -1) + dz[:, None, None] ** 2)
-        total += np.sum((jacobian / distance)[..., None] * element, -2)
+    split = np.clip(foot, 0.0, span)
+    for edge in (np.zeros_like(foot), np.broadcast_to(span, foot.shape)):
+        reach = (edge - split)[..., None]
+        tau = split[..., None] + reach * t * t
+        jacobian = np.abs(reach) * 2.0 * t * weights
+        where, element = _polar_points(rows, offset, tau.reshape(len(rows), -1))
+        where, element = where.reshape(*tau.shape, 2), element.reshape(*tau.shape, 2)
+        distance = np.sqrt(np.sum((where - point[..., None, :]) ** 2, -1) + dz[:, None, None] ** 2 + 1e-30)
+        straight = speed[..., None] * np.hypot(tau - foot[..., None], scale[..., None])
+        total += np.sum(
+            jacobian[..., None] * (element / distance[..., None] - tangent[..., None, :] / straight[..., None]), -2
+        )
     return total
 
 
-def _crossing(a, i, b, j):
-    """Fraction of piece i of a at which the line of piece j of b crosses it; 0 where either is curved, or parallel."""
+def _crossing(a, i, x1, b, j, x2):
+    """Fraction of piece i of a at which piece j of b crosses it; 0 where it does not, or one alone is curved."""
     s = np.zeros(i.shape)
+    curved = (i >= len(a.starts)) & (j >= len(b.starts))
+    if curved.any():
+        one, other = a.polar[i[curved] - len(a.starts)], b.polar[j[curved] - len(b.starts)]
+        s[curved] = _curves_cross(one, x1[curved], other, x2[curved])
     both = (i < len(a.starts)) & (j < len(b.starts))
     p, q = i[both], j[both]
     d, e = a.ends[p] - a.starts[p], b.ends[q] - b.starts[q]
@@ -196,6 +212,23 @@ def _crossing(a, i, b, j):
     wide = np.abs(cross) > 1e-6 * np.hypot(*d.T) * np.hypot(*e.T)
     s[both] = np.where(wide, (away[:, 0] * e[:, 1] - away[:, 1] * e[:, 0]) / np.where(wide, cross, 1.0), 0.0)
     return s
+
+
+def _curves_cross(one, x1, other, x2, samples=9):
+    """Fraction of each curved piece at which its strand's distance from the other's strand changes sign; 0 if never."""
+    s = np.linspace(0.0, 1.0, samples)
+    where, _ = _polar_points(one, x1, one[:, 6, None] * s)
+    dx, dy = where[..., 0] - other[:, None, 0], where[..., 1] - other[:, None, 1]
+    span = other[:, 6, None]
+    before = 0.5 * (2.0 * math.pi - span)
+    tau = (other[:, 5, None] * (np.arctan2(dy, dx) - other[:, 4, None]) + before) % (2.0 * math.pi) - before
+    gap = np.hypot(dx, dy) - (other[:, 2, None] - other[:, 3, None] * tau - other[:, 5, None] * x2[:, None])
+    changes = (gap[:, 1:] * gap[:, :-1] < 0.0) & (tau[:, 1:] > -0.2) & (tau[:, 1:] < span + 0.2)
+    first = np.argmax(changes, axis=1)
+    row = np.arange(len(one))
+    low, high = gap[row, first], gap[row, first + 1]
+    at = (first + low / np.where(low == high, 1.0, low - high)) / (samples - 1)
+    return np.where(changes.any(axis=1), at, 0.0)
 
 
 def _foot(a, i, point):
@@ -228,7 +261,7 @@ def _graded_sum(a, i, b, j, section, outer, inner, chunk=60_000):
 def _graded_part(a, i, b, j, x1, x2, dz, weight, outer, inner):
     t, weights = crowded(outer)
     ends, _ = _points(b, j, x2, np.broadcast_to(np.array([0.0, 1.0]), (len(j), 2)))
-    cuts = np.stack([_foot(a, i, ends[:, 0]), _foot(a, i, ends[:, 1]), _crossing(a, i, b, j)], axis=1)
+    cuts = np.stack([_foot(a, i, ends[:, 0]), _foot(a, i, ends[:, 1]), _crossing(a, i, x1, b, j, x2)], axis=1)
     edges = np.sort(np.clip(cuts, 0.0, 1.0), axis=1)
     edges = np.concatenate([np.zeros((len(i), 1)), edges, np.ones((len(i), 1))], axis=1)
     low, high = edges[:, :-1].ravel(), edges[:, 1:].ravel()
@@ -323,7 +356,7 @@ def _heights(t1, t2, dz, count):
     if dz == 0.0 and inner < 1e-12 * outer:
         return [(outer * u**3, 3.0 * u * u * w * 2.0 * (1.0 - u**3)) for u, w in zip(s, ws, strict=True)]
     edges = [-outer, -inner, inner, outer]
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in pairwise(edges):
         if high - low > 1e-12 * outer:
             for u, w in zip(s, ws, strict=True):
                 zeta = low + (high - low) * u
@@ -362,7 +395,7 @@ class Points:
 
     far: int = 6
     along: int = 12
-    inner: int = 9
+    inner: int = 7
     beside: int = 3
     across: int = 7
     through: int = 4

@@ -1,0 +1,116 @@
+"""Every method's stated bound against the volume integral: on random designs of every shape, and on known coils."""
+
+from __future__ import annotations
+
+import designs
+import numpy as np
+import pytest
+import volume_integral
+from windings import bench
+
+from sitscad.estimates.windings import METHODS, WindingGeometry
+from sitscad.physics.tracks import tracks_mutual_inductance
+
+QUICK, ALL = 3, 500
+
+
+def methods(shape):
+    return [m for m in METHODS if shape in m.shapes and not m.is_cross_check]
+
+
+def compared(shape, numbers):
+    """Rows of (method, error, bound) for the designs of these numbers."""
+    rows = []
+    for number in numbers:
+        coil = designs.design(shape, number)
+        geometry = WindingGeometry(coil.spec, coil.spirals, (), coil.drawn)
+        exact = designs.exact(coil)
+        for method in methods(shape):
+            if method.is_valid(geometry):
+                rows.append((method.name, abs(method.solve(geometry) / exact - 1.0), method.error(geometry), number))
+    return rows
+
+
+@pytest.mark.parametrize("shape", designs.SHAPES)
+def test_the_bound_holds_on_small_designs(shape):
+    small = [k for k in range(60) if len((s := designs.design(shape, k).spec).layers) * s.turns <= 2.5][:QUICK]
+    assert len(small) == QUICK
+    for name, error, bound, number in compared(shape, small):
+        assert error <= bound, (name, number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", designs.SHAPES)
+def test_the_bound_holds_and_is_not_slack_on_all_designs(shape):
+    rows = compared(shape, range(ALL))
+    assert [row for row in rows if row[1] > row[2]] == []
+    for method in methods(shape):
+        ratios = [bound / error for name, error, bound, _ in rows if name == method.name]
+        assert not ratios or np.median(ratios) < 10.0
+
+
+@pytest.mark.slow
+def test_the_yardstick_gives_the_reference_coil():
+    """2 x 12 turns, 7 mm: 0.649863 uH a layer, 2.523424 uH both, converged elsewhere to 2e-8."""
+    first = volume_integral.spiral(bench()[0])
+    points = volume_integral.Points(along=6, inner=6, across=5, through=3)
+    alone = volume_integral.mutual(first, first, points)
+    assert alone == pytest.approx(0.649863e-6, rel=3e-5)
+
+
+@pytest.mark.slow
+def test_the_yardstick_gives_the_whole_reference_coil():
+    first, second = (volume_integral.spiral(layer) for layer in bench())
+    total = 2.0 * (volume_integral.mutual(first, first) + volume_integral.mutual(first, second))
+    assert total == pytest.approx(2.523424e-6, rel=1e-5)
+
+
+@pytest.mark.parametrize("shape", ["square", "racetrack"])
+def test_the_yardstick_converges(shape):
+    coil = next(c for c in (designs.design(shape, k) for k in range(99)) if len(c.drawn) == 1 and c.spec.turns <= 1.5)
+    one = coil.conductors[0]
+    points = [volume_integral.Points(6, a, a - 1, 3, b, b, 2) for a, b in ((6, 3), (10, 5), (16, 8))]
+    coarse, middle, fine = (volume_integral.mutual(one, one, p) for p in points)
+    assert abs(middle - fine) < abs(coarse - fine)
+    assert middle == pytest.approx(fine, rel=3e-5)
+
+
+def test_a_straight_bar_of_the_yardstick_against_ruehli():
+    """Self-inductance of a 1 mm x 0.1 mm x 35 um bar by the closed volume integral (Hoer and Love), in 50 digits."""
+    length, width, thickness = 1e-3, 1e-4, 35e-6
+    bar = volume_integral.conductor([("line", (0.0, 0.0), (length, 0.0))], width, thickness, 0.0)
+    points = volume_integral.Points(6, 20, 9, 4, 10, 7, 3)
+    assert volume_integral.mutual(bar, bar, points) == pytest.approx(hoer_love(length, width, thickness), rel=1e-5)
+
+
+def hoer_love(length, width, thickness):
+    import mpmath
+
+    with mpmath.workdps(50):
+        l, w, t = (mpmath.mpf(v) for v in (length, width, thickness))
+
+        def f(x, y, z):
+            r = mpmath.sqrt(x * x + y * y + z * z)
+            total = mpmath.mpf(0)
+            for a, b, c in ((x, y, z), (y, z, x), (z, x, y)):
+                # c is the direction of the logarithm, a and b the other two
+                if a or b:
+                    even = a * a * b * b / 4 - a**4 / 24 - b**4 / 24
+                    total += even * c * mpmath.asinh(c / mpmath.sqrt(a * a + b * b))
+                if c and r:
+                    total -= a * b * c**3 / 6 * mpmath.atan(a * b / (c * r))
+            total += r * (x**4 + y**4 + z**4 - 3 * (x * x * y * y + y * y * z * z + z * z * x * x)) / 60
+            return total
+
+        total = mpmath.mpf(0)
+        for x, sx in ((w, 1), (mpmath.mpf(0), -2), (-w, 1)):
+            for y, sy in ((t, 1), (mpmath.mpf(0), -2), (-t, 1)):
+                for z, sz in ((l, 1), (mpmath.mpf(0), -2), (-l, 1)):
+                    total += sx * sy * sz * f(x, y, z)
+        return float(mpmath.mpf(1e-7) * total / (w * w * t * t))
+
+
+def test_identical_layers_are_computed_alike():
+    coil = next(c for c in (designs.design("hexagon", k) for k in range(99)) if len(c.drawn) == 2)
+    own = [tracks_mutual_inductance(t, t) for t in coil.drawn]
+    assert own[0] == pytest.approx(own[1], rel=1e-10)
