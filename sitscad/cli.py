@@ -43,6 +43,12 @@ def _run(arguments: Sequence[str] | None) -> int:
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the reader is gone; nothing is left to say
         return 141
+    except OSError as error:
+        if os.environ.get("SITSCAD_TRACEBACK"):
+            raise
+        _say(f"cannot read or write: {error}")
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - what is left in the stream cannot be written either
+        return 2
     except Exception as error:
         return _explain_crash(error)
 
@@ -174,6 +180,8 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read.
     """
     show = _row(sitscad.ESTIMATE_FORMATS, format_name, "--format")
+    if tolerance is not None and tolerance != tolerance:  # nan lies in no range, and click lets it through
+        raise click.BadParameter("a number above 0 is wanted", param_hint="--tolerance")
     if method is not None:
         _row({row.name: row for row in sitscad.METHODS}, method, "--method")
     try:
@@ -286,10 +294,22 @@ def _checked(path: str) -> CheckedSpec:
     return sitscad.checked_spec(spec, result.findings, result.not_checked)
 
 
+SHOWN = 1 << 18
+"""Bytes of an unreadable spec that are read to show its lines: as many as a spec may have."""
+
+
+def _beginning(path: Path) -> str:
+    """What a spec may hold at most, to show a line of it; nothing of what is no plain file (a pipe would never end)."""
+    if not path.is_file():
+        return ""
+    with path.open("rb") as stream:
+        return stream.read(SHOWN).decode("utf-8", errors="replace")
+
+
 def _unreadable(path: str, error: Any) -> CheckedSpec:
     """The findings of a spec that could not be loaded; every other rule is listed as not checked."""
     try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
+        text = _beginning(Path(path))
     except (OSError, ValueError):
         text = ""
     reported = {finding.rule for finding in error.findings}

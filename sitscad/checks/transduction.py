@@ -62,6 +62,13 @@ def target_thickness(subject: Subject) -> Iterator[Verdict]:
     if not frequencies:
         yield Undecided("no sensor frequency was estimated")
         return
+    if target.material.conductivity <= 0.0:
+        yield Complaint(
+            f"the target's material {target.material.name} does not conduct: no eddy currents flow in it",
+            "take a metal: copper or aluminium; what senses is the field that its eddy currents push back",
+            "target.material",
+        )
+        return
     depth = skin_depth(min(frequencies), target.material.conductivity, target.material.relative_permeability)
     ratio = target.thickness / depth
     if ratio < 3.0:

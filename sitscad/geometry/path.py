@@ -286,16 +286,20 @@ def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[P
     return a, b, Arc(a, b, centre, ccw=ux * vy - uy * vx < 0)
 
 
-def rounded_polyline(corners: list[Point], radius: float) -> Path:
-    """An open polyline with its inner corners rounded, each by at most what its shorter side leaves room for."""
+def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
+    """An open polyline with its inner corners rounded, each by at most what its shorter side leaves room for.
+
+    One radius (m) for all corners, or one for each point.
+    """
     segments: list[Segment] = []
     here = corners[0]
-    for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
+    radii = radius if isinstance(radius, list) else [radius] * len(corners)
+    for before, corner, after, wanted in zip(corners, corners[1:], corners[2:], radii[1:], strict=False):
         ux, uy = _unit(corner, before)
         vx, vy = _unit(corner, after)
         half = math.acos(max(-1.0, min(1.0, ux * vx + uy * vy))) / 2
         room = 0.5 * min(corner.distance(before), corner.distance(after)) * math.tan(half)
-        a, b, arc = fillet(before, corner, after, min(radius, room))
+        a, b, arc = fillet(before, corner, after, min(wanted, room))
         if here.distance(a) > 1e-12:
             segments.append(Line(here, a))
         if arc is not None:

@@ -130,7 +130,7 @@ SPIRALS: dict[str, Callable[[SpiralDimensions, float], Path]] = {
     "racetrack": racetrack,
 }
 
-_CORNERS = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}
+CORNERS = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}
 
 
 def wind(shape: str, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1) -> Path:
@@ -152,19 +152,26 @@ def corner_angle(shape: str, angle: float, sense: int) -> float:
     """
     if shape == "racetrack":
         return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
-    corners = _CORNERS.get(shape)
+    corners = CORNERS.get(shape)
     if corners is None:
         return angle
     step = TWO_PI / corners
     return sense * ((math.floor((sense * angle - step / 2) / step + 1e-9)) * step + step / 2)
 
 
-def rounded_corners(path: Path, radius: float) -> Path:
-    """A polygon spiral with its inner corners rounded by `radius` (m), less where the sides are too short for it."""
+def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
+    """An inward polygon spiral with its corners rounded by `radius` (m), less where the sides are too short for it.
+
+    The corner one turn of `sides` sides before the inner end is rounded by at most the pitch (m): more would cut the
+    turn in towards that end.
+    """
     if radius <= 0.0 or len(path.segments) < 2:
         return path
     corners = [path.start, *(segment.end for segment in path)]
-    return rounded_polyline(corners, radius)
+    radii = [radius] * len(corners)
+    if len(corners) > sides + 1:
+        radii[-1 - sides] = min(radius, pitch)
+    return rounded_polyline(corners, radii)
 
 
 def outer_boundary(shape: str, size: tuple[float, float], offset: float) -> Path:
@@ -177,7 +184,7 @@ def outer_boundary(shape: str, size: tuple[float, float], offset: float) -> Path
         return Path(tuple(Arc(a, b, origin) for a, b in ((east, north), (north, west), (west, south), (south, east))))
     if shape == "racetrack":
         return _around_racetrack(size, offset)
-    corners = _CORNERS[shape]
+    corners = CORNERS[shape]
     step = TWO_PI / corners
 
     def flat(index: int) -> tuple[float, float]:

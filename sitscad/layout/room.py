@@ -33,9 +33,23 @@ def no_way_out(spec: SensorSpec) -> Finding:
 def no_inner_room(spec: SensorSpec, bus: Bus, clear_radius: float, joins: int) -> Finding:
     """The centre is too small for the vias that join the layers there."""
     needed, have = room_needed(joins, spec.fpc.rules, bus.spacing), 2.0 * clear_radius
-    missing = max(needed - have, 1e-6)
+    missing = needed - have
     fewer = missing / (2.0 * spec.coil.pitch)
     vias = "via" if joins == 1 else f"{joins} vias"
+    if missing <= 0.0:
+        return Finding(
+            rule="SIT112",
+            name="inner-via-room",
+            severity=Severity.ERROR,
+            message=f"no place was found for {vias} and the stubs to them inside the innermost turn, although "
+            f"{have * 1e3:.3f} mm are clear there and {needed * 1e3:.3f} mm can do",
+            hint="change coil.start_angle or the turns by a fraction, so that the layers' inner ends stand apart; or take "
+            "a turn less",
+            key="coil.turns",
+            measured=have,
+            limit=needed,
+            unit="m",
+        )
     return Finding(
         rule="SIT112",
         name="inner-via-room",

@@ -111,11 +111,10 @@ def _outer_copper(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
 
 
 def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
-    """As wide as a via beside it allows at the connector's pitch, between the coil's own and `TAIL_TRACE_WIDTH`."""
-    keep = hole_keep_out(
-        Hole(Point(0, 0), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill), spec.fpc.rules, bus.spacing
-    )
-    return max(bus.width, min(TAIL_TRACE_WIDTH, 2.0 * (connector.pitch - keep), connector.contact_width))
+    """As wide as a via beside it allows at the connector's pitch, at most `TAIL_TRACE_WIDTH`."""
+    rules = spec.fpc.rules
+    keep = hole_keep_out(Hole(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
+    return max(rules.trace_width, min(TAIL_TRACE_WIDTH, 2.0 * (connector.pitch - keep), connector.contact_width))
 
 
 def _fan_length(spec: SensorSpec, bus: Bus, connector: Connector) -> float:

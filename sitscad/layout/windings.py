@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sitscad.geometry.path import Point
-from sitscad.geometry.spiral import SpiralDimensions, corner_angle, rounded_corners, wind
+from sitscad.geometry.spiral import CORNERS, SpiralDimensions, corner_angle, rounded_corners, wind
 from sitscad.layout.board import Winding
 from sitscad.spec.sensor import CoilPlacement, CoilSpec, SensorSpec
 
@@ -23,7 +23,9 @@ def wind_coil(spec: SensorSpec, placement: CoilPlacement) -> tuple[Winding, ...]
         if not inward:
             angle += 2.0 * sweep
         layer_sense = sense if inward else -sense
-        path = rounded_corners(wind(coil.shape, dimensions, angle, layer_sense), coil.corner_radius)
+        path = wind(coil.shape, dimensions, angle, layer_sense)
+        if coil.shape in CORNERS:
+            path = rounded_corners(path, coil.corner_radius, CORNERS[coil.shape], coil.pitch)
         path = path if inward else path.reversed()
         path = path.rotated(rotation) if rotation else path
         path = path.shifted(*placement.centre)

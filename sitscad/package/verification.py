@@ -80,6 +80,8 @@ def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> I
             found.setdefault(contact.net, set()).add(contact.function or contact.pin)
     for name in sorted({*intended, *found}):
         wanted, there = set(intended.get(name, ())), found.get(name, set())
+        if len(wanted) < 2:
+            yield f"coil {name} does not lead from one contact to another: the layout found no way out for it"
         if wanted != there:
             yield f"net {name} joins {_names(there)} where the layout joins {_names(wanted)}"
 

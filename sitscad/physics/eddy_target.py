@@ -107,10 +107,12 @@ def reflected_inductances(
     down = np.exp(-k[:, None] * (z - floor))
     through = np.exp(-2.0 * k * (roof - floor))
     around = (top * bottom * through)[:, None, None]
-    spread = np.exp(-k[:, None, None] * np.abs(z[:, None] - z[None, :]))
+    # Both there-and-back terms with their exponents joined: apart, one of them overflows for far layers
+    apart, gap = np.abs(z[:, None] - z[None, :]), 2.0 * (roof - floor)
+    echo = np.exp(-k[:, None, None] * (gap + apart)) + np.exp(-k[:, None, None] * (gap - apart))
     returned = top[:, None, None] * up[:, :, None] * up[:, None, :]
     returned = returned + bottom[:, None, None] * down[:, :, None] * down[:, None, :]
-    returned = (returned + around * (spread + 1.0 / spread)) / (1.0 - around)
+    returned = (returned + (top * bottom)[:, None, None] * echo) / (1.0 - around)
     waves = spectrum.weights * (spectrum.power * returned).sum(axis=(1, 2))
     shift = np.array([j0(k * distance) for distance in distances])
     return np.asarray(MU0 * math.pi * (shift @ waves))

@@ -85,9 +85,9 @@ def test_corner_angle_is_the_last_corner_at_or_before_in_the_direction_of_windin
 
 def test_rounded_corners_keep_the_ends():
     path = wind("square", SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 3.0), 0.0)
-    soft = rounded_corners(path, 0.3 * MM)
+    soft = rounded_corners(path, 0.3 * MM, 4, 0.2 * MM)
     assert soft.start == path.start and soft.end == path.end and soft.length < path.length
-    assert rounded_corners(path, 0.0) is path
+    assert rounded_corners(path, 0.0, 4, 0.2 * MM) is path
 
 
 @pytest.mark.parametrize("shape", ["circle", "square", "hexagon", "octagon"])

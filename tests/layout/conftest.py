@@ -32,6 +32,8 @@ def sensor(
     start_angle=0.0,
     clockwise=False,
     centres=None,
+    corner_radius=0.0,
+    size=None,
 ):
     """A sensor of coils in a line, or about some centres, everything else left out."""
     centres = centres or [((i - (coils - 1) / 2) * pitch, 0.0) for i in range(coils)]
@@ -39,7 +41,15 @@ def sensor(
     return SensorSpec(
         name="drawn",
         coil=CoilSpec(
-            shape, (diameter, diameter), turns, tuple(range(1, layers + 1)), width, spacing, start_angle, clockwise
+            shape,
+            size or (diameter, diameter),
+            turns,
+            tuple(range(1, layers + 1)),
+            width,
+            spacing,
+            start_angle,
+            clockwise,
+            corner_radius,
         ),
         array=ArraySpec("line" if coils > 1 else "single", placements, pitch),
         fpc=FpcSpec(
