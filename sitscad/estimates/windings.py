@@ -168,14 +168,14 @@ _STRAND_BOUNDS = {
     "rectangle": (2.5e-5, 2.5e-3, 0.0, 0.0, 4e-5),
     "hexagon": (2.8e-5, 3.2e-3, 2e-5, 0.0, 8e-5),
     "octagon": (3.2e-5, 4.5e-3, 2e-4, 0.0, 8e-4),
-    "racetrack": (1.6e-4, 8.5e-3, 5e-4, 0.0, 0.0),
+    "racetrack": (2.2e-4, 1.1e-2, 8e-4, 0.0, 0.0),
 }
 _FILAMENT_BOUNDS = {
     "square": (2e-5, 4e-3, 9.5e-3, 1e-3, 0.0),
     "rectangle": (2e-5, 5e-3, 8e-3, 4e-3, 0.0),
     "hexagon": (2e-5, 2e-2, 1.8e-2, 5e-3, 0.0),
     "octagon": (3.5e-4, 0.25, 2.2e-2, 0.0, 0.0),
-    "racetrack": (2e-5, 1e-3, 3.8e-3, 9e-3, 0.0),
+    "racetrack": (2.5e-4, 2e-3, 5e-3, 9e-3, 0.0),
 }
 
 

@@ -464,7 +464,7 @@ def _concentric_arcs(
 
 
 def _other_arcs(
-    one: Track, other: Track, pairs: tuple[Index, ...], x1: float, x2: float, strands: int, points: int = 12
+    one: Track, other: Track, pairs: tuple[Index, ...], x1: float, x2: float, strands: int, points: int = 20
 ) -> float:
     i, j = pairs
     if not i.size:
@@ -482,7 +482,7 @@ def _other_arcs(
     product = distance * radius
     gap = (distance - radius) ** 2 + extra
     scale = np.sqrt(np.maximum(gap + 4.0 * product * np.sin(0.5 * (offset - nearest)) ** 2, FLOOR)) / radius
-    nodes, weights = gauss(points // 2 + 2)
+    nodes, weights = gauss(8)
     heading = np.arctan2(tangent[i][..., 1], tangent[i][..., 0])
     total = 0.0
     for edge in (0.0, span):
