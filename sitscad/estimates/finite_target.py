@@ -78,8 +78,10 @@ def _corner(coil: CoilSpec) -> float:
 def _plate(target: Target) -> tuple[Plate, float]:
     # A good conductor is a perfect one whose faces lie half a skin depth deeper; a magnetic one draws the field in.
     metal = target.material
-    depth = 0.5 / math.sqrt(math.pi * FREQUENCY * MU0 * metal.relative_permeability * metal.conductivity)
-    depth = min(depth, 0.25 * target.thickness)
+    depth = 0.25 * target.thickness
+    if metal.conductivity > 0.0:
+        skin = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * metal.relative_permeability * metal.conductivity)
+        depth = min(depth, 0.5 * skin)
     shape = "circle" if target.shape == "circle" else "rectangle"
     size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
     return Plate(shape, size, target.thickness - 2.0 * depth), depth

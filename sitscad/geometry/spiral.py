@@ -162,15 +162,15 @@ def corner_angle(shape: str, angle: float, sense: int) -> float:
 def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
     """An inward polygon spiral with its corners rounded by `radius` (m), less where the sides are too short for it.
 
-    The corner one turn of `sides` sides before the inner end is rounded by at most the pitch (m): more would cut the
-    turn in towards that end.
+    Outside the inner end the radius grows from turn to turn by at most the pitch (m): more would cut a turn in towards
+    that end, or towards the turn inside it. `sides` is the number of sides a turn.
     """
     if radius <= 0.0 or len(path.segments) < 2:
         return path
     corners = [path.start, *(segment.end for segment in path)]
     radii = [radius] * len(corners)
-    if len(corners) > sides + 1:
-        radii[-1 - sides] = min(radius, pitch)
+    for turn, corner in enumerate(range(len(corners) - 1 - sides, 0, -sides), start=1):
+        radii[corner] = min(radius, turn * pitch)
     return rounded_polyline(corners, radii)
 
 

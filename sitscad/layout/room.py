@@ -43,8 +43,8 @@ def no_inner_room(spec: SensorSpec, bus: Bus, clear_radius: float, joins: int) -
             severity=Severity.ERROR,
             message=f"no place was found for {vias} and the stubs to them inside the innermost turn, although "
             f"{have * 1e3:.3f} mm are clear there and {needed * 1e3:.3f} mm can do",
-            hint="change coil.start_angle or the turns by a fraction, so that the layers' inner ends stand apart; or take "
-            "a turn less",
+            hint="change coil.start_angle or the turns by a fraction, so that the layers' inner ends stand apart; or "
+            "take a turn less",
             key="coil.turns",
             measured=have,
             limit=needed,
