@@ -1,0 +1,76 @@
+"""Specs and calls that once crashed, hung or read nonsense: each now gets an answer."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import sitscad
+from sitscad.cli import cli
+
+COIL = "coil: {shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 0.1, trace_spacing: 0.1}\n"
+
+
+def checked(text, tmp_path):
+    spec = tmp_path / "seen.yaml"
+    spec.write_text(f"sitscad: 1\nname: seen\n{text}", encoding="utf-8")
+    return sitscad.check(sitscad.load(spec))
+
+
+def test_a_target_that_does_not_conduct_is_refused(tmp_path):
+    result = checked(COIL + "target: {size: 8, material: {conductivity: 0 S/m}}\n", tmp_path)
+    assert "SIT305" in [finding.rule for finding in result.findings]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_thick_board_close_to_its_shield_has_finite_numbers(tmp_path):
+    stackup = "fpc: {stackup: [{copper: 35 um}, {dielectric: 4}, {copper: 35 um}]}\n"
+    text = COIL + stackup + "target: {size: 8}\nshield: {gap: 0.001}\n"
+    result = checked(text, tmp_path)
+    assert result.findings and not any("nan" in finding.message for finding in result.findings)
+
+
+def test_rounded_squares_keep_their_turns_apart(tmp_path):
+    square = "coil: {shape: square, outer_diameter: 8, turns: 12, layers: 2, trace_width: 0.1, trace_spacing: 0.1, "
+    result = checked(square + "corner_radius: 0.5}\n", tmp_path)
+    assert not [finding for finding in result.findings if finding.rule == "SIT108"]
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no /dev/zero here")
+def test_an_endless_file_is_refused_at_once():
+    result = CliRunner().invoke(cli, ["check", "/dev/zero"], standalone_mode=False)
+    assert result.return_value == 2 and "SIT011" in result.stdout
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+def test_a_full_disk_is_not_called_a_fault_of_sitscad(tmp_path):
+    spec = tmp_path / "seen.yaml"
+    spec.write_text(f"sitscad: 1\nname: seen\n{COIL}", encoding="utf-8")
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "sitscad", "check", str(spec)],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+            env=os.environ | {"PYTHONPATH": str(Path(sitscad.__file__).parents[1])},
+        )
+    assert done.returncode == 2 and "No space left" in done.stderr and "fault of sitscad" not in done.stderr
+
+
+def test_a_tolerance_has_to_be_a_number(tmp_path):
+    result = CliRunner().invoke(cli, ["estimate", "any.yaml", "--tolerance", "nan"])
+    assert result.exit_code == 2 and "--tolerance" in result.stderr
+
+
+def test_a_coil_without_contacts_does_not_verify(tmp_path):
+    pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
+    spec = tmp_path / "seen.yaml"
+    coil = COIL.replace("layers: 2", "layers: 1").replace("turns: 14", "turns: 8")
+    spec.write_text(f"sitscad: 1\nname: seen\n{coil}fpc: {{stackup: [{{copper: 35 um}}]}}\n", encoding="utf-8")
+    sitscad.build(sitscad.load(spec), tmp_path / "out", only=("gerber", "kicad"), force=True)
+    found = sitscad.verify(tmp_path / "out/seen")
+    assert not found.ok and any("no way out" in difference for difference in found.differences)
