@@ -74,4 +74,3 @@ def _rounded_block(
 ) -> Any:
     block = prism(plate_outline(shape, size, centre, film), lower, upper)
     return block.fillet(FILM_ROUNDING * film * MM, top_edges(block))
-

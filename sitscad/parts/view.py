@@ -54,9 +54,7 @@ def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {total[0]:.0f} {total[1]:.0f}" width="{total[0]:.0f}" '
         f'height="{total[1]:.0f}" role="img" {STYLE}>\n'
-        f"<title>{escape(spec.name)}: assembly, exploded and in section</title>\n"
-        + "\n".join(parts)
-        + "\n</svg>\n"
+        f"<title>{escape(spec.name)}: assembly, exploded and in section</title>\n" + "\n".join(parts) + "\n</svg>\n"
     )
 
 

@@ -48,9 +48,7 @@ class Resolution:
     steps: int
 
 
-def resolution_for(
-    width: float, thickness: float, gap: float, tolerance: float, conductivity: float
-) -> Resolution:
+def resolution_for(width: float, thickness: float, gap: float, tolerance: float, conductivity: float) -> Resolution:
     """The resolution that keeps R within `tolerance` (relative; 3e-2, or 1e-2 when it is below 2e-2) up to 10 MHz.
 
     Track width, thickness and least distance in metres. Crossing layers meet alike twice a turn, so an odd number of

@@ -68,9 +68,17 @@ def board(spec: SensorSpec, body=(9.0e-3, 4.4e-3), tail=12e-3, tail_width=1.6e-3
     radii = [0.5e-3, 0.5e-3, 0.4e-3, 0.4e-3, 0.4e-3, 0.1e-3]
     plate = Stiffener(Region(rectangle(end - 3e-3, -e, end, e)), 0.15e-3, "polyimide")
     return Layout(
-        spec=spec, coils=(), traces=(), vias=(), pads=(), outline=rounded(corners, [*radii, *reversed(radii)]),
-        body=(-x, -y, x, y), top_openings=(Region(rectangle(end - 1.5e-3, -e, end, e)),), bottom_openings=(),
-        stiffener=plate, bend_zone=None,
+        spec=spec,
+        coils=(),
+        traces=(),
+        vias=(),
+        pads=(),
+        outline=rounded(corners, [*radii, *reversed(radii)]),
+        body=(-x, -y, x, y),
+        top_openings=(Region(rectangle(end - 1.5e-3, -e, end, e)),),
+        bottom_openings=(),
+        stiffener=plate,
+        bend_zone=None,
     )
 
 
@@ -107,8 +115,6 @@ def with_solder_pads(layout: Layout) -> Layout:
     x0, y0, x1, y1 = layout.body
     opening = Region(rectangle(x1 - 0.8e-3, -1e-3, x1 - 0.2e-3, 1e-3))
     return replace(layout, outline=rectangle(x0, y0, x1, y1, 0.5e-3), top_openings=(opening,), stiffener=None)
-
-
 
 
 def round_sensor() -> Layout:
