@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -60,16 +61,24 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
     return f"{meant}allowed: {', '.join(allowed)}"
 
 
-class Kind:
-    """A kind of value: `read` turns the YAML value into the spec's, `schema` describes what may be written."""
+class Kind(ABC):
+    """A kind of value: how pydantic's core reads it, and the JSON Schema of what may be written."""
 
-    def read(self, value: Any) -> Any:
-        """The value for the spec; refuses by raising."""
-        raise NotImplementedError
-
+    @abstractmethod
     def schema(self) -> dict[str, Any]:
         """JSON Schema of what may be written."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def validator(self) -> core_schema.CoreSchema:
+        """How pydantic's core reads such a value."""
+
+
+class Scalar(Kind):
+    """A kind whose values are read in one step: `read` turns the YAML value into the spec's."""
+
+    @abstractmethod
+    def read(self, value: Any) -> Any:
+        """The value for the spec; refuses by raising."""
 
     def validator(self) -> core_schema.CoreSchema:
         """How pydantic's core reads such a value."""
@@ -77,7 +86,7 @@ class Kind:
 
 
 @dataclass(frozen=True)
-class Quantity(Kind):
+class Quantity(Scalar):
     """A dimensional value within a range that is itself written with units; the result is SI."""
 
     dimension: str
@@ -116,7 +125,7 @@ class Quantity(Kind):
 
 
 @dataclass(frozen=True)
-class Pair(Kind):
+class Pair(Scalar):
     """Two lengths [x, y]; with `single`, one length stands for both."""
 
     length: Quantity
@@ -141,7 +150,7 @@ class Pair(Kind):
 
 
 @dataclass(frozen=True)
-class Number(Kind):
+class Number(Scalar):
     """A plain number without a unit, within a range."""
 
     low: float
@@ -168,7 +177,7 @@ class Number(Kind):
 
 
 @dataclass(frozen=True)
-class Text(Kind):
+class Text(Scalar):
     """A text of limited length that may have to match a pattern."""
 
     longest: int = 200
@@ -196,7 +205,7 @@ class Text(Kind):
 
 
 @dataclass(frozen=True)
-class Choice(Kind):
+class Choice(Scalar):
     """One of a few words."""
 
     allowed: tuple[str, ...]
@@ -215,7 +224,7 @@ class Choice(Kind):
 
 
 @dataclass(frozen=True)
-class Preset(Kind):
+class Preset(Scalar):
     """The name of a preset of one kind (see `presets.names`)."""
 
     kind: str
@@ -230,11 +239,11 @@ class Preset(Kind):
 
 
 @dataclass(frozen=True)
-class Either(Kind):
+class Either(Scalar):
     """A word with a meaning of its own, or any value of another kind."""
 
     word: str
-    other: Kind
+    other: Scalar
 
     def read(self, value: Any) -> Any:
         """None for the word, else what the other kind reads."""
@@ -246,7 +255,7 @@ class Either(Kind):
 
 
 @dataclass(frozen=True)
-class Layers(Kind):
+class Layers(Scalar):
     """Copper layers: a count from the top, or a list of layer numbers from the top down."""
 
     most: int = 8
@@ -277,7 +286,7 @@ class Layers(Kind):
 
 
 @dataclass(frozen=True, eq=False)
-class Special(Kind):
+class Special(Scalar):
     """A value read by a function, with its JSON Schema given."""
 
     reader: Callable[[Any], Any]

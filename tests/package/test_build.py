@@ -203,7 +203,7 @@ def test_a_second_build_at_the_same_time_is_refused(good, tmp_path):
         sitscad.build(good, tmp_path, ["gerber"])
 
 
-@pytest.mark.parametrize("name", ["../x", "/tmp/x", "manifest.json", "REPORT.html"])
+@pytest.mark.parametrize("name", ["../x", "/x", "manifest.json", "REPORT.html"])
 def test_a_writer_cannot_leave_the_package_or_write_over_it(good, tmp_path, monkeypatch, name):
     first = sitscad.build(good, tmp_path, ["gerber"]).directory
     before = _hashes(first)
