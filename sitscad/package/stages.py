@@ -32,6 +32,7 @@ from sitscad.package.manifest import (
     sha256,
     without_text,
 )
+from sitscad.parts import MissingExtra
 from sitscad.report.findings import CheckedSpec, as_json, checked_spec, to_json
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writers import WRITERS, Writer
@@ -46,6 +47,9 @@ STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "firmware", "report")
 
 CHECK_STAGE = "check"
 """The stage of what every build writes: its checks always run."""
+
+SOLID_STAGES = ("mount", "mesh")
+"""The stages that need the packages of the extra."""
 
 KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
 """Packages whose version can change the bytes of solids and meshes."""
@@ -99,7 +103,7 @@ def build(
     PackageError
         when the folder cannot be written, is being written, or holds something else.
     MissingExtra
-        when a stage needs a package that is not installed.
+        when a stage needs a package that is not installed; the text says which stages do without.
     """
     name = require_package_name(spec.name)
     wanted = _require_stages(only)
@@ -240,7 +244,7 @@ def _ingredients(design: Design, stage: str, entries: dict[str, Entry], failures
         return (*text, failures, any(name.startswith("fpc/") for name in entries))
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
-    if stage in ("mount", "mesh"):
+    if stage in SOLID_STAGES:
         return design.bare, {package: _version_of(package) for package in KERNELS}
     return (design.bare,)
 
@@ -265,7 +269,11 @@ def _still_true(directory: Path, old: Manifest, stage: str, ingredients: str) ->
 def _render(design: Design, stage: str, files: dict[str, bytes], failures: list[str]) -> dict[str, bytes]:
     if stage == CHECK_STAGE:
         return _checked_files(design, failures, beside_gerbers=any(name.startswith("fpc/") for name in files))
-    new = _written(design, [writer for writer in WRITERS if writer.stage == stage], failures)
+    try:
+        new = _written(design, [writer for writer in WRITERS if writer.stage == stage], failures)
+    except MissingExtra as error:
+        rest = ",".join(name for name in STAGES if name not in SOLID_STAGES)
+        raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
     if stage == "report":
         new |= _report(design, files | new)
     return new

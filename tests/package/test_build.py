@@ -229,6 +229,16 @@ def test_a_writer_that_refuses_leaves_the_old_package(good, tmp_path, monkeypatc
     assert _hashes(directory) == before
 
 
+def test_a_missing_kernel_stops_the_build_and_names_what_can_be_made_without(good, tmp_path, monkeypatch):
+    def missing(_layout):
+        raise sitscad.MissingExtra("solids need build123d")
+
+    monkeypatch.setattr("sitscad.parts.solids", missing)
+    with pytest.raises(sitscad.MissingExtra, match=r"build123d; .*--only gerber,kicad,laser,firmware,report"):
+        sitscad.build(good, tmp_path)
+    assert not (tmp_path / "good-coil").exists()
+
+
 def test_a_forced_build_goes_on_without_what_cannot_be_written_and_says_so(weak, tmp_path, monkeypatch):
     real = stages.Writer.render
 
