@@ -1,0 +1,101 @@
+"""Relations between whole specs: what stays, scales or vanishes when a sensor is written or placed otherwise."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+import sitscad
+from sitscad.estimates import Estimates
+
+WINDING = {"shape": "circle", "outer_diameter": 7, "turns": 8, "layers": 2, "trace_width": 0.15, "trace_spacing": 0.15}
+STACKUP = [
+    {"coverlay": 0.0275},
+    {"copper": 0.035},
+    {"dielectric": 0.05, "material": "polyimide"},
+    {"copper": 0.035},
+    {"coverlay": 0.0275},
+]
+
+
+def estimated(coil: dict[str, Any] | None = None, **sections: Any) -> Estimates:
+    """The estimate of a small sensor; JSON is YAML."""
+    document = {"sitscad": 1, "name": "relation", "coil": WINDING | (coil or {}), **sections}
+    return sitscad.estimate(sitscad.lay_out(sitscad.load_text(json.dumps(document), "relation.yaml")))
+
+
+def numbers(found: Estimates, coil: int = 0) -> list[float]:
+    """What is printed of a coil: winding, tank, every state."""
+    one = found.coils[coil]
+    values = [one.winding_inductance, one.resistance_dc, one.terminal_inductance, one.sensor_frequency]
+    for state in one.states.values():
+        values += [state.inductance, state.resistance, state.parallel_resistance, state.amplitude]
+    return values
+
+
+def test_units_do_not_matter() -> None:
+    written = estimated({"outer_diameter": "7000 um", "trace_width": "150 um", "trace_spacing": "0.015 cm"})
+    assert numbers(written) == pytest.approx(numbers(estimated()), rel=1e-12)
+
+
+@pytest.mark.parametrize("turned", ["360 deg", "-360 deg"])
+def test_a_whole_turn_of_the_start_changes_nothing(turned: str) -> None:
+    assert numbers(estimated({"start_angle": turned})) == pytest.approx(numbers(estimated()), rel=1e-8)
+
+
+def test_sense_and_start_do_not_change_the_winding() -> None:
+    plain = estimated().coils[0]
+    for change in ({"sense": "clockwise"}, {"start_angle": "33 deg"}, {"start_angle": "180 deg"}):
+        other = estimated(change).coils[0]
+        assert other.winding_inductance == pytest.approx(plain.winding_inductance, rel=1e-12)
+        assert other.resistance_dc == pytest.approx(plain.resistance_dc, rel=1e-9)
+
+
+def test_order_and_place_of_the_coils_do_not_matter() -> None:
+    def pair(*centres: tuple[float, float]) -> Estimates:
+        return estimated(array={"pattern": "explicit", "centres": centres})
+
+    plain = pair((-4.5, 0), (4.5, 0))
+    swapped, moved = pair((4.5, 0), (-4.5, 0)), pair((5.5, 0), (14.5, 0))
+    assert numbers(swapped, 1) == pytest.approx(numbers(plain, 0), rel=1e-12)
+    assert numbers(moved) == pytest.approx(numbers(plain), rel=1e-9)
+
+
+def test_a_square_target_is_a_rectangle_of_equal_sides() -> None:
+    def with_target(shape: str, size: Any) -> Estimates:
+        return estimated(
+            target={"shape": shape, "size": size}, elastomer={"shape": shape, "size": size, "thickness": 1}
+        )
+
+    assert numbers(with_target("rectangle", [8, 8])) == pytest.approx(numbers(with_target("square", 8)), rel=1e-12)
+    upright, lying = with_target("rectangle", [6, 9]), with_target("rectangle", [9, 6])
+    assert numbers(upright) == pytest.approx(numbers(lying), rel=1e-9)
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0])
+@pytest.mark.parametrize("shape", ["circle", "square", "octagon"])
+def test_direct_current_values_scale_with_the_length(shape: str, scale: float) -> None:
+    def of(factor: float) -> list[float]:
+        stackup = [{k: v * factor if isinstance(v, float) else v for k, v in layer.items()} for layer in STACKUP]
+        sizes = {name: WINDING[name] * factor for name in ("outer_diameter", "trace_width", "trace_spacing")}  # type: ignore[operator]
+        one = estimated(sizes | {"shape": shape}, fpc={"stackup": stackup}, readout={"capacitance": "330 pF"}).coils[0]
+        assert one.winding_capacitance is not None
+        return [one.winding_inductance / factor, one.resistance_dc * factor, one.winding_capacitance / factor]
+
+    assert of(scale) == pytest.approx(of(1.0), rel=2e-7)
+
+
+def test_far_metal_and_metal_that_does_not_conduct_are_no_metal() -> None:
+    def at_rest(**target: Any) -> list[float]:
+        pad = {"size": 8, "thickness": target.pop("gap", 2)}
+        found = estimated(target={"size": 8, **target}, elastomer=pad, readout={"capacitance": "220 pF"})
+        state = found.coils[0].states["rest"]
+        return [state.inductance, state.resistance, state.frequency]
+
+    free = estimated(readout={"capacitance": "220 pF"}).coils[0].states["free"]
+    alone = [free.inductance, free.resistance, free.frequency]
+    assert at_rest(gap=90) == pytest.approx(alone, rel=1e-5)
+    assert at_rest(material={"conductivity": "0 S/m"}) == pytest.approx(alone, rel=1e-9)
+    assert at_rest()[0] < 0.99 * alone[0]
