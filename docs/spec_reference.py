@@ -94,6 +94,8 @@ def _value(kind: Kind, places: Places) -> str:
         return f"`{kind.word}`, or {_value(kind.other, places)}"
     if isinstance(kind, Special):
         constant = kind.schema().get("const")
+        if kind.schema().get("type") == "array":
+            return "`[columns, rows]`"
         return f"`{constant}`" if constant is not None else "whole number, or `[nx, ny]`"
     return _section_value(kind, places)
 

@@ -102,7 +102,10 @@ def _file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
     if not directory.is_dir():
         raise ExtractionError(f"{directory} is not a directory")
     for path in directory.iterdir():
-        if path.is_file() and (found := _FILE_FUNCTION.search(path.read_text(encoding="utf-8", errors="replace"))):
+        content = path.read_bytes() if path.is_file() else b""
+        if b"\0" in content:  # no text: an archive, in which the words below may stand all the same
+            continue
+        if found := _FILE_FUNCTION.search(content.decode("utf-8", errors="replace")):
             yield path, found[1].split(",")
 
 

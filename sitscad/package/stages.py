@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from sitscad.checks import CheckResult
     from sitscad.estimates import Estimates
     from sitscad.layout.board import Layout
+    from sitscad.layout.panel import Panel
 
 STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "firmware", "report")
 """What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
@@ -167,6 +168,25 @@ class Design:
         return sitscad.estimate(self.layout)
 
     @cached_property
+    def panel(self) -> Panel | None:
+        """The panel in which the boards are ordered; None where they are ordered singly."""
+        from sitscad.layout.panel import plan
+
+        return plan(self.layout)
+
+    @cached_property
+    def coupon_estimates(self) -> Estimates | None:
+        """The electrical estimate of the panel's coupon, which lies in free air; None where there is no coupon."""
+        import sitscad
+
+        return sitscad.estimate(self.panel.coupon) if self.panel is not None and self.panel.coupon is not None else None
+
+    @cached_property
+    def forced(self) -> str:
+        """Why the package ought not to be ordered from; empty where all checks pass."""
+        return "" if self.checked.ok else _forced_note(self, [])
+
+    @cached_property
     def nets(self) -> dict[str, tuple[str, ...]]:
         """The pins that every net of the layout joins."""
         pads = self.layout.pads
@@ -246,6 +266,8 @@ def _ingredients(design: Design, stage: str, entries: dict[str, Entry], failures
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
     if stage in SOLID_STAGES:
         return design.bare, {package: _version_of(package) for package in KERNELS}
+    if stage == "gerber":
+        return design.bare, design.forced
     return (design.bare,)
 
 
@@ -286,7 +308,7 @@ def _written(design: Design, writers: list[Writer], failures: list[str]) -> dict
         if not writer.applies(design.bare):
             continue
         try:
-            made = writer.render(*map(design.value, writer.takes))
+            made = writer.render(*(new if name == "files" else design.value(name) for name in writer.takes))
         except ValueError as error:
             if design.checked.ok:
                 raise PackageError(f"{writer.module} cannot be written: {error}; nothing was changed") from error
@@ -343,14 +365,14 @@ def _report(design: Design, files: dict[str, bytes]) -> dict[str, bytes]:
 
 def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
+    from sitscad.writers import stackup_drawing
     from sitscad.writers.board_picture import picture
-    from sitscad.writers.fabrication_notes import stackup_drawing
 
     layout = design.layout
     drawn = {
         "The part that lies on the jaw, seen from the top, to scale.": picture(layout, window=layout.body),
         "The whole board, to scale.": picture(layout),
-        "The board's layers; heights to scale, lengths not.": stackup_drawing(layout),
+        "The board's layers; heights to scale, lengths not.": stackup_drawing.drawing(layout, "see the package").svg(),
     }
     solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.document import FpcDocument, LayerDocument, RulesDocument
+from sitscad.spec.document import FpcDocument, LayerDocument, PanelDocument, RulesDocument
 from sitscad.spec.remarks import Remarks
-from sitscad.spec.sensor import CoilSpec, FpcSpec, Tail
+from sitscad.spec.sensor import CoilSpec, FpcSpec, PanelSpec, Tail
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
 _DEFAULT_STACKUP = {1: "flex-2l-18um", 2: "flex-2l-18um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
@@ -25,8 +25,19 @@ def resolve_fpc(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> FpcS
         facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
         remarks.flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper", **facts)
     return FpcSpec(
-        stackup, _rules(document.rules, stackup.foil_thickness(coil.layers)), _tail(document, copper, remarks)
+        stackup=stackup,
+        rules=_rules(document.rules, stackup.foil_thickness(coil.layers)),
+        tail=_tail(document, copper, remarks),
+        panel=_panel(document.panel),
+        finish=document.finish,
+        copper=document.copper,
     )
+
+
+def _panel(document: str | PanelDocument) -> PanelSpec:
+    if isinstance(document, str):
+        return PanelSpec(wish=document)
+    return PanelSpec("always", document.parts, document.gap, document.rail, document.bridge)
 
 
 def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 
 @dataclass(frozen=True)
-class CoilLines:
-    """Smallest width and spacing (m) of coiled tracks in copper foil of one thickness (m), with their sources."""
+class FoilLines:
+    """Smallest width and spacing (m) of tracks in copper foil of one thickness (m), with their sources."""
 
     copper: float
     width: float
@@ -22,7 +22,12 @@ class DesignRules:
     """Smallest makeable sizes in metres; `sources` names where each figure (by field name) comes from.
 
     ``coil_lines`` are the smallest widths and spacings of coiled tracks by the thickness of the copper foil (m), from
-    the thinnest; ``coil_trace_width`` and ``coil_trace_spacing`` are those that hold, of ``coil_copper`` where known.
+    the thinnest, ``track_lines`` those of all other tracks where they go by the foil too; ``coil_trace_width`` and
+    ``trace_width`` and their spacings are those that hold, of ``coil_copper`` where known.
+    ``static_bend_ratio``, ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m) go by the number of
+    copper layers, the largest one listed standing for more; ``stiffened_tolerance`` (m) by the stiffener's material.
+    Parts below ``part_size`` are not handled singly; ``panel_size`` is what a panel is filled up to; ``file_naming`` is
+    how files are called in the archive that is sent.
     """
 
     name: str
@@ -44,29 +49,45 @@ class DesignRules:
     source: str = ""
     checked_on: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
-    coil_lines: tuple[CoilLines, ...] = ()
+    coil_lines: tuple[FoilLines, ...] = ()
     coil_copper: float | None = None
+    track_lines: tuple[FoilLines, ...] = ()
+    panel_size: tuple[float, float] = (0.1, 0.08)
+    outline_tolerance: float = 0.1e-3
+    registration: float = 0.1e-3
+    thickness_tolerance: Mapping[int, float] = field(default_factory=lambda: {1: 50e-6, 2: 50e-6, 3: 100e-6})
+    stiffened_tolerance: Mapping[str, float] = field(default_factory=lambda: {"polyimide": 50e-6, "fr4": 100e-6})
+    file_naming: str = "protel"
 
     def for_foil(self, thickness: float) -> DesignRules:
-        """The rules with the coil lines of the thinnest listed copper that is not thinner than the coil's foil (m);
-        those of the thickest one listed where none is.
+        """The rules with the lines of the thinnest listed copper that is not thinner than the coil's foil (m); those of
+        the thickest one listed where none is.
         """
-        if not self.coil_lines:
-            return self
-        lines = next((row for row in self.coil_lines if row.copper >= thickness - 1e-9), self.coil_lines[-1])
-        return replace(
-            self,
-            coil_trace_width=lines.width,
-            coil_trace_spacing=lines.spacing,
-            coil_copper=lines.copper,
-            sources={
-                **self.sources,
-                "coil_trace_width": lines.width_source,
-                "coil_trace_spacing": lines.spacing_source,
-            },
-        )
+        rules = self
+        if self.coil_lines:
+            lines = _lines_for(self.coil_lines, thickness)
+            rules = replace(
+                rules,
+                coil_trace_width=lines.width,
+                coil_trace_spacing=lines.spacing,
+                coil_copper=lines.copper,
+                sources=_with_sources(rules.sources, "coil_trace", lines),
+            )
+        if self.track_lines:
+            lines = _lines_for(self.track_lines, thickness)
+            sources = _with_sources(rules.sources, "trace", lines)
+            rules = replace(rules, trace_width=lines.width, trace_spacing=lines.spacing, sources=sources)
+        return rules
 
     @property
     def via_pad(self) -> float:
         """Smallest via pad diameter in metres: the drill and a ring on both sides."""
         return self.via_drill + 2.0 * self.annular_ring
+
+
+def _lines_for(listed: tuple[FoilLines, ...], thickness: float) -> FoilLines:
+    return next((row for row in listed if row.copper >= thickness - 1e-9), listed[-1])
+
+
+def _with_sources(sources: Mapping[str, str], prefix: str, lines: FoilLines) -> dict[str, str]:
+    return {**sources, f"{prefix}_width": lines.width_source, f"{prefix}_spacing": lines.spacing_source}

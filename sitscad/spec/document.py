@@ -12,6 +12,7 @@ from sitscad.spec.kinds import Choice, Either, Layers, Number, Pair, Preset, Qua
 from sitscad.spec.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1
+FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")
 SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 
 
@@ -30,7 +31,15 @@ def _count(value: Any) -> tuple[int, ...]:
     return tuple(int(Number(1, 64, whole=True).read(entry)) for entry in entries)
 
 
+def _columns_and_rows(value: Any) -> tuple[int, ...]:
+    if not isinstance(value, list) or len(value) != 2:
+        refuse("SIT004", f"{described(value)}, where [columns, rows] is wanted", "write [2, 5], or auto")
+    return tuple(int(Number(1, 64, whole=True).read(entry)) for entry in value)
+
+
 _COUNT_SCHEMA = {"type": "integer", "minimum": 1, "maximum": 64}
+
+_PAIR_OF_COUNTS = {"type": "array", "items": _COUNT_SCHEMA, "minItems": 2, "maxItems": 2}
 
 Version = Special(_version, {"const": VERSION})
 Name = Text(64, "[a-z0-9][a-z0-9._-]*", "small letters, digits, '.', '_' and '-', a letter or digit first")
@@ -59,9 +68,11 @@ ShearModulus = Quantity("pressure", "100 Pa", "100 MPa")
 BulkModulus = Quantity("pressure", "1 MPa", "100 GPa")
 Conductivity = Quantity("conductivity", "0 S/m", "100 MS/m")
 TemperatureCoefficient = Quantity("temperature coefficient", "-0.1 1/K", "0.1 1/K")
-Count = Special(
-    _count, {"anyOf": [_COUNT_SCHEMA, {"type": "array", "items": _COUNT_SCHEMA, "minItems": 2, "maxItems": 2}]}
-)
+PanelGap = Quantity("length", "0.5 mm", "20 mm")
+Rail = Quantity("length", "3 mm", "30 mm")
+Bridge = Quantity("length", "0.2 mm", "3 mm")
+Count = Special(_count, {"anyOf": [_COUNT_SCHEMA, _PAIR_OF_COUNTS]})
+PartCount = Either("auto", Special(_columns_and_rows, _PAIR_OF_COUNTS))
 
 
 class ConductorDocument(Section):
@@ -162,6 +173,20 @@ StackupChoice = NameOr(Preset("stackup"), ListOf(Part(LayerDocument)))
 RulesChoice = NameOr(Preset("rules"), Part(RulesDocument))
 
 
+class PanelDocument(Section):
+    """A panel, whatever the part's size."""
+
+    parts: tuple[int, int] | None = key(
+        PartCount, "[columns, rows], or auto: as many as fit the fabricator's panel", "auto"
+    )
+    gap: float = key(PanelGap, "between parts", 2)
+    rail: float = key(Rail, "width of the frame", 5)
+    bridge: float = key(Bridge, "width of what holds a part in its place", 0.5)
+
+
+PanelChoice = NameOr(Choice(("auto", "none")), Part(PanelDocument))
+
+
 class FpcDocument(Section):
     """The flexible printed circuit."""
 
@@ -170,6 +195,11 @@ class FpcDocument(Section):
         RulesChoice, "a fabricator's design rules: a preset, or written out", "generic-flex"
     )
     tail: TailDocument | None = key(Part(TailDocument), "none: solder pads at the outline", None)
+    panel: str | PanelDocument = key(
+        PanelChoice, "auto: when the part is too small to be made singly; none; or a section", "auto"
+    )
+    finish: str = key(Choice(FINISHES), "of the bare contacts", "enig")
+    copper: str = key(Choice(("rolled-annealed", "electrodeposited")), "kind of the foil", "rolled-annealed")
 
 
 class TargetDocument(Section):

@@ -9,10 +9,12 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
-from sitscad.spec.design_rules import CoilLines, DesignRules
+from sitscad.spec.design_rules import DesignRules, FoilLines
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.sensor import Connector, Jaw
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
@@ -57,58 +59,84 @@ def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
     return parse_quantity(rows[kind]["thickness"], "length") if kind in rows else None
 
 
+_LENGTHS = (
+    "trace_width", "trace_spacing", "via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge",
+    "coverlay_web", "coverlay_opening_to_trace", "outline_tolerance", "registration",
+)  # fmt: skip
+
+
 @cache
 def design_rules(name: str) -> DesignRules:
-    """A fabricator's design rules; raises KeyError where there is no such preset."""
-    rows = _fields("rules", name)
-    lengths: dict[str, float] = {
-        field: parse_quantity(rows[field]["value"], "length")
-        for field in (
-            "trace_width",
-            "trace_spacing",
-            "via_drill",
-            "annular_ring",
-            "hole_to_hole",
-            "drill_to_copper",
-            "copper_to_edge",
-            "coverlay_web",
-            "coverlay_opening_to_trace",
-        )
+    """A fabricator's design rules; raises KeyError where there is no such preset.
+
+    What a house does not state comes from the profile that its row ``based_on`` names, and says so in its source.
+    """
+    rows, base = _fields("rules", name), None
+    if "based_on" in rows:
+        base = design_rules(rows["based_on"]["value"])
+    found: dict[str, Any] = {
+        field: parse_quantity(rows[field]["value"], "length") for field in _LENGTHS if field in rows
     }
-    coil_lines = _coil_lines(rows)
-    width, _, length = rows["part_size"]["value"].partition(" x ")
-    rules = DesignRules(
-        name=name,
-        **lengths,
-        coil_trace_width=None,
-        coil_trace_spacing=None,
-        coil_rule_binding=rows["coil_rule_binding"]["value"] == "yes",
-        part_size=(parse_quantity(width, "length"), parse_quantity(length, "length")),
-        static_bend_ratio=_bend_ratios(rows, "static_bend_"),
-        dynamic_bend_ratio=_bend_ratios(rows, "dynamic_bend_"),
-        source=f"design rules {name}, each figure with its own source",
-        checked_on=rows["checked_on"]["value"],
-        sources={field: _source(row) for field, row in rows.items()},
-        coil_lines=coil_lines,
-    )
-    return rules.for_foil(coil_lines[0].copper) if coil_lines else rules
+    found |= {field: _sides(rows[field]["value"]) for field in ("part_size", "panel_size") if field in rows}
+    found |= _ruled(rows, base)
+    sources = {f"{field}": f"{source} (from {base.name})" for field, source in base.sources.items()} if base else {}
+    found["sources"] = sources | {field: _source(row) for field, row in rows.items() if field != "based_on"}
+    found["source"] = f"design rules {name}, each figure with its own source"
+    found["checked_on"] = rows["checked_on"]["value"]
+    rules = replace(base, name=name, **found) if base else DesignRules(name=name, **found)
+    thinnest = (rules.track_lines or rules.coil_lines)[:1]
+    return rules.for_foil(thinnest[0].copper) if thinnest else rules
 
 
-def _coil_lines(rows: Mapping[str, Row]) -> tuple[CoilLines, ...]:
-    """The rows ``coil_trace_width_18um`` and ``coil_trace_spacing_18um`` and their like, from the thinnest copper."""
-    prefix = "coil_trace_width_"
+def _ruled(rows: Mapping[str, Row], base: DesignRules | None) -> dict[str, Any]:
+    """What goes by copper thickness, by number of layers or by material, and the words; only what the rows state."""
+    found: dict[str, Any] = {} if base else {"coil_trace_width": None, "coil_trace_spacing": None}
+    found |= {f"{kind}_lines": lines for kind in ("track", "coil") if (lines := _lines(rows, kind))}
+    if "trace_width" in rows and "track_lines" not in found:
+        found["track_lines"] = ()
+    for field, prefix in (("static_bend_ratio", "static_bend_"), ("dynamic_bend_ratio", "dynamic_bend_")):
+        found[field] = {**(getattr(base, field) if base else {}), **_bend_ratios(rows, prefix)}
+    for field, prefix, of in (
+        ("thickness_tolerance", "thickness_tolerance_", int),
+        ("stiffened_tolerance", "stiffened_tolerance_", str),
+    ):
+        stated = {
+            of(name.removeprefix(prefix)): parse_quantity(row["value"], "length")
+            for name, row in rows.items()
+            if name.startswith(prefix)
+        }
+        found |= {field: {**(getattr(base, field) if base else {}), **stated}} if stated else {}
+    if "coil_rule_binding" in rows:
+        found["coil_rule_binding"] = rows["coil_rule_binding"]["value"] == "yes"
+    return found | ({"file_naming": rows["file_naming"]["value"]} if "file_naming" in rows else {})
+
+
+def _sides(text: str) -> tuple[float, float]:
+    width, _, length = text.partition(" x ")
+    return parse_quantity(width, "length"), parse_quantity(length, "length")
+
+
+def _lines(rows: Mapping[str, Row], kind: str) -> tuple[FoilLines, ...]:
+    """The rows ``coil_trace_width_18um``, ``coil_trace_spacing_18um`` and their like (tracks: without ``coil_``), from
+    the thinnest copper.
+    """
+    prefix = "coil_trace_width_" if kind == "coil" else "trace_width_"
     found = []
     for field, width in rows.items():
         if field.startswith(prefix):
-            copper = field.removeprefix(prefix)
-            spacing = rows[f"coil_trace_spacing_{copper}"]
-            foil, least, gap = (parse_quantity(text, "length") for text in (copper, width["value"], spacing["value"]))
-            found.append(CoilLines(foil, least, gap, _source(width), _source(spacing)))
+            spacing = rows[field.replace("_width_", "_spacing_")]
+            foil, least, gap = (
+                parse_quantity(text, "length")
+                for text in (field.removeprefix(prefix), width["value"], spacing["value"])
+            )
+            found.append(FoilLines(foil, least, gap, _source(width), _source(spacing)))
     return tuple(sorted(found, key=lambda row: row.copper))
 
 
 def _bend_ratios(rows: Mapping[str, Row], prefix: str) -> dict[int, float]:
-    return {int(field[len(prefix) :]): float(row["value"]) for field, row in rows.items() if field.startswith(prefix)}
+    return {
+        int(field.removeprefix(prefix)): float(row["value"]) for field, row in rows.items() if field.startswith(prefix)
+    }
 
 
 @cache

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NoReturn
 
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
-from sitscad.spec.kinds import Kind, Preset
+from sitscad.spec.kinds import Choice, Kind, Preset
 
 NAME = "<name>"
 WRITTEN = "<written out>"
@@ -97,9 +97,9 @@ class ListOf(Kind):
 
 @dataclass(frozen=True)
 class NameOr(Kind):
-    """The name of a preset, or the same thing written out."""
+    """The name of a preset (or a word out of a list), or the same thing written out."""
 
-    preset: Preset
+    preset: Preset | Choice
     written: Kind
 
     def validator(self) -> core_schema.CoreSchema:

@@ -91,12 +91,34 @@ class Tail:
 
 
 @dataclass(frozen=True)
+class PanelSpec:
+    """How parts are delivered: ``wish`` is ``auto`` (in a panel if too small to be made singly), ``none``, ``always``.
+
+    ``parts`` are columns and rows (None: as many as fit the fabricator's panel); ``gap`` is between parts, ``rail`` the
+    frame's width, ``bridge`` the width of what holds a part, all in metres.
+    """
+
+    wish: str = "auto"
+    parts: tuple[int, int] | None = None
+    gap: float = 2e-3
+    rail: float = 5e-3
+    bridge: float = 0.5e-3
+
+
+@dataclass(frozen=True)
 class FpcSpec:
-    """The flexible printed circuit: stack-up, the fabricator's rules, the tail (none: solder pads at the outline)."""
+    """The flexible printed circuit: stack-up, the fabricator's rules, the tail (none: solder pads at the outline).
+
+    ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
+    ``copper`` is ``rolled-annealed`` or ``electrodeposited``.
+    """
 
     stackup: Stackup
     rules: DesignRules
     tail: Tail | None
+    panel: PanelSpec = PanelSpec()
+    finish: str = "enig"
+    copper: str = "rolled-annealed"
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from sitscad.spec.sensor import SensorSpec
 class Writer:
     """One format: the module of this package that renders it, the stage of `build` it belongs to, and what it takes.
 
-    ``takes`` names the arguments of the module's ``render`` in their order, out of ``layout``, ``solids``, ``spec`` and
-    ``estimates``; ``applies`` says whether a spec has anything to write in this format. The module is imported when it
-    renders, not before.
+    ``takes`` names the arguments of the module's ``render`` in their order, out of ``layout``, ``solids``, ``spec``,
+    ``estimates``, ``panel`` (None where none is wanted), ``coupon_estimates``, ``forced`` (why the package ought not to
+    be ordered from, mostly empty) and ``files`` (those that the same stage made before); ``applies`` says whether a
+    spec has anything to write in this format. The module is imported when it renders, not before.
     """
 
     module: str
@@ -39,10 +40,16 @@ def _is_mounted(spec: SensorSpec) -> bool:
 WRITERS: tuple[Writer, ...] = (
     Writer("gerber", "gerber"),
     Writer("excellon", "gerber"),
+    Writer("drill_map", "gerber"),
     Writer("ipc356", "gerber"),
     Writer("gerber_job", "gerber"),
-    Writer("fabrication_notes", "gerber"),
+    Writer("fabrication_notes", "gerber", ("layout", "panel")),
     Writer("board_picture", "gerber"),
+    Writer("board_drawing", "gerber", ("layout", "files")),
+    Writer("stackup_drawing", "gerber", ("layout", "files")),
+    Writer("panel", "gerber", ("panel", "files")),
+    Writer("panel_drawing", "gerber", ("panel", "coupon_estimates", "files")),
+    Writer("order_archive", "gerber", ("layout", "panel", "forced", "files")),
     Writer("kicad", "kicad"),
     Writer("laser_dxf", "laser", applies=_is_cut),
     Writer("laser_svg", "laser", applies=_is_cut),

@@ -9,7 +9,8 @@ from datetime import UTC, datetime
 
 from sitscad import __version__
 from sitscad.layout.board import Layout
-from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+from sitscad.layout.thickness import tail_copper
+from sitscad.spec.stackup import LayerKind, Stackup
 
 FOLDER = "fpc"
 VENDOR = "sitscad"
@@ -85,21 +86,6 @@ def stiffener_files(layout: Layout) -> tuple[FabricationFile, ...]:
     return (FabricationFile(path, "Other,Stiffener_Bottom", "Positive", "stiffener on the bottom face"),)
 
 
-def tail_copper(layout: Layout) -> int:
-    """How many copper layers, from the top, run down the tail; all of them where there is no tail."""
-    tail = layout.spec.fpc.tail
-    return min(tail.layers, layout.copper_layers) if tail is not None else layout.copper_layers
-
-
-def tail_layers(layout: Layout) -> tuple[StackLayer, ...]:
-    """The stack-up of the tail: down to its last copper layer, and the bottom coverlay."""
-    layers = layout.spec.fpc.stackup.layers
-    copper = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
-    kept = copper[tail_copper(layout) - 1] + 1
-    below = layers[copper[-1] + 1 :]
-    return layers[:kept] + below
-
-
 def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """Where the layers below the tail's are, for a board whose tail has fewer of them."""
     first, last = tail_copper(layout) + 1, layout.copper_layers
@@ -142,6 +128,17 @@ def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
     return stackup.layers[0].kind is LayerKind.COVERLAY, stackup.layers[-1].kind is LayerKind.COVERLAY
 
 
+def panel_path(layout: Layout, ending: str) -> str:
+    """The path inside the package of one file of the panel's set, such as ``fpc/panel/NAME-panel-F_Cu.gbr``."""
+    return f"{FOLDER}/panel/{layout.spec.name}-panel{ending}"
+
+
+def panel_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
+    """The X2 file attributes of the panel's set: an array, in coordinates of its own."""
+    own = {".SameCoordinates": f"{layout.spec.name}-panel", ".Part": "Array"}
+    return tuple((name, own[name]) if name in own else (name, *values) for name, *values in project_attributes(layout))
+
+
 def project_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
     """The X2 file attributes that all files of one set share, each as its name and values.
 
@@ -157,6 +154,18 @@ def project_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
         (".SameCoordinates", name),
         (".Part", "Single"),
     )
+
+
+def stack_names(layout: Layout) -> list[str]:
+    """What each layer of the stack-up is called: copper by its file."""
+    names, copper = [], 0
+    for layer in layout.spec.fpc.stackup.layers:
+        if layer.kind is LayerKind.COPPER:
+            copper += 1
+            names.append(f"copper {copper} ({layer_name(copper, layout.copper_layers)})")
+        else:
+            names.append("coverlay" if layer.kind is LayerKind.COVERLAY else "dielectric")
+    return names
 
 
 def project_guid(name: str) -> str:

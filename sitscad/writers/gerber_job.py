@@ -19,9 +19,7 @@ from sitscad.writers._fabrication_files import (
     layer_name,
     project_guid,
 )
-
-FINISH = "ENIG"
-"""Finish of the bare contacts: nickel and gold, which both connectors for flexible circuits and solder take."""
+from sitscad.writers._flex_facts import finish_name
 
 
 def render(layout: Layout) -> dict[str, bytes]:
@@ -55,7 +53,7 @@ def _general(layout: Layout) -> dict[str, Any]:
         "Size": {"X": _mm(x1 - x0), "Y": _mm(y1 - y0)},
         "LayerNumber": layout.copper_layers,
         "BoardThickness": _mm(layout.spec.fpc.stackup.thickness),
-        "Finish": FINISH,
+        "Finish": finish_name(layout),
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import math
+import re
 
 import pytest
 
@@ -53,7 +54,7 @@ def test_an_unknown_preset_is_a_key_error(kind):
 
 def test_every_figure_names_its_source_and_says_whether_it_was_seen():
     tables = [path for path in presets.DATA.rglob("*.csv") if not path.stem.startswith("ldc1614")]
-    assert len(tables) == 4 + sum(len(presets.names(kind)) for kind in ("stackup", "rules", "connector", "jaw"))
+    assert len(tables) == 6 + sum(len(presets.names(kind)) for kind in ("stackup", "rules", "connector", "jaw"))
     for path in tables:
         with path.open(encoding="utf-8", newline="") as stream:
             for row in csv.DictReader(stream):
@@ -92,8 +93,10 @@ def test_rules_are_consistent(name):
     assert rules.via_pad == pytest.approx(rules.via_drill + 2 * rules.annular_ring)
     assert rules.drill_to_copper >= rules.annular_ring
     assert {"trace_width", "trace_spacing", "via_drill", "annular_ring", "part_size"} <= rules.sources.keys()
-    assert rules.sources["hole_to_hole"].startswith("unverified")
-    assert not rules.coil_rule_binding
+    assert rules.sources["hole_to_hole"].startswith("wellerpcba.com" if name == "weller" else "unverified")
+    assert rules.coil_rule_binding == (name in ("hkgalaxy", "jselectronic", "shipco"))
+    assert re.fullmatch(r"20\d\d-\d\d-\d\d", rules.checked_on)
+    assert {1, 2} <= rules.static_bend_ratio.keys() and {1, 2, 3} <= rules.thickness_tolerance.keys()
 
 
 def test_generic_rules_have_the_widths_in_their_contract():

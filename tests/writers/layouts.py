@@ -213,3 +213,15 @@ def rotated_arcs(count: int = 24) -> tuple[Arc, ...]:
         ]
         arcs.append(Arc(ends[0], ends[1], centre, sweep > 0))
     return tuple(arcs)
+
+
+def order_set(layout: Layout, panel=None, forced: str = "", coupon_estimates=None) -> dict[str, bytes]:
+    """Every file of the order as `build` makes them: the writers of its stage, one after another."""
+    from sitscad.writers import WRITERS
+
+    files: dict[str, bytes] = {}
+    values = {"layout": layout, "panel": panel, "forced": forced, "coupon_estimates": coupon_estimates, "files": files}
+    for writer in WRITERS:
+        if writer.stage == "gerber":
+            files |= writer.render(*(dict(files) if name == "files" else values[name] for name in writer.takes))
+    return files

@@ -284,11 +284,9 @@ SCRIPT = """
 import hashlib, sys
 sys.path.insert(0, sys.argv[1])
 import layouts
-from sitscad.writers import board_picture, excellon, fabrication_notes, gerber, gerber_job, ipc356
 total = hashlib.sha256()
-for module in (board_picture, excellon, fabrication_notes, gerber, gerber_job, ipc356):
-    for path, text in module.render(layouts.two_coils(4)).items():
-        total.update(path.encode() + text)
+for path, text in layouts.order_set(layouts.two_coils(4)).items():
+    total.update(path.encode() + text)
 print(total.hexdigest())
 """
 

@@ -12,7 +12,9 @@ import layouts
 import pytest
 
 from sitscad.finding import Finding, Severity
-from sitscad.writers import board_picture, excellon, fabrication_notes, gerber, gerber_job, ipc356
+from sitscad.geometry.path import bounding_box
+from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.writers import board_picture, excellon, fabrication_notes, gerber, gerber_job, ipc356, stackup_drawing
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -68,32 +70,38 @@ def test_labels_and_legend_name_what_is_shown(board):
 
 
 def test_pictures_are_self_contained(board):
-    for module in (board_picture, fabrication_notes):
-        for path, text in module.render(board).items():
-            if path.endswith(".svg"):
-                root = ET.fromstring(text)
-                assert not [
-                    e.tag for e in root.iter() if e.tag.rpartition("}")[2] in ("script", "image", "use", "style")
-                ]
-                assert b"href" not in text and b"url(" not in text and b" id=" not in text
-                assert b"nan" not in text.lower().replace(b"dominant", b"") and b"inf" not in text.lower()
+    for path, text in layouts.order_set(board).items():
+        if path.endswith(".svg"):
+            root = ET.fromstring(text)
+            assert not [e.tag for e in root.iter() if e.tag.rpartition("}")[2] in ("script", "image", "use", "style")]
+            assert b"href" not in text and b"url(" not in text and b" id=" not in text
+            assert b"nan" not in text.lower().replace(b"dominant", b"") and b"inf" not in text.lower()
 
 
 def test_names_are_escaped():
     board = layouts.two_coils()
     spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=replace(board.spec.fpc.stackup, name="a<b & c")))
-    ET.fromstring(fabrication_notes.stackup_drawing(replace(board, spec=spec)))
+    ET.fromstring(stackup_drawing.drawing(replace(board, spec=spec), "a<b").svg())
+
+
+def bars(board) -> list[tuple[float, float]]:
+    """Left edge and height (mm on paper) of every bar of the stack-up drawing, from the top of each section."""
+    found = []
+    for shape in stackup_drawing.drawing(board, "").items:
+        if getattr(shape, "fill", None) in {*stackup_drawing.COLOURS.values(), stackup_drawing.PLATE}:
+            x0, y0, _, y1 = bounding_box(shape.paths)
+            found.append((x0, y1 - y0))
+    return found
 
 
 def test_stackup_drawing_has_heights_to_scale(board):
-    rows = list(ET.fromstring(fabrication_notes.stackup_drawing(board)).iter(f"{SVG}rect"))
-    body = [float(r.get("height")) for r in rows if r.get("x") == "300"]
+    body = [height for x, height in bars(board) if x == stackup_drawing.JOINT]
     layers = board.spec.fpc.stackup.layers
     scale = body[0] / layers[0].thickness
-    assert body == pytest.approx([layer.thickness * scale for layer in layers], abs=0.05)
-    tail = [float(r.get("height")) for r in rows if r.get("x") in ("20", "150")]
+    assert body == pytest.approx([layer.thickness * scale for layer in layers], rel=1e-9)
+    tail = [height for x, height in bars(board) if x < stackup_drawing.JOINT]
     bare = [*(layer.thickness for layer in layers), board.stiffener.thickness]
-    assert tail == pytest.approx([thickness * scale for thickness in bare], abs=0.05)
+    assert tail == pytest.approx([thickness * scale for thickness in bare], rel=1e-9)
 
 
 def test_readme_states_the_order():
@@ -106,7 +114,7 @@ def test_readme_states_the_order():
 
 def test_readme_compares_the_contacts_with_the_connector():
     board = layouts.two_coils()
-    assert fabrication_notes.thickness_at_contacts(board) == pytest.approx(322.5e-6)
+    assert finished_thickness(board, Where.CONTACT).nominal == pytest.approx(322.5e-6)
     good = fabrication_notes.readme(board)
     assert "give 322.5 um" in " ".join(good.split()) and "OUT OF TOLERANCE" not in good
     thick = replace(board, stiffener=replace(board.stiffener, thickness=250e-6))
@@ -115,13 +123,12 @@ def test_readme_compares_the_contacts_with_the_connector():
 
 def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_told():
     board = layouts.thin_tail(layouts.two_coils(4))
-    assert fabrication_notes.thickness_at_contacts(board) == pytest.approx(322.5e-6)
+    assert finished_thickness(board, Where.CONTACT).nominal == pytest.approx(322.5e-6)
     text = " ".join(fabrication_notes.readme(board).split())
     assert "only its first 2 copper layers: copper 3 to 4 and what lies between end there" in text
     assert "the tail is 150 um thick" in text
     assert "only its first" not in fabrication_notes.readme(layouts.two_coils(4))
-    bars = ET.fromstring(fabrication_notes.stackup_drawing(board)).iter(f"{SVG}rect")
-    assert len([bar for bar in bars if bar.get("x") in ("20", "150")]) == 5 + 1
+    assert len([x for x, _ in bars(board) if x < stackup_drawing.JOINT]) == 5 + 1
 
 
 def test_readme_lists_every_file_of_the_set(board):
@@ -147,9 +154,8 @@ def test_a_board_without_tail_is_described_too():
 @pytest.mark.clients
 @pytest.mark.skipif(shutil.which("rsvg-convert") is None, reason="rsvg-convert (librsvg2-bin) is not installed")
 def test_librsvg_draws_the_pictures(board, tmp_path):
-    for module in (board_picture, fabrication_notes):
-        for path, text in module.render(board).items():
-            if path.endswith(".svg"):
-                picture = tmp_path / "picture.png"
-                run = subprocess.run(["rsvg-convert", "-o", picture], input=text, capture_output=True, timeout=60)
-                assert run.returncode == 0 and run.stderr == b"" and picture.stat().st_size > 5000
+    for path, text in layouts.order_set(board).items():
+        if path.endswith(".svg"):
+            picture = tmp_path / "picture.png"
+            run = subprocess.run(["rsvg-convert", "-o", picture], input=text, capture_output=True, timeout=60)
+            assert run.returncode == 0 and run.stderr == b"" and picture.stat().st_size > 5000

@@ -1,0 +1,83 @@
+"""What every paper of the order says of the flexible circuit in the same words: bend, finish, foil, laminate."""
+
+from __future__ import annotations
+
+import csv
+from functools import cache
+
+from sitscad.layout.board import Layout
+from sitscad.layout.thickness import FinishedThickness, Where, finished_thickness, tail_copper
+from sitscad.spec.presets import DATA
+from sitscad.spec.stackup import LayerKind
+from sitscad.units import show
+
+FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
+
+
+@cache
+def _finishes() -> dict[str, dict[str, str]]:
+    with (DATA / "finishes.csv").open(encoding="utf-8", newline="") as stream:
+        return {row["name"]: row for row in csv.DictReader(stream)}
+
+
+def finish_name(layout: Layout) -> str:
+    """The finish as job files call it."""
+    return _finishes()[layout.spec.fpc.finish]["job_name"]
+
+
+def finish_text(layout: Layout) -> str:
+    """Finish of the bare contacts, foil and plating."""
+    row, stackup = _finishes()[layout.spec.fpc.finish], layout.spec.fpc.stackup
+    plating = f", holes plated {show(stackup.plating_thickness, 'm')} nominal" if stackup.plating_thickness else ""
+    return f"Finish on bare contacts: {row['words']}. Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
+
+
+def bend_radius(layout: Layout) -> float | None:
+    """Smallest radius (m) that the tail may be bent to by the fabricator's rules; None where they state none."""
+    tail, rules = layout.spec.fpc.tail, layout.spec.fpc.rules
+    if tail is None or tail.bend == "none":
+        return None
+    ratios = rules.dynamic_bend_ratio if tail.bend == "dynamic" else rules.static_bend_ratio
+    listed = max((count for count in ratios if count <= tail_copper(layout)), default=None)
+    return None if listed is None else ratios[listed] * finished_thickness(layout, Where.TAIL).nominal
+
+
+def bend_text(layout: Layout) -> str:
+    """Where and how far the tail may be bent."""
+    tail = layout.spec.fpc.tail
+    assert tail is not None and layout.bend_zone is not None
+    a, b = layout.bend_zone
+    radius = bend_radius(layout)
+    least = f", inside radius at least {show(radius, 'm')}" if radius is not None else ""
+    how = "in use (dynamic)" if tail.bend == "dynamic" else "once, at assembly (static)"
+    return (
+        f"The tail bends {how} between x = {show(a, 'm')} and x = {show(b, 'm')}{least}; no holes and no joints there."
+    )
+
+
+def laminate_text(layout: Layout) -> str:
+    """Which of the films between copper are bonded with adhesive, as far as the stack-up says."""
+    names = dict.fromkeys(
+        layer.material for layer in layout.spec.fpc.stackup.layers if layer.kind is not LayerKind.COPPER
+    )
+    words = [f"{name}: {_LAMINATES[name]}" for name in names if name in _LAMINATES]
+    return "; ".join(words) or "as the stack-up's materials say"
+
+
+_LAMINATES = {
+    "polyimide": "copper on polyimide without adhesive (as Pyralux AP)",
+    "bondply": "polyimide film with adhesive on both faces",
+    "polyimide-coverlay": "polyimide film with adhesive on one face",
+}
+
+
+def thickness_texts(layout: Layout) -> dict[str, str]:
+    """Finished thickness by place: nominal, and in brackets from the least to the most that may be delivered."""
+    places = {Where.COIL: "at the coils"}
+    if layout.spec.fpc.tail is not None:
+        places |= {Where.TAIL: "tail", Where.CONTACT: "at the contacts"}
+    return {word: _band(finished_thickness(layout, where)) for where, word in places.items()}
+
+
+def _band(thickness: FinishedThickness) -> str:
+    return f"{show(thickness.nominal, 'm')} ({show(thickness.minimum, 'm')} to {show(thickness.maximum, 'm')})"

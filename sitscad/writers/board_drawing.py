@@ -1,0 +1,221 @@
+"""The board drawing: outline, coils, contacts, holes and zones with their coordinates, as SVG and PDF on A4.
+
+Every dimension is a coordinate in the files' own system, whose origin is marked: what is read off the drawing is what
+stands in the Gerber files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from sitscad.geometry.path import Path, bounding_box, circle, polyline, rectangle
+from sitscad.layout.board import Layout
+from sitscad.units import show
+from sitscad.writers._drawing import (
+    CHAIN,
+    HIDDEN,
+    THICK,
+    THIN,
+    View,
+    artwork_hash,
+    mm,
+    new_sheet,
+    ordinates_x,
+    ordinates_y,
+    paragraph,
+    placed,
+    scale_for,
+    scale_text,
+    span,
+    table,
+)
+from sitscad.writers._drill_map import SYMBOLS, tool_table
+from sitscad.writers._excellon_text import DrilledHole, millimetres, on_grid
+from sitscad.writers._fabrication_files import fabrication_path
+from sitscad.writers._flex_facts import bend_text, finish_text, thickness_texts
+from sitscad.writers._pdf import pdf
+from sitscad.writers._sheet import Pen, Sheet
+
+COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"
+WHOLE = (40.0, 132.0, 225.0, 44.0)
+"""Room for the whole board on paper: left, low, width, height (mm); dimensions stand around it."""
+DETAIL = (36.0, 32.0, 96.0, 58.0)
+
+
+def render(layout: Layout, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash."""
+    sheet = drawing(layout, artwork_hash(files))
+    return {
+        fabrication_path(layout, "drawing.svg"): sheet.svg().encode("utf-8"),
+        fabrication_path(layout, "drawing.pdf"): pdf([sheet]),
+    }
+
+
+def drawing(layout: Layout, artwork: str) -> Sheet:
+    """The sheet: the whole board, its body larger, the holes' table and the notes."""
+    box = bounding_box([layout.outline])
+    whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:])
+    detail = scale_for(layout.body_size, DETAIL[2:])
+    scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
+    sheet = new_sheet(layout.spec.name, "flexible circuit, board", scales, artwork)
+    _whole(sheet, layout, placed(box, whole, WHOLE))
+    _detail(sheet, layout, placed(layout.body, detail, DETAIL))
+    low = _holes(sheet, layout, 161.0, 104.0)
+    paragraph(sheet, 161.0, low - 2.0, 126.0, list(notes(layout)), 2.3)
+    return sheet
+
+
+def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    _zones(sheet, layout, view)
+    _copper(sheet, layout, view, x1)
+    sheet.draw(view.path(layout.outline), THICK)
+    _marks(sheet, layout, view)
+    low, high = view.y(y0), view.y(y1)
+    ordinates_x(sheet, view, list(_stations(layout)), low, low - 7.0)
+    tail = _tail_reach(layout)
+    ordinates_y(sheet, view, [y0, y1, *tail], view.x(x0), view.x(x0) - 9.0)
+    span(sheet, (view.x(x0), high + 6.0), (view.x(x1), high + 6.0), f"{mm(x1 - x0)} +/- {_outline(layout)}")
+    for x in (x0, x1):
+        sheet.line(view.x(x), high + 1.0, view.x(x), high + 7.0, THIN)
+    span(sheet, (view.x(x1) + 7.0, low), (view.x(x1) + 7.0, high), mm(y1 - y0))
+
+
+def _stations(layout: Layout) -> Iterator[float]:
+    """The x that matter along the board: ends, coils, body, bend zone, stiffener, contacts."""
+    x0, _, x1, _ = bounding_box([layout.outline])
+    yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
+    if layout.bend_zone is not None:
+        yield from layout.bend_zone
+    if layout.stiffener is not None:
+        yield bounding_box([layout.stiffener.outline.outline])[0]
+    yield from {pad.centre.x - pad.size[0] / 2 for pad in layout.pads}
+
+
+def _tail_reach(layout: Layout) -> tuple[float, ...]:
+    """The lowest and the highest y of the outline at its end."""
+    x1 = bounding_box([layout.outline])[2]
+    ys = [p.y for p in layout.outline.flattened(1e-5) if p.x > x1 - 1e-6]
+    return (min(ys), max(ys)) if ys else ()
+
+
+def _detail(sheet: Sheet, layout: Layout, view: View) -> None:
+    """The body alone: what lies beyond it is cut off."""
+    x0, y0, x1, y1 = layout.body
+    limit = x1 + 0.05 * (x1 - x0)
+    _copper(sheet, layout, view, limit)
+    sheet.draw([view.path(piece) for piece in _until(layout.outline, limit)], THICK)
+    _marks(sheet, layout, view, limit)
+    for coil in layout.coils:
+        at = coil.centre
+        sheet.text(view.x(at.x) + 1.0, view.y(at.y) + 1.0, coil.name, 3.2)
+    ordinates_x(sheet, view, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
+    edges = [side * layout.spec.coil.size[1] / 2 + coil.centre.y for coil in layout.coils for side in (-1, 1)]
+    ordinates_y(sheet, view, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
+
+
+def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
+    """Stiffener and bend zone as areas, coverlay openings as broken lines."""
+    if layout.bend_zone is not None:
+        y0, y1 = _tail_reach(layout)
+        zone = rectangle(layout.bend_zone[0], y0, layout.bend_zone[1], y1)
+        sheet.draw(view.path(zone), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
+        middle = sum(layout.bend_zone) / 2
+        sheet.text(view.x(middle), view.y(y1) + 1.2, "bend zone: no holes", 2.3, "middle")
+    if layout.stiffener is not None:
+        sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
+        box = bounding_box([layout.stiffener.outline.outline])
+        sheet.text(view.x(box[2]), view.y(box[3]) + 1.2, "stiffener below", 2.3, "end")
+    for opening in (*layout.top_openings, *layout.bottom_openings):
+        sheet.draw(view.path(opening.outline), HIDDEN)
+
+
+def _copper(sheet: Sheet, layout: Layout, view: View, limit: float) -> None:
+    """The top layer's tracks as they are, up to a limit along x, and all contacts."""
+    for trace in layout.on_layer(1):
+        pieces = [view.path(piece) for piece in _until(trace.path, limit)]
+        if pieces:
+            sheet.draw(pieces, Pen(view.length(trace.width), COPPER))
+    for pad in layout.pads:
+        (w, h), (x, y) = pad.size, pad.centre
+        if x + w / 2 <= limit + 1e-9:
+            sheet.draw(view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)), THIN, CONTACT)
+
+
+def _until(path: Path, limit: float) -> list[Path]:
+    """A path's parts at x up to a limit: the path itself where all of it is."""
+    if bounding_box([path])[2] <= limit + 1e-9:
+        return [path]
+    runs: list[list[tuple[float, float]]] = [[]]
+    for point in path.flattened(5e-6):
+        if point.x <= limit:
+            runs[-1].append(point)
+        elif runs[-1]:
+            runs.append([])
+    return [polyline(run) for run in runs if len(run) > 1]  # type: ignore[arg-type]
+
+
+def _marks(sheet: Sheet, layout: Layout, view: View, limit: float = float("inf")) -> None:
+    """Each coil's outer size and centre, the holes, and the origin of the coordinates."""
+    for coil in layout.coils:
+        (w, h), (x, y) = layout.spec.coil.size, coil.centre
+        shape = layout.spec.coil.shape
+        outline = (
+            circle(coil.centre, w / 2) if shape == "circle" else rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
+        )
+        sheet.draw(view.path(outline), CHAIN)
+        for dx, dy in ((w / 2, 0.0), (0.0, h / 2)):
+            sheet.line(view.x(x - dx), view.y(y - dy), view.x(x + dx), view.y(y + dy), CHAIN)
+    for via in layout.vias:
+        if via.centre.x <= limit:
+            sheet.draw(view.path(circle(via.centre, via.drill / 2)), THIN, "#ffffff")
+    x, y = view.x(0.0), view.y(0.0)
+    sheet.draw(circle(view.path(polyline([(0.0, 0.0), (1e-3, 0.0)])).start, 1.2), Pen(0.25, "#b00000"))  # type: ignore[list-item]
+    for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
+        sheet.line(x - dx, y - dy, x + dx, y + dy, Pen(0.25, "#b00000"))
+
+
+def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
+    """The table of holes with the drill map's symbols."""
+    holes = [DrilledHole(on_grid(v.centre.x), on_grid(v.centre.y), on_grid(v.drill)) for v in layout.vias]
+    rows = [["", "finished hole", "holes", "plated", "pad"]]
+    for diameter, count, _ in tool_table(holes, ()):
+        pads = sorted({show(v.pad, "m") for v in layout.vias if on_grid(v.drill) == diameter})
+        rows.append(["", f"{millimetres(diameter, 3)} mm", str(count), "yes, all layers", ", ".join(pads)])
+    if len(rows) == 1:
+        rows.append(["", "none", "", "", ""])
+    low = table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
+    step = (top - low) / len(rows)
+    for order in range(len(tool_table(holes, ()))):
+        at = polyline([(left + 4.0, top - (order + 1.55) * step), (0.0, 0.0)]).start  # type: ignore[list-item]
+        sheet.draw(SYMBOLS[order % len(SYMBOLS)](at, 1.2), Pen(0.25))
+    return low
+
+
+def notes(layout: Layout) -> Iterator[str]:
+    """What the drawing says in words."""
+    number = iter(range(1, 99))
+    rules, coil = layout.spec.fpc.rules, layout.spec.coil
+    registration = show(rules.registration, "m")
+    yield f"{next(number)}. Coordinates in mm from the files' origin (red cross). No layer is mirrored."
+    yield (
+        f"{next(number)}. Outline +/- {_outline(layout)} mm, layers in register within {registration} "
+        f"(rules {rules.name})."
+    )
+    yield (
+        f"{next(number)}. Coils ({coil.shape}): {' x '.join(mm(s) for s in dict.fromkeys(coil.size))} mm over the "
+        f"outer copper edges, tracks {show(coil.trace_width, 'm')}, gaps {show(coil.trace_spacing, 'm')}."
+    )
+    yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
+    if layout.stiffener is not None:
+        plate = layout.stiffener
+        thickness = show(plate.thickness, "m")
+        yield f"{next(number)}. Stiffener below the contacts: {plate.material}, {thickness} with adhesive."
+    if layout.bend_zone is not None:
+        yield f"{next(number)}. {bend_text(layout)}"
+    yield f"{next(number)}. {finish_text(layout)}"
+    yield f"{next(number)}. IPC-6013 class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
+
+
+def _outline(layout: Layout) -> str:
+    return mm(layout.spec.fpc.rules.outline_tolerance)

@@ -1,0 +1,144 @@
+"""The panel as a set of its own in ``fpc/panel/``: every layer's copies, the frame's marks, cuts, holes, a list."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from sitscad.geometry.path import Path, Point, rectangle
+from sitscad.layout.board import Layout
+from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+from sitscad.writers._drill_map import map_file, map_text
+from sitscad.writers._excellon_text import DrilledHole, drill_text, on_grid
+from sitscad.writers._fabrication_files import (
+    FabricationFile,
+    drill_files,
+    gerber_files,
+    panel_attributes,
+    panel_path,
+    profile_file,
+)
+from sitscad.writers._gerber_image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, stroke, xy
+from sitscad.writers._panel_image import Image, image_of, repeated
+from sitscad.writers._stroke_font import length, strokes
+
+TEXT_HEIGHT = 1.5e-3
+TEXT_PEN = 0.2e-3
+
+CUTS = "Other,Part_Cuts"
+
+
+def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The panel's files by their paths in the package; none where there is no panel.
+
+    ``files`` are the board's own files: their images are repeated as they are.
+    """
+    if panel is None:
+        return {}
+    layout = panel.layout
+    made: dict[str, bytes] = {}
+    coupon = layer_files(panel.coupon) if panel.coupon is not None else {}
+    for file in gerber_files(layout):
+        if file == profile_file(layout):
+            continue
+        images = [(image_of(files[file.path]), panel.parts)]
+        if file.path in coupon:
+            images.append((image_of(coupon[file.path]), panel.coupons))
+        images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
+        made |= _file(layout, file, repeated(images))
+    made |= _file(layout, profile_file(layout), profile(rectangle(0.0, 0.0, *panel.size)))
+    made |= _file(layout, cut_file(layout), _cuts(panel.cuts))
+    return made | _drills(panel) | {panel_path(layout, ".json"): _places(panel)}
+
+
+def cut_file(layout: Layout) -> FabricationFile:
+    """The cuts round the parts."""
+    title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
+    return FabricationFile(panel_path(layout, "-Part_Cuts.gbr"), CUTS, "Positive", title)
+
+
+def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
+    """One Gerber file of the panel, called like the board's own."""
+    path = file.path if file.function == CUTS else panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
+    titled = replace(file, path=path, title=f"panel: {file.title}")
+    return {path: document(layout, titled, body, panel_attributes(layout))}
+
+
+def _marks(panel: Panel, file: FabricationFile) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """What the frame carries on a layer: fiducials and a name on outer copper, openings over the fiducials."""
+    if file.function.startswith("Soldermask"):
+        opened = ("%TA.AperFunction,Material*%", f"%ADD10C,{mm(FIDUCIAL_OPENING)}*%", "%TD*%")
+        return opened, ("D10*", *_flashes(panel))
+    if file.layer not in (1, panel.layout.copper_layers):
+        return (), ()
+    dots = ("%TA.AperFunction,FiducialPad,Global*%", f"%ADD10C,{mm(FIDUCIAL)}*%", "%TD*%")
+    if file.layer != 1:
+        return dots, ("D10*", *_flashes(panel))
+    pen = ("%TA.AperFunction,NonConductor*%", f"%ADD11C,{mm(TEXT_PEN)}*%", "%TD*%")
+    written = (command for line in _name(panel) for command in stroke(line))
+    return (*dots, *pen), ("D10*", *_flashes(panel), "D11*", *written)
+
+
+def _flashes(panel: Panel) -> Iterator[str]:
+    return (f"{xy(grid(at))}D03*" for at in panel.fiducials)
+
+
+def _name(panel: Panel) -> Iterator[Path]:
+    """The design's name between the fiducials of the lower rail; cut short where the rail is."""
+    room = panel.fiducials[1].x - panel.fiducials[0].x - 2 * FIDUCIAL_OPENING
+    text = f"{panel.layout.spec.name} {panel.columns}x{panel.rows}"
+    while text and length(text, TEXT_HEIGHT) > room:
+        text = text[:-1]
+    x = (panel.size[0] - length(text, TEXT_HEIGHT)) / 2 if text else 0.0
+    return strokes(text, Point(x, (panel.rail - TEXT_HEIGHT) / 2), TEXT_HEIGHT)
+
+
+def _cuts(cuts: tuple[Path, ...]) -> Iterator[str]:
+    yield from ("%TA.AperFunction,CutOut*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
+    for cut in cuts:
+        yield from stroke(cut)
+
+
+def _drills(panel: Panel) -> dict[str, bytes]:
+    """Plated and non-plated holes in two files, and their map."""
+    layout = panel.layout
+    plated = [hole for at in panel.parts for hole in _vias(layout, at)]
+    if panel.coupon is not None:
+        plated += [hole for at in panel.coupons for hole in _vias(panel.coupon, at)]
+    tooling = [DrilledHole(on_grid(at.x), on_grid(at.y), on_grid(TOOLING_HOLE)) for at in panel.tooling_holes]
+    attributes, name = panel_attributes(layout), layout.spec.name
+    made: dict[str, bytes] = {}
+    for file in drill_files(layout):
+        path = panel_path(layout, "-PTH.drl")
+        made[path] = drill_text(f"{name}: panel: {file.title}", file.function, attributes, plated, "ViaDrill")
+    function = f"NonPlated,1,{layout.copper_layers},NPTH"
+    title = f"{name}: panel: tooling holes, not plated"
+    made[panel_path(layout, "-NPTH.drl")] = drill_text(title, function, attributes, tooling, "ComponentDrill")
+    chart = map_file(panel_path(layout, "-Drill_Map.gbr"))
+    drawing = map_text(rectangle(0.0, 0.0, *panel.size), plated, tooling)
+    return made | {chart.path: document(layout, chart, drawing, attributes)}
+
+
+def _vias(layout: Layout, at: Point) -> list[DrilledHole]:
+    dx, dy = grid(at)
+    return [
+        DrilledHole(on_grid(via.centre.x) + dx, on_grid(via.centre.y) + dy, on_grid(via.drill)) for via in layout.vias
+    ]
+
+
+def _places(panel: Panel) -> bytes:
+    """Where everything is, for programs: millimetres, from the panel's lower left corner."""
+
+    def points(found: tuple[Point, ...]) -> list[list[float]]:
+        return [[round(at.x * 1e3, 6), round(at.y * 1e3, 6)] for at in found]
+
+    document = {
+        "unit": "mm",
+        "size": [round(side * 1e3, 6) for side in panel.size],
+        "parts": points(panel.parts),
+        "coupons": points(panel.coupons),
+        "tooling_holes": points(panel.tooling_holes),
+        "fiducials": points(panel.fiducials),
+    }
+    return (json.dumps(document, indent=1) + "\n").encode("ascii")

@@ -1,0 +1,180 @@
+"""The panel's papers: a drawing with its dimensions (SVG and PDF on A4), and a readme with the coupon's inductance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from textwrap import wrap
+from typing import Protocol
+
+from sitscad.geometry.path import bounding_box, circle, rectangle
+from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+from sitscad.units import show
+from sitscad.writers._drawing import (
+    HIDDEN,
+    THICK,
+    THIN,
+    View,
+    artwork_hash,
+    mm,
+    new_sheet,
+    ordinates_x,
+    ordinates_y,
+    paragraph,
+    placed,
+    scale_for,
+    scale_text,
+    span,
+)
+from sitscad.writers._fabrication_files import panel_path
+from sitscad.writers._pdf import pdf
+from sitscad.writers._sheet import Pen, Sheet
+
+ROOM = (32.0, 46.0, 150.0, 135.0)
+TEXT_WIDTH = 100
+
+
+class State(Protocol):
+    """The part of an estimate's state that is measured at the pads."""
+
+    @property
+    def inductance(self) -> float:
+        """At the pads (H)."""
+
+
+class CoilEstimate(Protocol):
+    """The part of a coil's estimate that is measured at the pads."""
+
+    @property
+    def states(self) -> Mapping[str, State]:
+        """By name; the coil alone is ``free``."""
+
+    @property
+    def terminal_resistance_dc(self) -> float:
+        """At the pads, direct current, 20 C (ohm)."""
+
+
+class Estimates(Protocol):
+    """The estimate of a coupon."""
+
+    @property
+    def coils(self) -> Sequence[CoilEstimate]:
+        """Its one coil."""
+
+
+def render(panel: Panel | None, coupon_estimates: Estimates | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The papers by their paths in the package; none where there is no panel."""
+    if panel is None:
+        return {}
+    layout = panel.layout
+    sheet = drawing(panel, artwork_hash(files))
+    return {
+        panel_path(layout, "-drawing.svg"): sheet.svg().encode("utf-8"),
+        panel_path(layout, "-drawing.pdf"): pdf([sheet]),
+        panel_path(layout, "-readme.txt"): readme(panel, coupon_estimates).encode("utf-8"),
+    }
+
+
+def drawing(panel: Panel, artwork: str) -> Sheet:
+    """The sheet: frame, cuts with their bridges, marks, and the first part's place."""
+    scale = scale_for(panel.size, ROOM[2:])
+    sheet = new_sheet(panel.layout.spec.name, "panel", scale_text(scale), artwork)
+    view = placed((0.0, 0.0, *panel.size), scale, ROOM)
+    width, height = panel.size
+    sheet.draw(view.path(rectangle(0.0, 0.0, width, height)), THICK)
+    for cut in panel.cuts:
+        sheet.draw(view.path(cut), Pen(0.25))
+    _bridges(sheet, panel, view)
+    _frame(sheet, panel, view)
+    first = panel.parts[0]
+    span(sheet, (view.x(0.0), view.y(height) + 6.0), (view.x(width), view.y(height) + 6.0), mm(width))
+    span(sheet, (view.x(width) + 7.0, view.y(0.0)), (view.x(width) + 7.0, view.y(height)), mm(height))
+    xs = [0.0, width, *(at.x for at in (*panel.tooling_holes, *panel.fiducials, first))]
+    ys = [0.0, height, *(at.y for at in (*panel.tooling_holes, *panel.parts, *panel.coupons))]
+    ordinates_x(sheet, view, xs, view.y(0.0), view.y(0.0) - 8.0)
+    ordinates_y(sheet, view, ys, view.x(0.0), view.x(0.0) - 8.0)
+    paragraph(sheet, 212.0, 190.0, 74.0, list(_notes(panel)), 2.4)
+    return sheet
+
+
+def _bridges(sheet: Sheet, panel: Panel, view: View) -> None:
+    """A red mark on every bridge, and where each copy's own origin is."""
+    copies = [(panel.layout, panel.bridges, at) for at in panel.parts]
+    if panel.coupon is not None:
+        copies += [(panel.coupon, panel.coupon_bridges, at) for at in panel.coupons]
+    for layout, bridges, at in copies:
+        for bridge in bridges:
+            middle = bridge.middle(layout.outline).shifted(*at)
+            sheet.draw(view.path(circle(middle, 0.6e-3)), Pen(0.25, "#b00000"))
+        sheet.line(view.x(at.x) - 1.0, view.y(at.y), view.x(at.x) + 1.0, view.y(at.y), THIN)
+        sheet.line(view.x(at.x), view.y(at.y) - 1.0, view.x(at.x), view.y(at.y) + 1.0, THIN)
+    x0, _, x1, _ = bounding_box([panel.layout.outline])
+    for i, at in enumerate(panel.parts, 1):
+        sheet.text(view.x(at.x + (x0 + x1) / 2), view.y(at.y) - 0.8, str(i), 2.2, "middle")
+    for at in panel.coupons:
+        box = bounding_box([panel.coupon.outline]) if panel.coupon is not None else (0.0, 0.0, 0.0, 0.0)
+        is_left = at.x + box[2] < panel.size[0] / 2
+        x, anchor = (at.x + box[2], "start") if is_left else (at.x + box[0], "end")
+        sheet.text(view.x(x) + (1.0 if is_left else -1.0), view.y(at.y) - 0.8, "coupon", 2.2, anchor)
+
+
+def _frame(sheet: Sheet, panel: Panel, view: View) -> None:
+    for at in panel.tooling_holes:
+        sheet.draw(view.path(circle(at, TOOLING_HOLE / 2)), THICK)
+    for at in panel.fiducials:
+        sheet.draw(view.path(circle(at, FIDUCIAL / 2)), None, "#b8860b")
+        sheet.draw(view.path(circle(at, FIDUCIAL_OPENING / 2)), HIDDEN)
+
+
+def _notes(panel: Panel) -> Iterator[str]:
+    count = f"{len(panel.parts)} parts ({panel.columns} x {panel.rows})"
+    coupons = f" and {len(panel.coupons)} coupons" if panel.coupons else ""
+    yield f"1. {count}{coupons}. Coordinates in mm from the panel's lower left corner; crosses: each part's own origin."
+    yield f"2. Rails {mm(panel.rail)} mm. {len(panel.tooling_holes)} tooling holes {mm(TOOLING_HOLE)} mm, not plated."
+    faces = "on both faces" if panel.layout.copper_layers > 1 else "on the top face"
+    opening = f"coverlay open {mm(FIDUCIAL_OPENING)} mm"
+    yield f"3. {len(panel.fiducials)} fiducials {mm(FIDUCIAL)} mm, {opening}, {faces}."
+    if panel.bridges:
+        yield (
+            f"4. Cut along the lines (laser or die); leave every bridge (red circles, {mm(_bridge(panel))} mm, "
+            f"{len(panel.bridges)} a part). No perforation: it would tear the film."
+        )
+    else:
+        yield "4. No place for a bridge was found: the parts are to be held as the fabricator sees fit."
+    yield "5. Deliver the panel whole. Parts are cut out by the customer."
+    if panel.coupons:
+        yield "6. Coupons: one coil with solder pads, for measuring inductance."
+
+
+def _bridge(panel: Panel) -> float:
+    return panel.layout.spec.fpc.panel.bridge
+
+
+def readme(panel: Panel, coupon_estimates: Estimates | None) -> str:
+    """The panel in words: what is delivered, what the coupon should measure."""
+    title = f"{panel.layout.spec.name}: panel of flexible circuits"
+    width, height = (show(side, "m") for side in panel.size)
+    paragraphs = [
+        f"The boards are delivered in a panel of {width} x {height}. The single board is described by readme.txt; "
+        "everything in it (stack-up, thicknesses, finish, test) holds for the panel. The netlist is that of one board: "
+        "test each part by it.",
+        *_notes(panel),
+        *_coupon(panel, coupon_estimates),
+    ]
+    lines = [line for text in paragraphs for line in [*wrap(text, TEXT_WIDTH, subsequent_indent="   "), ""]]
+    return "\n".join([title, "=" * len(title), "", *lines])
+
+
+def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
+    if panel.coupon is None:
+        yield f"There is no coupon: {panel.no_coupon}."
+        return
+    if estimates is None:
+        return
+    coil = estimates.coils[0]
+    inductance = coil.states["free"].inductance
+    yield (
+        f"A coupon, lying free (no metal within three coil diameters), should measure {show(inductance, 'H')} between "
+        f"its pads, and {show(coil.terminal_resistance_dc, 'ohm', 3)} at direct current and 20 C. A short between "
+        "turns, which no continuity test sees, lowers both: compare the coupons with these values and with each other "
+        "before parts are cut out."
+    )

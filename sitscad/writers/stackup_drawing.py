@@ -1,0 +1,121 @@
+"""The stack-up drawing: sections through tail and body, heights to scale, every thickness, as SVG and PDF on A4."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from sitscad.geometry.path import rectangle
+from sitscad.layout.board import Layout
+from sitscad.layout.thickness import is_opened, tail_layers
+from sitscad.spec.stackup import LayerKind
+from sitscad.units import show
+from sitscad.writers._drawing import TEXT, THIN, artwork_hash, new_sheet, paragraph, spread, table
+from sitscad.writers._fabrication_files import fabrication_path, stack_names
+from sitscad.writers._flex_facts import bend_text, finish_text, laminate_text, thickness_texts
+from sitscad.writers._pdf import pdf
+from sitscad.writers._sheet import Sheet
+
+COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}
+PLATE = "#b8b8b8"
+TAIL, JOINT, BODY = 24.0, 92.0, 160.0
+"""Where the sections begin and end along the paper (mm): the tail's end, where tail and body meet, the body's end."""
+TOP, ROOM = 182.0, 92.0
+"""Where the sections begin on paper, and the height that they may take (mm)."""
+OPEN = 30.0
+"""Length of the contacts in the tail's section (mm)."""
+
+
+def render(layout: Layout, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash."""
+    sheet = drawing(layout, artwork_hash(files))
+    return {
+        fabrication_path(layout, "stackup.svg"): sheet.svg().encode("utf-8"),
+        fabrication_path(layout, "stackup.pdf"): pdf([sheet]),
+    }
+
+
+def drawing(layout: Layout, artwork: str) -> Sheet:
+    """The sheet: the sections, a caption for every layer, finished thicknesses and what the films are."""
+    stackup = layout.spec.fpc.stackup
+    scale = ROOM / max(stackup.thickness, _tail_height(layout))
+    words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
+    sheet = new_sheet(layout.spec.name, f"stack-up {stackup.name}", words, artwork)
+    _tail_section(sheet, layout, scale)
+    _body_section(sheet, layout, scale)
+    rows = [["place", "finished thickness (least to most)"], *map(list, thickness_texts(layout).items())]
+    low = table(sheet, 16.0, 72.0, (34.0, 80.0), rows)
+    paragraph(sheet, 16.0, low - 2.0, 140.0, list(_notes(layout)), 2.3)
+    return sheet
+
+
+def _tail_height(layout: Layout) -> float:
+    plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
+    return sum(layer.thickness for layer in tail_layers(layout)) + plate
+
+
+def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
+    """All layers with their captions, and a plated hole."""
+    layers = layout.spec.fpc.stackup.layers
+    middles, copper, y = [], [], TOP
+    for layer in layers:
+        height = layer.thickness * scale
+        _bar(sheet, JOINT, y, BODY - JOINT, height, COLOURS[layer.kind])
+        copper += [y, y - height] if layer.kind is LayerKind.COPPER else []
+        middles.append(y - height / 2)
+        y -= height
+    if layout.vias and copper:
+        _barrel(sheet, copper[0], copper[0] - copper[-1])
+    captions = spread([-m for m in middles], 1.4 * TEXT)
+    for layer, name, middle, place in zip(layers, stack_names(layout), middles, captions, strict=True):
+        sheet.line(BODY, middle, BODY + 4.0, middle, THIN)
+        sheet.line(BODY + 4.0, middle, BODY + 10.0, -place, THIN)
+        material = f", {layer.material}" if layer.material != name else ""
+        sheet.text(BODY + 11.0, -place - 0.9, f"{show(layer.thickness, 'm')}  {name}{material}", TEXT)
+    sheet.text((JOINT + BODY) / 2, TOP + 3.0, "body with the coils", TEXT, "middle")
+
+
+def _tail_section(sheet: Sheet, layout: Layout, scale: float) -> None:
+    """The tail's layers, its opened coverlays shorter, and the stiffener under its end."""
+    if layout.spec.fpc.tail is None:
+        return
+    y = TOP
+    for i, layer in enumerate(tail_layers(layout)):
+        height, start = layer.thickness * scale, TAIL + (OPEN if is_opened(layout, i, layer) else 0.0)
+        _bar(sheet, start, y, JOINT - start, height, COLOURS[layer.kind])
+        if start > TAIL:
+            sheet.text(TAIL, y - height / 2 - 0.9, "open at the contacts", 2.3)
+        y -= height
+    plate = layout.stiffener
+    if plate is not None:
+        height = plate.thickness * scale
+        _bar(sheet, TAIL, y, OPEN + 15.0, height, PLATE)
+        sheet.text(TAIL + 2.0, y - height / 2, f"stiffener, {plate.material}", TEXT)
+        sheet.text(TAIL + 2.0, y - height / 2 - 1.4 * TEXT, f"{show(plate.thickness, 'm')} with its adhesive", TEXT)
+    sheet.text((TAIL + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
+
+
+def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str) -> None:
+    sheet.draw(rectangle(x, top - height, x + width, top), THIN, fill)
+
+
+def _barrel(sheet: Sheet, top: float, height: float) -> None:
+    """A plated hole through all copper layers."""
+    middle = (JOINT + BODY) / 2
+    _bar(sheet, middle - 4.0, top, 8.0, height, "#ffffff")
+    for x in (middle - 4.0, middle + 2.5):
+        _bar(sheet, x, top, 1.5, height, COLOURS[LayerKind.COPPER])
+
+
+def _notes(layout: Layout) -> Iterator[str]:
+    stackup = layout.spec.fpc.stackup
+    yield f"Thicknesses are finished ones; coverlay with its adhesive. Laminates: {laminate_text(layout)}."
+    if stackup.plating_thickness:
+        yield f"Plating, {show(stackup.plating_thickness, 'm')}, is part of the outer copper's thickness."
+    yield finish_text(layout)
+    if layout.bend_zone is not None:
+        yield bend_text(layout)
+    yield f"Stack-up from: {_short(stackup.source)}" if stackup.source else "Stack-up as written in the spec."
+
+
+def _short(text: str, most: int = 330) -> str:
+    return text if len(text) <= most else f"{text[:most].rpartition(' ')[0]} ..."

@@ -1,0 +1,241 @@
+"""The papers and the archive of an order: drawings measured, drill map counted, archive unpacked and compared."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import re
+import subprocess
+import xml.etree.ElementTree as ET
+import zipfile
+from dataclasses import replace
+
+import layouts
+import pytest
+from kicad_oracle import needs_kicad, write
+
+from sitscad.geometry.path import bounding_box
+from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.spec import presets
+from sitscad.writers import _drawing, board_drawing, drill_map, kicad, order_archive, stackup_drawing
+from sitscad.writers._sheet import Label, Sheet, text_width
+
+SVG = "{http://www.w3.org/2000/svg}"
+MM = 1e-3
+
+
+def archive(files: dict[str, bytes]) -> zipfile.ZipFile:
+    (path,) = (path for path in files if path.endswith(".zip"))
+    return zipfile.ZipFile(io.BytesIO(files[path]))
+
+
+# --- Drawings
+
+
+def test_the_outline_is_drawn_to_the_scale_that_the_title_block_states(board):
+    sheet = board_drawing.drawing(board, "")
+    (scale,) = {item.text for item in sheet.items if isinstance(item, Label) and "(whole)" in item.text}
+    factor = float(re.match(r"([0-9.]+):1", scale)[1])
+    x0, y0, x1, y1 = bounding_box([board.outline])
+    sizes = []
+    for item in sheet.items:
+        if not isinstance(item, Label) and item.pen == _drawing.THICK:
+            a, b, c, d = bounding_box(item.paths)
+            sizes.append((c - a, d - b))
+    wanted = ((x1 - x0) / MM * factor, (y1 - y0) / MM * factor)
+    assert any(size == pytest.approx(wanted, rel=1e-9) for size in sizes)
+
+
+def test_dimensions_are_coordinates_of_the_files(board):
+    texts = {item.text for item in board_drawing.drawing(board, "").items if isinstance(item, Label)}
+    stations = [
+        board.body[2],
+        *board.bend_zone,
+        *(coil.centre.x for coil in board.coils),
+        bounding_box([board.outline])[2],
+    ]
+    assert {_drawing.mm(x) for x in stations} <= texts
+    assert any(text.startswith(_drawing.mm(20.4 * MM)) for text in texts), "the length over all"
+
+
+def test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(board):
+    for sheet in (board_drawing.drawing(board, "x" * 60), stackup_drawing.drawing(board, "x" * 60)):
+        width, height = sheet.size
+        boxes = []
+        for item in sheet.items:
+            if isinstance(item, Label):
+                long = text_width(item.text, item.size)
+                back = {"start": 0.0, "middle": long / 2, "end": long}[item.anchor]
+                x, y = item.at
+                box = (x - back, y, x - back + long, y + 0.7 * item.size)
+                if item.angle:
+                    box = (x - 0.7 * item.size, y - back, x, y - back + long)
+                boxes.append((box, item.text))
+        for (x0, y0, x1, y1), text in boxes:
+            assert x0 > 5 and x1 < width - 5 and y0 > 5 and y1 < height - 5, text
+        for i, (a, one) in enumerate(boxes):
+            for b, other in boxes[i + 1 :]:
+                apart = a[2] <= b[0] + 0.05 or b[2] <= a[0] + 0.05 or a[3] <= b[1] + 0.05 or b[3] <= a[1] + 0.05
+                assert apart, (one, other)
+
+
+def test_the_title_block_names_the_files_by_their_hash(board):
+    files = layouts.order_set(board)
+    named = sorted(path for path in files if path.endswith(".gbr")), sorted(p for p in files if p.endswith(".drl"))
+    digest = hashlib.sha256(b"".join(files[path] for group in named for path in group)).hexdigest()[:16]
+    for path in (path for path in files if path.endswith((".pdf", "drawing.svg", "stackup.svg"))):
+        assert digest.encode() in files[path], path
+
+
+def test_a_date_stands_only_where_source_date_epoch_names_one(board, monkeypatch):
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    assert b"(not stated)" in layouts.order_set(board)["fpc/two-coils-drawing.pdf"]
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    assert b"(1970-01-02)" in layouts.order_set(board)["fpc/two-coils-drawing.pdf"]
+
+
+def test_a_pdf_has_a_table_of_its_objects_and_no_identifier(board):
+    text = layouts.order_set(board)["fpc/two-coils-stackup.pdf"]
+    start = int(re.search(rb"startxref\n(\d+)\n%%EOF", text)[1])
+    table = text[start:].split(b"trailer")[0].splitlines()[3:]
+    for number, row in enumerate(table, 1):
+        assert text[int(row[:10]) :].startswith(b"%d 0 obj" % number)
+    assert b"/ID" not in text and b"Date" not in re.sub(rb"\(Date\)", b"", text)
+
+
+@pytest.mark.clients("pdftoppm", "rsvg-convert")
+def test_pdf_and_svg_show_the_same(tmp_path):
+    image = pytest.importorskip("PIL.Image", reason="pillow is not installed")
+    chops = pytest.importorskip("PIL.ImageChops", reason="pillow is not installed")
+    stat = pytest.importorskip("PIL.ImageStat", reason="pillow is not installed")
+    files = layouts.order_set(layouts.two_coils(4))
+    for name in ("drawing", "stackup"):
+        pdf, svg = tmp_path / f"{name}.pdf", tmp_path / f"{name}.svg"
+        pdf.write_bytes(files[f"fpc/two-coils-{name}.pdf"])
+        svg.write_bytes(files[f"fpc/two-coils-{name}.svg"])
+        subprocess.run(["pdftoppm", "-r", "100", "-png", "-singlefile", pdf, tmp_path / f"{name}-pdf"], check=True)
+        command = ["rsvg-convert", "-d", "100", "-p", "100", "-o", tmp_path / f"{name}-svg.png", svg]
+        subprocess.run(command, check=True)
+        one, other = (image.open(tmp_path / f"{name}-{kind}.png").convert("L") for kind in ("pdf", "svg"))
+        assert abs(one.size[0] - other.size[0]) <= 1 and abs(one.size[1] - other.size[1]) <= 1
+        size = tuple(map(min, one.size, other.size))
+        coarse = size[0] // 8, size[1] // 8  # edges and fonts are drawn a little differently
+        one, other = (picture.crop((0, 0, *size)).resize(coarse, image.Resampling.BOX) for picture in (one, other))
+        same = stat.Stat(chops.difference(one, other)).mean[0]
+        shifted = stat.Stat(chops.difference(one, chops.offset(other, 3, 0))).mean[0]
+        assert same < 0.4 * shifted, (name, same, shifted)
+        assert stat.Stat(one).mean[0] < 252, "an empty sheet proves nothing"
+
+
+def test_text_is_as_wide_as_in_helvetica():
+    assert text_width("Hello", 10.0) == pytest.approx((722 + 556 + 222 + 222 + 556) / 100.0)
+
+
+def test_words_of_users_are_escaped_in_both_forms():
+    from sitscad.writers._pdf import pdf
+
+    sheet = Sheet("a)b\\c<d>&e")
+    sheet.text(10, 10, "a)b\\c<d>&e")
+    assert b"(a\\)b\\\\c<d>&e) Tj" in pdf([sheet])
+    assert [text.text for text in ET.fromstring(sheet.svg()).iter(f"{SVG}text")] == ["a)b\\c<d>&e"]
+
+
+# --- Thickness
+
+
+def test_worst_case_thickness_by_place(board):
+    rules = replace(
+        board.spec.fpc.rules,
+        thickness_tolerance={1: 20e-6, 2: 30e-6, 3: 60e-6},
+        stiffened_tolerance={"polyimide": 40e-6, "fr4": 90e-6},
+        sources={"thickness_tolerance_2": "two", "thickness_tolerance_3": "many"},
+    )
+    board = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, rules=rules)))
+    at = {where: finished_thickness(board, where) for where in Where}
+    many = board.copper_layers > 2
+    spread = {where: (found.maximum - found.minimum) / 2 for where, found in at.items()}
+    assert spread[Where.COIL] == pytest.approx(60e-6 if many else 30e-6)
+    assert spread[Where.CONTACT] == pytest.approx(40e-6)
+    assert at[Where.COIL].source == ("many" if many else "two")
+    assert at[Where.COIL].nominal == pytest.approx(board.spec.fpc.stackup.thickness)
+    thin = layouts.thin_tail(layouts.two_coils(4))
+    thin = replace(thin, spec=replace(thin.spec, fpc=replace(thin.spec.fpc, rules=rules)))
+    tail = finished_thickness(thin, Where.TAIL)
+    assert (tail.nominal, tail.maximum - tail.nominal) == pytest.approx((150e-6, 30e-6))
+
+
+# --- Drill map
+
+
+def test_the_drill_map_has_a_symbol_a_hole_and_the_table(board):
+    shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")
+    (text,) = drill_map.render(board).values()
+    file = shapes.read(text)
+    assert file.file_attrs[".FileFunction"] == ("Drillmap",)
+    arms = [item for item in file.objects if hasattr(item, "x1") and not hasattr(item, "clockwise")]
+    for via in board.vias:
+        x, y = via.centre.x / MM, via.centre.y / MM
+        crossing = [o for o in arms if abs((o.x1 + o.x2) / 2 - x) < 1e-6 and abs((o.y1 + o.y2) / 2 - y) < 1e-6]
+        assert len(crossing) == 2
+    assert not drill_map.render(replace(board, vias=()))
+
+
+# --- The archive
+
+
+def test_the_archive_holds_the_set_and_its_own_names(board):
+    files = layouts.order_set(board)
+    sent = archive(files)
+    names = set(sent.namelist())
+    assert {"two-coils.GTL", "two-coils.GBL", "two-coils.GTS", "two-coils.GBS", "two-coils.GM1"} <= names
+    assert ("two-coils.G1" in names) == (board.copper_layers > 2)
+    assert {"two-coils-PTH.drl", "two-coils-netlist.d356", "two-coils-drawing.pdf", "readme.txt"} <= names
+    job = json.loads(sent.read("two-coils-job.gbrjob"))
+    assert {entry["Path"] for entry in job["FilesAttributes"]} <= names
+    listed = re.findall(r"^(two-coils\S*\.(?:G\w+|drl|gbr|pdf|d356))  ", sent.read("readme.txt").decode(), re.MULTILINE)
+    assert len(listed) >= 8 and set(listed) <= names
+    for name in names - {"readme.txt", "two-coils-job.gbrjob"}:
+        assert sent.read(name) in files.values(), name
+    assert not any(name.endswith((".svg", ".json")) for name in names)
+
+
+def test_the_archive_keeps_names_where_the_rules_say_so(board):
+    rules = replace(board.spec.fpc.rules, file_naming="kicad")
+    board = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, rules=rules)))
+    files = layouts.order_set(board)
+    for name in archive(files).namelist():
+        assert archive(files).read(name) == files[f"fpc/{name}"]
+
+
+def test_a_forced_order_says_so_inside_its_archive(board):
+    assert order_archive.NOTE not in archive(layouts.order_set(board)).namelist()
+    sent = archive(layouts.order_set(board, forced="do not order: 2 errors\n"))
+    assert sent.read(order_archive.NOTE) == b"do not order: 2 errors\n"
+
+
+def test_the_archive_is_plain_and_undated(board):
+    for entry in archive(layouts.order_set(board)).infolist():
+        assert entry.compress_type == zipfile.ZIP_STORED and entry.date_time == (1980, 1, 1, 0, 0, 0)
+        assert entry.create_system == 3
+
+
+@needs_kicad
+def test_names_are_those_that_kicad_gives(tmp_path):
+    """Copper, openings and outline end as in KiCad's own plots."""
+    layout = layouts.two_coils(4)
+    board, folder = write(kicad.render(layout), tmp_path), tmp_path / "plots"
+    command = ["kicad-cli", "pcb", "export", "gerbers", "-o", f"{folder}/", board]
+    assert subprocess.run(command, capture_output=True, timeout=60).returncode == 0
+    plots = [path for path in folder.glob("*.g*") if path.suffix != ".gbrjob"]
+    theirs = {re.search(r"FileFunction,(\w+,L?\w+)", path.read_text())[1]: path.suffix for path in plots}
+    files = layouts.order_set(layout)
+    for path in (path for path in files if path.endswith(("Cu.gbr", "Mask.gbr", "Edge_Cuts.gbr"))):
+        function = re.search(rb"FileFunction,(\w+,L?\w+)", files[path])[1].decode()
+        ours = order_archive.archive_name(layout, path, files[path])
+        assert ours.lower().endswith(theirs[function]), function
+
+
+def test_every_naming_of_the_profiles_is_known():
+    for name in presets.names("rules"):
+        assert presets.design_rules(name).file_naming in ("protel", "kicad")

@@ -1,0 +1,194 @@
+"""The panel: every copy shows what the board's own files show, parts hang by their bridges, the frame is whole."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from dataclasses import replace
+
+import layouts
+import pytest
+
+from sitscad.geometry.path import Point, bounding_box, circle, rectangle
+from sitscad.layout import lay_out
+from sitscad.layout.panel import bridges, cut_lines, is_wanted, plan
+from sitscad.spec.load import load_text
+from sitscad.spec.sensor import PanelSpec
+from sitscad.writers import panel_drawing
+
+shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")
+from gerbonara import ExcellonFile  # noqa: E402 - after the test that it is there
+from shapely import affinity  # noqa: E402
+from shapely.geometry import Polygon  # noqa: E402
+
+MM = 1e-3
+
+TEXT = """
+sitscad: 1
+name: small-part
+coil: {shape: circle, outer_diameter: 3.5, turns: 6.5, layers: 2, trace_width: 0.1, trace_spacing: 0.1}
+array: {pattern: line, count: 2, pitch: 4}
+fpc:
+  tail: {length: 30, connector: zif-0.5mm}
+  %s
+"""
+
+
+@pytest.fixture(scope="module")
+def small():
+    """A board of 4.3 mm across, its panel of 2 by 3, and all files of the order."""
+    layout = lay_out(load_text(TEXT % "panel: {parts: [2, 3]}"))
+    panel = plan(layout)
+    return layout, panel, layouts.order_set(layout, panel)
+
+
+def image(files, name):
+    return shapes.image(shapes.read(files[name]))
+
+
+def moved(shape, at: Point):
+    return affinity.translate(shape, round(at.x / MM, 6), round(at.y / MM, 6))
+
+
+def area(layout, at: Point):
+    """The part's own outline in the panel (mm)."""
+    outline = Polygon([(p.x / MM, p.y / MM) for p in layout.outline.flattened(1e-6)])
+    return moved(outline, at)
+
+
+def test_every_copy_shows_what_the_boards_own_file_shows(small):
+    layout, panel, files = small
+    for ending in ("F_Cu.gbr", "B_Cu.gbr", "F_Mask.gbr", "B_Stiffener.gbr"):
+        own = image(files, f"fpc/small-part-{ending}")
+        whole = image(files, f"fpc/panel/small-part-panel-{ending}")
+        for at in panel.parts:
+            cell = area(layout, at)
+            assert whole.intersection(cell).symmetric_difference(moved(own, at)).area < 1e-6
+
+
+def test_nothing_but_fiducials_and_the_name_lies_outside_the_parts(small):
+    layout, panel, files = small
+    whole = image(files, "fpc/panel/small-part-panel-B_Cu.gbr")
+    for at in panel.parts:
+        whole = whole.difference(area(layout, at))
+    for at in panel.coupons:
+        whole = whole.difference(area(panel.coupon, at))
+    dots = sorted((round(dot.centroid.x, 4), round(dot.centroid.y, 4)) for dot in whole.geoms)
+    assert dots == sorted((round(at.x / MM, 4), round(at.y / MM, 4)) for at in panel.fiducials)
+    openings = image(files, "fpc/panel/small-part-panel-F_Mask.gbr")
+    top = image(files, "fpc/panel/small-part-panel-F_Cu.gbr")
+    for at in panel.fiducials:
+        dot = Polygon([(at.x / MM + x, at.y / MM + y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+        assert openings.intersection(dot).area > 3.0 and 0.7 < top.intersection(dot).area < 0.8
+
+
+def test_the_coupon_is_the_first_coil_with_two_pads(small):
+    layout, panel, files = small
+    assert len(panel.coupons) == 2 and len(panel.coupon.pads) == 2
+    (coil,) = panel.coupon.coils
+    assert coil.is_closed_circuit and coil.windings[0].path.length == pytest.approx(
+        layout.coils[0].windings[0].path.length, rel=0.02
+    )
+    single = layouts.order_set(panel.coupon)["fpc/small-part-F_Cu.gbr"]
+    whole = image(files, "fpc/panel/small-part-panel-F_Cu.gbr")
+    for at in panel.coupons:
+        one = moved(shapes.image(shapes.read(single)), at)
+        assert whole.intersection(area(panel.coupon, at)).symmetric_difference(one).area < 1e-6
+
+
+def test_holes_are_those_of_all_copies_and_the_tooling_holes_are_not_plated(small):
+    layout, panel, files = small
+
+    def drilled(name):
+        file = ExcellonFile.from_string(
+            files[f"fpc/panel/small-part-panel-{name}.drl"].decode(), filename=f"{name}.drl"
+        )
+        return sorted((round(hole.x, 6), round(hole.y, 6)) for hole in file.drills())
+
+    wanted = [(via.centre, at) for at in panel.parts for via in layout.vias]
+    wanted += [(via.centre, at) for at in panel.coupons for via in panel.coupon.vias]
+    assert drilled("PTH") == sorted((round((c.x + a.x) / MM, 6), round((c.y + a.y) / MM, 6)) for c, a in wanted)
+    assert drilled("NPTH") == sorted((round(at.x / MM, 6), round(at.y / MM, 6)) for at in panel.tooling_holes)
+    assert b"NonPlated,1,2,NPTH" in files["fpc/panel/small-part-panel-NPTH.drl"]
+    for name, file in files.items():
+        if "/panel/" in name and name.endswith((".gbr", ".drl")):
+            assert b"TF.Part,Array" in file and b"TO.N" not in file, name
+
+
+def test_cuts_and_bridges_together_are_the_outline(small):
+    layout, panel, _ = small
+    stops = panel.bridges
+    pieces = cut_lines(layout.outline, stops)
+    assert len(pieces) == len(stops) >= 3
+    cut = sum(piece.length for piece in pieces)
+    held = sum(stop.end - stop.begin for stop in stops)
+    assert cut + held == pytest.approx(layout.outline.length, rel=1e-9)
+    assert held == pytest.approx(len(stops) * 0.5 * MM)
+    assert not any(piece.is_closed for piece in pieces)
+    assert len(cut_lines(layout.outline, ())) == 1 and cut_lines(layout.outline, ())[0].is_closed
+
+
+def test_bridges_keep_off_contacts_stiffener_and_bend(small):
+    layout, panel, _ = small
+    low, high = layout.bend_zone
+    for bridge in panel.bridges:
+        at = bridge.middle(layout.outline)
+        assert not low - 0.9 * MM < at.x < high + 0.9 * MM
+        assert all(at.distance(pad.centre) > 2 * MM for pad in layout.pads)
+    middles = [bridge.middle(layout.outline) for bridge in panel.bridges]
+    assert min(a.distance(b) for i, a in enumerate(middles) for b in middles[:i]) > 1.5 * MM
+    assert max(p.y for p in middles) > 0 > min(p.y for p in middles), "held on both sides"
+
+
+def test_copies_and_marks_keep_apart_inside_the_frame(small):
+    layout, panel, files = small
+    areas = [area(layout, at) for at in panel.parts] + [area(panel.coupon, at) for at in panel.coupons]
+    for i, one in enumerate(areas):
+        assert all(one.distance(other) > 1.99 for other in areas[:i])
+    inner = Polygon(rectangle_of(5, 5, *(s / MM - 5 for s in panel.size)))
+    assert all(inner.contains(one) for one in areas)
+    listed = json.loads(files["fpc/panel/small-part-panel.json"])
+    assert listed["parts"] == [[round(v / MM, 6) for v in at] for at in panel.parts]
+
+
+def rectangle_of(x0, y0, x1, y1):
+    return [(p.x, p.y) for p in rectangle(x0, y0, x1, y1).flattened(1.0)]
+
+
+@pytest.mark.parametrize(
+    ("line", "wanted"),
+    [("rules: generic-flex", True), ("rules: generic-fine", False), ("panel: none", False), ("panel: {gap: 3}", True)],
+)
+def test_a_panel_comes_where_the_part_is_too_small_or_the_spec_says_so(line, wanted):
+    assert is_wanted(lay_out(load_text(TEXT % line))) == wanted
+
+
+def test_a_panel_left_to_itself_fills_the_fabricators_size():
+    layout = lay_out(load_text(TEXT % "rules: generic-flex"))
+    panel = plan(layout)
+    room = layout.spec.fpc.rules.panel_size
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    assert panel.size[0] <= room[0] + 1e-9 and panel.size[1] <= room[1] + 1e-9
+    assert panel.size[0] + x1 - x0 + 2 * MM > room[0] and panel.size[1] + y1 - y0 + 2 * MM > room[1]
+
+
+def test_a_single_coil_with_pads_is_its_own_coupon():
+    text = TEXT.replace("  tail: {length: 30, connector: zif-0.5mm}\n", "").replace("count: 2", "count: 1")
+    panel = plan(lay_out(load_text(text % "panel: {parts: [1, 2]}")))
+    assert panel.coupon is None and "its own coupon" in panel.no_coupon
+    assert "There is no coupon" in panel_drawing.readme(panel, None)
+
+
+def test_a_board_without_straight_edges_still_gets_bridges(board):
+    round_board = replace(board, outline=circle(Point(0.0, 0.0), 6 * MM), bend_zone=None, stiffener=None, pads=())
+    assert len(bridges(round_board)) >= 3
+    wide = replace(board.spec.fpc, panel=PanelSpec(bridge=40 * MM))
+    assert bridges(replace(round_board, spec=replace(board.spec, fpc=wide))) == ()
+
+
+def test_the_archive_holds_the_panel_and_not_the_single_board(small):
+    files = small[2]
+    names = zipfile.ZipFile(io.BytesIO(files["fpc/small-part-order.zip"])).namelist()
+    assert {"small-part-panel.GTL", "small-part-panel.GM4", "small-part-panel-NPTH.drl", "readme.txt"} <= set(names)
+    assert "small-part.GTL" not in names and "small-part-netlist.d356" in names
