@@ -85,7 +85,7 @@ def place_inner_vias(windings: Sequence[Winding], turns: float, inside: Inside, 
     copper = {winding.layer: _innermost_copper(winding, turns) for winding in windings}
     hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
     keep = hole_keep_out(hole, rules, spacing)
-    places = _clear_places(inside, copper, keep, width)
+    places = _clear_places(inside, joins[0][0].point, copper, keep, width)
     options = [_candidates(ends, places, copper, hole, width + spacing) for ends in joins]
     if len(joins) == 1:
         first = next(options[0], None)
@@ -121,25 +121,26 @@ def _innermost_copper(winding: Winding, turns: float) -> Array:
     return np.array(points)
 
 
-def _clear_places(inside: Inside, copper: dict[int, Array], keep: float, width: float) -> Array:
+def _clear_places(inside: Inside, towards: Point, copper: dict[int, Array], keep: float, width: float) -> Array:
     """Places (n, 2) for a via inside all turns and far enough from them on every layer."""
     reach = inside.clear_radius - keep
     if reach < -1e-9:
         return np.empty((0, 2))
-    places = np.array(list(_places(inside, max(0.0, reach))))
+    places = np.array(list(_places(inside, towards, max(0.0, reach))))
     turns = np.concatenate(list(copper.values()))
     gaps = np.min(np.hypot(*(places[:, None, :] - turns[None, :, :]).transpose(2, 0, 1)), axis=1)
     return np.asarray(places[gaps >= keep + width / 2 - ROUNDING])
 
 
-def _places(inside: Inside, reach: float) -> Iterator[Point]:
+def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
     """Rings about the centre; in a long coil also a grid along it, no farther across than the rings."""
     centre = inside.centre
+    start = math.atan2(towards.y - centre.y, towards.x - centre.x)
     yield centre
     for ring in range(RADII):
         radius = reach * (1.0 - ring / RADII)
         for i in range(ANGLES):
-            yield polar(radius, inside.rotation + 2.0 * math.pi * i / ANGLES, centre)
+            yield polar(radius, start + 2.0 * math.pi * i / ANGLES, centre)
     if inside.longer > 1e-9:
         along, across = np.meshgrid(
             np.linspace(-1.0, 1.0, COLUMNS) * (reach + inside.longer / 2), np.linspace(-1.0, 1.0, ROWS) * reach
