@@ -8,23 +8,24 @@ the ring, which is cheap; with everything else on the board they are compared by
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from sitscad.geometry.path import TWO_PI, Line, Path, Point, polyline
 from sitscad.layout.board import Winding
-from sitscad.layout.clearance import Hole, Obstacles, Track, hole_distance, hole_keep_out
+from sitscad.layout.branch_table import BranchTable, branch_table
+from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
 from sitscad.layout.lanes import Bus, Exit
 from sitscad.layout.ring import Ring
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 VIA_PLACES = 32
-COMPARISONS, ADMISSION = 40_000, 20
-"""The search of one coil gives up after this many comparisons of branches; asking the board counts as some."""
+TRIALS = 4_000
+"""The search of one coil gives up after it has tried this many branches."""
 
-BUDGET = 160_000
-"""And all searches of one board together after this many: a second or two."""
+BUDGET = 16_000
+"""And all searches of one board together after this many: some seconds."""
 
 
 @dataclass(frozen=True)
@@ -202,14 +203,14 @@ def escape(
 ) -> Escape | None:
     """The cheapest way out that keeps every distance, or None where the search finds none."""
     places = [place for place in around.via_places() if obstacles.admits((), (place,))]
-    join_options = [_sorted(_join_options(around, pair, places)) for pair in joins]
-    search = _Search(around, obstacles, patience)
+    join_tables = [branch_table(around, _sorted(_join_options(around, pair, places))) for pair in joins]
+    search = _Search(obstacles, patience)
     best: Escape | None = None
     for exit_a, exit_b in choices:
         leads = [_sorted(_lead_options(around, ends[0], exit_a, places))]
         if ends[1] is not None:
             leads.append(_sorted(_lead_options(around, ends[1], exit_b, places)))
-        chosen = search.find(leads + join_options)
+        chosen = search.find([*(branch_table(around, options) for options in leads), *join_tables])
         if chosen is not None:
             found = Escape(chosen[len(leads) :], chosen[0], chosen[1] if ends[1] is not None else None)
             best = found if best is None or found.cost < best.cost - 1e-6 else best
@@ -217,96 +218,63 @@ def escape(
 
 
 class Patience:
-    """How many comparisons the searches of one board may still make."""
+    """How many branches the searches of one board may still try."""
 
     def __init__(self) -> None:
         self.left = BUDGET
 
 
 class _Search:
-    """Depth-first over the branches' options, cheapest first; remembers what the board admits."""
+    """In depth over the connections' branches, cheapest first, on sets of those that the chosen ones leave room for."""
 
-    def __init__(self, around: Surroundings, obstacles: Obstacles, patience: Patience) -> None:
-        self._around = around
+    def __init__(self, obstacles: Obstacles, patience: Patience) -> None:
         self._obstacles = obstacles
         self._admitted: dict[int, bool] = {}
-        self._asked: list[list[list[Branch]]] = []
-        self._compared: dict[tuple[int, int], bool] = {}
+        self._apart: dict[tuple[int, int, int], int] = {}
+        self._asked: list[Sequence[BranchTable]] = []
         self._patience = patience
-        self._left = COMPARISONS
+        self._left = TRIALS
 
-    def find(self, options: list[list[Branch]]) -> tuple[Branch, ...] | None:
-        """One branch of every list, none too near another or anything on the board."""
-        self._asked.append(options)  # what is remembered goes by identity, so the branches have to live on
-        return self._combine(options, ())
+    def find(self, tables: Sequence[BranchTable]) -> tuple[Branch, ...] | None:
+        """One branch of every table, none too near another or anything on the board."""
+        self._asked.append(tables)  # what is remembered goes by identity, so the tables have to live on
+        return self._combine(tables, [table.everything for table in tables])
 
-    def _combine(self, options: list[list[Branch]], chosen: tuple[Branch, ...]) -> tuple[Branch, ...] | None:
-        if len(chosen) == len(options):
-            return chosen
-        for branch in options[len(chosen)]:
+    def _combine(self, tables: Sequence[BranchTable], left: list[int]) -> tuple[Branch, ...] | None:
+        if not tables:
+            return ()
+        options = left[0]
+        while options:
+            row = (options & -options).bit_length() - 1
+            options &= options - 1
+            branch = tables[0].branches[row]
+            if not self._admits(branch):
+                continue
             self._spend(1)
             if self._left < 0 or self._patience.left < 0:
                 return None
-            if any(self._conflicts(branch, other) for other in chosen) or not self._admits(branch):
-                continue
-            found = self._combine(options, (*chosen, branch))
-            if found is not None:
-                return found
+            after = [mask & self._beside(tables[0], row, other) for mask, other in zip(left[1:], tables[1:], strict=True)]
+            if all(after):
+                found = self._combine(tables[1:], after)
+                if found is not None:
+                    return (branch, *found)
         return None
 
-    def _conflicts(self, one: Branch, other: Branch) -> bool:
-        pair = (id(one), id(other))
-        if pair not in self._compared:
-            self._compared[pair] = _conflict(self._around, one, other)
-        return self._compared[pair]
+    def _beside(self, table: BranchTable, row: int, other: BranchTable) -> int:
+        key = (id(table), row, id(other))
+        if key not in self._apart:
+            self._apart[key] = other.beside_branch(table, row)
+        return self._apart[key]
 
-    def _spend(self, comparisons: int) -> None:
-        self._left -= comparisons
-        self._patience.left -= comparisons
+    def _spend(self, trials: int) -> None:
+        self._left -= trials
+        self._patience.left -= trials
 
     def _admits(self, branch: Branch) -> bool:
         if id(branch) not in self._admitted:
-            self._spend(ADMISSION)
+            self._spend(1)
             self._admitted[id(branch)] = self._obstacles.admits(branch.tracks, branch.holes)
         return self._admitted[id(branch)]
-
-
-def _conflict(around: Surroundings, one: Branch, other: Branch) -> bool:
-    """Whether two branches of a coil come too near each other, by the angles that they claim on the ring."""
-    radius, bus = around.radius, around.bus
-    for leg in one.legs:
-        for rival in other.legs:
-            if leg.layer == rival.layer and _gap(leg, rival) < (bus.pitch - 1e-9) / radius:
-                return True
-    if any(_meets(around, leg, hole) for leg in one.legs for hole in other.holes):
-        return True
-    if any(_meets(around, leg, hole) for leg in other.legs for hole in one.holes):
-        return True
-    if one.hole is None or other.hole is None:
-        return False
-    apart = hole_distance(one.hole, other.hole, around.spec.fpc.rules, bus.spacing)
-    return one.hole.centre.distance(other.hole.centre) < apart - 1e-9
-
-
-def _meets(around: Surroundings, leg: Leg, hole: Hole) -> bool:
-    """Whether a leg comes too near a via that it does not join."""
-    need = around.keep_out + around.bus.width / 2 - 1e-9
-    angle, beside = around.stand(hole)
-    if beside < need and _interval_gap(leg.angle, leg.sweep, angle, 0.0) * around.radius < need:
-        return True
-    return leg.way.distance(hole.centre) < need
-
-
-def _gap(one: Leg, other: Leg) -> float:
-    return _interval_gap(one.angle, one.sweep, other.angle, other.sweep)
-
-
-def _interval_gap(start: float, sweep: float, other_start: float, other_sweep: float) -> float:
-    """Angle (rad) between two intervals on a circle; 0 where they overlap."""
-    low, other_low = start + min(sweep, 0.0), other_start + min(other_sweep, 0.0)
-    ahead = (other_low - low) % TWO_PI - abs(sweep)
-    behind = (low - other_low) % TWO_PI - abs(other_sweep)
-    return max(0.0, min(ahead, behind))
 
 
 def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole]) -> Iterator[Branch]:

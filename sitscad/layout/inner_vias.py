@@ -1,19 +1,43 @@
-"""Vias inside the innermost turn, where two layers of a coil meet, and the stubs that lead to them."""
+"""Vias inside the innermost turn, where two layers of a coil meet, and the stubs that lead to them.
+
+Every pair of layers that meet inside has candidates: a place for its via that keeps its distance from all turns, and
+stubs to it that keep theirs from the turns of their own layers. One candidate a pair is chosen, so that none is in
+another's way.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.geometry.path import Path, Point, polar, polyline
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import Hole, hole_distance, hole_keep_out
 from sitscad.spec.design_rules import DesignRules
 
+Array = NDArray[np.float64]
+
 RADII, ANGLES = 7, 48
+"""Rings of places about the centre."""
+
+ROWS, COLUMNS = 9, 61
+"""The grid of places in a coil that is longer than wide."""
+
+MOST = 160
+"""Candidates of a join that are compared with those of the others, shortest stubs first and then every so many."""
+
+TRIALS = 4_000
+"""Combinations after which the search gives up."""
+
+SAMPLE = 60e-6
+"""Distance (m) of the points that stand for a turn."""
+
+ROUNDING = 0.5e-6
+"""What points a little apart may miss (m)."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +46,11 @@ class InnerJoin:
 
     hole: Hole
     stubs: tuple[tuple[int, Path], ...]
+
+    @property
+    def length(self) -> float:
+        """Length of the stubs (m)."""
+        return math.fsum(path.length for _, path in self.stubs)
 
 
 @dataclass(frozen=True)
@@ -33,27 +62,35 @@ class InnerEnd:
     back: tuple[float, float]
 
 
-def place_inner_vias(
-    windings: tuple[Winding, ...],
-    turns: float,
-    centre: Point,
-    width: float,
-    clear_radius: float,
-    rules: DesignRules,
-    spacing: float,
-) -> tuple[InnerJoin, ...] | None:
+@dataclass(frozen=True)
+class Inside:
+    """The room inside a winding: its centre, the radius (m) of the circle about it that no copper enters.
+
+    `longer` (m) is by how much the winding is longer than wide, along `rotation` (rad).
+    """
+
+    centre: Point
+    clear_radius: float
+    longer: float = 0.0
+    rotation: float = 0.0
+
+
+def place_inner_vias(windings: Sequence[Winding], turns: float, inside: Inside, width: float, rules: DesignRules,
+                     spacing: float) -> tuple[InnerJoin, ...] | None:  # fmt: skip
     """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
 
-    Candidates stand on rings about the centre; the choice with the shortest stubs that keeps every distance wins.
+    Of all choices that keep every distance one with short stubs is taken.
     """
     joins = [tuple(inner_end(w) for w in windings[i : i + 2]) for i in range(0, len(windings), 2)]
-    copper = _innermost_copper(windings, turns)
-    stride = 1 if len(joins) == 1 else 5
-    options = [_candidates(ends, copper, centre, width, clear_radius, rules, spacing, stride) for ends in joins]
+    copper = {winding.layer: _innermost_copper(winding, turns) for winding in windings}
+    hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
+    keep = hole_keep_out(hole, rules, spacing)
+    places = _clear_places(inside, joins[0][0].point, copper, keep, width)
+    options = [_candidates(ends, places, copper, hole, width + spacing) for ends in joins]
     if len(joins) == 1:
         first = next(options[0], None)
         return (first,) if first else None
-    return _choose([list(each) for each in options], (), rules, spacing, width)
+    return _choose([_spread_out(list(each)) for each in options], rules, spacing, width)
 
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
@@ -73,111 +110,170 @@ def inner_end(winding: Winding) -> InnerEnd:
     return InnerEnd(end, winding.layer, ((before.x - end.x) / length, (before.y - end.y) / length))
 
 
-def _innermost_copper(windings: tuple[Winding, ...], turns: float) -> np.ndarray:
-    """Points (n, 2) on the last turn and a bit of every layer: the copper that the centre can touch."""
+def _innermost_copper(winding: Winding, turns: float) -> Array:
+    """Points (n, 2) on the last turn and a bit of a layer: the copper that the centre can touch."""
+    path = winding.path if winding.inward else winding.path.reversed()
+    last = math.ceil(len(path.segments) * min(1.0, 1.25 / turns))
     points: list[Point] = []
-    for winding in windings:
-        path = winding.path if winding.inward else winding.path.reversed()
-        last = math.ceil(len(path.segments) * min(1.0, 1.25 / turns))
-        for segment in path.segments[-last:]:
-            count = max(2, math.ceil(segment.length / 60e-6))
-            points.extend(segment.at(i / count) for i in range(count + 1))
+    for segment in path.segments[-last:]:
+        count = max(2, math.ceil(segment.length / SAMPLE))
+        points.extend(segment.at(i / count) for i in range(count + 1))
     return np.array(points)
 
 
-def _candidates(
-    ends: tuple[InnerEnd, ...],
-    turns: np.ndarray,
-    centre: Point,
-    width: float,
-    clear_radius: float,
-    rules: DesignRules,
-    spacing: float,
-    stride: int,
-) -> Iterator[InnerJoin]:
-    """The joins that keep their distance from every turn, those with the shortest stubs first.
-
-    Of the possible places only every `stride`-th is taken, so that a search over several vias stays short.
-    """
-    hole = Hole(centre, rules.via_pad, rules.via_drill)
-    keep = hole_keep_out(hole, rules, spacing)
-    reach = clear_radius - keep
+def _clear_places(inside: Inside, towards: Point, copper: dict[int, Array], keep: float, width: float) -> Array:
+    """Places (n, 2) for a via inside all turns and far enough from them on every layer."""
+    reach = inside.clear_radius - keep
     if reach < -1e-9:
-        return
-    places = sorted(
-        _places(centre, max(0.0, reach), ends[0].point),
-        key=lambda place: round(sum(end.point.distance(place) for end in ends), 9),
-    )[::stride]
-    gaps = np.min(np.hypot(*(np.array(places)[:, None, :] - turns[None, :, :]).transpose(2, 0, 1)), axis=1)
-    for place, gap in zip(places, gaps, strict=True):
-        if gap < keep + width / 2 - 0.5e-6:
-            continue
-        stubs = [_stub(end, place, turns, width + spacing) for end in ends]
-        if all(stubs):
-            named = tuple((end.layer, stub) for end, stub in zip(ends, stubs, strict=True) if stub)
-            yield InnerJoin(Hole(place, rules.via_pad, rules.via_drill), named)
+        return np.empty((0, 2))
+    places = np.array(list(_places(inside, towards, max(0.0, reach))))
+    turns = np.concatenate(list(copper.values()))
+    gaps = np.min(np.hypot(*(places[:, None, :] - turns[None, :, :]).transpose(2, 0, 1)), axis=1)
+    return np.asarray(places[gaps >= keep + width / 2 - ROUNDING])
 
 
-def _places(centre: Point, reach: float, towards: Point) -> Iterator[Point]:
+def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
+    """Rings about the centre; in a long coil also a grid along it, no farther across than the rings."""
+    centre = inside.centre
     start = math.atan2(towards.y - centre.y, towards.x - centre.x)
     yield centre
     for ring in range(RADII):
         radius = reach * (1.0 - ring / RADII)
         for i in range(ANGLES):
             yield polar(radius, start + 2.0 * math.pi * i / ANGLES, centre)
+    if inside.longer > 1e-9:
+        along, across = np.meshgrid(
+            np.linspace(-1.0, 1.0, COLUMNS) * (reach + inside.longer / 2), np.linspace(-1.0, 1.0, ROWS) * reach
+        )
+        cosine, sine = math.cos(inside.rotation), math.sin(inside.rotation)
+        for x, y in zip(along.ravel().tolist(), across.ravel().tolist(), strict=True):
+            yield Point(centre.x + x * cosine - y * sine, centre.y + x * sine + y * cosine)
 
 
-def _stub(end: InnerEnd, place: Point, turns: np.ndarray, keep: float) -> Path | None:
-    """The way from a turn's end to a via: straight where that bends it gently, else off at a right angle first.
+def _candidates(ends: tuple[InnerEnd, ...], places: Array, copper: dict[int, Array], hole: Hole,
+                keep: float) -> Iterator[InnerJoin]:  # fmt: skip
+    """The joins at all places whose stubs keep their distance (m) from the turns of their layers, near places first."""
+    order = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
+    for index in np.argsort(order, kind="stable") if len(places) else ():
+        place = Point(float(places[index, 0]), float(places[index, 1]))
+        stubs = [_stub(end, place, copper[end.layer], keep) for end in ends]
+        if all(stubs):
+            named = tuple((end.layer, stub) for end, stub in zip(ends, stubs, strict=True) if stub)
+            yield InnerJoin(Hole(place, hole.pad, hole.drill), named)
 
-    None where it would come nearer than `keep` (m, centre line to centre line) to a turn beyond its own end.
+
+def _stub(end: InnerEnd, place: Point, turns: Array, keep: float) -> Path | None:
+    """The way from a turn's end to a via: straight, or first off at a right angle, or on along the turn's line.
+
+    None where each would bend back sharply or come nearer than `keep` (m, centre line to centre line) to a turn beyond
+    its own end.
     """
-    dx, dy = place.x - end.point.x, place.y - end.point.y
-    length = math.hypot(dx, dy)
-    if length < 1e-9:
+    if end.point.distance(place) < 1e-9:
         return None
-    if (dx * end.back[0] + dy * end.back[1]) / length <= 0.3:
-        corners = [end.point, place]
-    else:
-        nx, ny = -end.back[1], end.back[0]
-        across = dx * nx + dy * ny
-        step = math.copysign(min(1.5 * keep, abs(across)), across)
-        corners = [end.point, end.point.shifted(step * nx, step * ny), place]
-    path = polyline(corners)
-    points = np.array([p for p in _spread(path) if p.distance(end.point) > 1.7 * keep])
-    if points.size:
+    for corners in _ways(end, place, keep):
+        path = polyline(corners)
+        points = np.array([p for p in _spread(path) if p.distance(end.point) > 1.7 * keep])
+        if not points.size:
+            return path
         gaps = np.hypot(turns[:, :1] - points[:, 0], turns[:, 1:] - points[:, 1])
-        if gaps.min() < keep - 0.5e-6:
-            return None
-    return path
-
-
-def _spread(path: Path) -> list[Point]:
-    """Points on a stub: eight on every straight piece."""
-    return [segment.at(i / 8) for segment in path for i in range(1, 9)]
-
-
-def _choose(
-    candidates: list[list[InnerJoin]],
-    chosen: tuple[InnerJoin, ...],
-    rules: DesignRules,
-    spacing: float,
-    width: float,
-) -> tuple[InnerJoin, ...] | None:
-    if len(chosen) == len(candidates):
-        return chosen
-    for option in candidates[len(chosen)]:
-        if all(_apart(option, other, rules, spacing, width) for other in chosen):
-            found = _choose(candidates, (*chosen, option), rules, spacing, width)
-            if found is not None:
-                return found
+        if gaps.min() >= keep - ROUNDING:
+            return path
     return None
 
 
-def _apart(one: InnerJoin, other: InnerJoin, rules: DesignRules, spacing: float, width: float) -> bool:
-    if one.hole.centre.distance(other.hole.centre) < hole_distance(one.hole, other.hole, rules, spacing) - 1e-9:
-        return False
-    keep = hole_keep_out(one.hole, rules, spacing) + width / 2 - 1e-9
-    return all(path.distance(other.hole.centre) >= keep for _, path in one.stubs) and all(
-        path.distance(one.hole.centre) >= keep for _, path in other.stubs
-    )
+def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
+    dx, dy = place.x - end.point.x, place.y - end.point.y
+    back = dx * end.back[0] + dy * end.back[1]
+    if back <= 0.3 * math.hypot(dx, dy):
+        yield [end.point, place]
+    nx, ny = -end.back[1], end.back[0]
+    across = dx * nx + dy * ny
+    for most in (1.5 * keep, abs(across)):
+        step = math.copysign(min(most, abs(across)), across)
+        if abs(step) > 1e-9:
+            yield [end.point, end.point.shifted(step * nx, step * ny), place]
+    if back < -1e-9:
+        yield [end.point, end.point.shifted(back * end.back[0], back * end.back[1]), place]
+
+
+def _spread(path: Path) -> list[Point]:
+    """Points on a stub, no farther apart than those on the turns, eight at least on every straight piece."""
+    found = []
+    for segment in path:
+        count = max(8, math.ceil(segment.length / SAMPLE))
+        found += [segment.at(i / count) for i in range(1, count + 1)]
+    return found
+
+
+def _spread_out(candidates: list[InnerJoin]) -> list[InnerJoin]:
+    """At most `MOST` of them: the first third as they are, the rest thinned out evenly."""
+    if len(candidates) <= MOST:
+        return candidates
+    first = candidates[: MOST // 3]
+    rest = candidates[MOST // 3 :]
+    stride = math.ceil(len(rest) / (MOST - len(first)))
+    return first + rest[::stride]
+
+
+def _choose(
+    candidates: list[list[InnerJoin]], rules: DesignRules, spacing: float, width: float
+) -> tuple[InnerJoin, ...] | None:
+    """One candidate a join, none in the way of another: a search in depth over sets of those that are still left."""
+    if not all(candidates):
+        return None
+    count = len(candidates)
+    apart = {
+        (i, j): _sets(_all_apart(candidates[i], candidates[j], rules, spacing, width))
+        for i in range(count)
+        for j in range(i + 1, count)
+    }
+    trials = 0
+
+    def search(join: int, left: list[int]) -> list[int] | None:
+        nonlocal trials
+        options = left[join]
+        while options and trials < TRIALS:
+            trials += 1
+            pick = (options & -options).bit_length() - 1
+            options &= options - 1
+            if join + 1 == count:
+                return [pick]
+            after = [mask & apart[join, k][pick] if k > join else mask for k, mask in enumerate(left)]
+            if all(after[join + 1 :]):
+                found = search(join + 1, after)
+                if found is not None:
+                    return [pick, *found]
+        return None
+
+    chosen = search(0, [(1 << len(each)) - 1 for each in candidates])
+    return None if chosen is None else tuple(each[k] for each, k in zip(candidates, chosen, strict=True))
+
+
+def _sets(table: NDArray[np.bool_]) -> list[int]:
+    """Rows of a table as sets of columns, one bit each."""
+    return [int.from_bytes(np.packbits(row, bitorder="little").tobytes(), "little") for row in table]
+
+
+def _all_apart(
+    first: list[InnerJoin], second: list[InnerJoin], rules: DesignRules, spacing: float, width: float
+) -> NDArray[np.bool_]:
+    """Whether every candidate of one join leaves every one of another its distance (n, m)."""
+    hole = first[0].hole
+    holes = [np.array([join.hole.centre for join in joins]) for joins in (first, second)]
+    far = np.hypot(*(holes[0][:, None] - holes[1]).transpose(2, 0, 1))
+    keep = hole_keep_out(hole, rules, spacing) + width / 2 - 1e-9
+    apart = far >= hole_distance(hole, hole, rules, spacing) - 1e-9
+    return np.asarray(apart & _stubs_clear(first, holes[1], keep) & _stubs_clear(second, holes[0], keep).T)
+
+
+def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> NDArray[np.bool_]:
+    """Whether the stubs of every join pass every hole at a distance of at least `keep` (m): (joins, holes)."""
+    rows = [(k, *line.start, *line.end) for k, join in enumerate(joins) for _, path in join.stubs for line in path]
+    table = np.array(rows)
+    start, step = table[:, 1:3], table[:, 3:5] - table[:, 1:3]
+    away = holes[None] - start[:, None]
+    share = np.clip(np.sum(away * step[:, None], axis=2) / np.sum(step**2, axis=1)[:, None], 0.0, 1.0)
+    distance = np.hypot(*(away - share[..., None] * step[:, None]).transpose(2, 0, 1))
+    nearest = np.full((len(joins), len(holes)), np.inf)
+    np.minimum.at(nearest, table[:, 0].astype(int), distance)
+    return np.asarray(nearest >= keep)

@@ -9,7 +9,7 @@ from sitscad.geometry.path import Point
 from sitscad.layout import room
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import Hole
-from sitscad.layout.inner_vias import InnerJoin, place_inner_vias
+from sitscad.layout.inner_vias import InnerJoin, Inside, place_inner_vias
 from sitscad.layout.lanes import Bus
 from sitscad.layout.windings import inner_clear_radius, wind_coil
 from sitscad.spec.sensor import SensorSpec
@@ -38,7 +38,8 @@ def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
     if len(windings) > 1 or spare is not None:
         coil = spec.coil
         clear = inner_clear_radius(coil, windings, centre)
-        found = place_inner_vias(windings, coil.turns, centre, coil.trace_width, clear, spec.fpc.rules, bus.spacing)
+        inside = Inside(centre, clear, coil.size[0] - coil.size[1], first.rotation)
+        found = place_inner_vias(windings, coil.turns, inside, coil.trace_width, spec.fpc.rules, bus.spacing)
         joins = found or ()
         if found is None:
             findings.append(room.no_inner_room(spec, bus, clear, (len(windings) + 1) // 2))
