@@ -7,7 +7,7 @@ square to the line for a line and an arc), or the pieces cross. All of these are
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,6 +84,13 @@ def from_rows(rows: list[Row]) -> Primitives:
     """Primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep)."""
     table = np.array(rows, dtype=float).reshape(-1, 9)
     return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
+
+
+def joined(parts: Sequence[Primitives]) -> Primitives:
+    """All pieces of some, in their order."""
+    if not parts:
+        return from_rows([])
+    return Primitives(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
 
 
 def within_sweep(angle: Floats | float, start: Floats, sweep: Floats) -> NDArray[np.bool_]:

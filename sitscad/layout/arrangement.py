@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import room
+from sitscad.layout.advice import with_remedy
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
-from sitscad.layout.escape import Escape
+from sitscad.layout.escape import TRIALS_OF_CHANGES, Escape, Patience
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.outline import Body, outline
 from sitscad.layout.ring import Ring
@@ -21,26 +24,49 @@ from sitscad.spec.sensor import SensorSpec
 def lay_out(spec: SensorSpec) -> Layout:
     """Lay out the whole board.
 
-    Never raises for want of room: what found none is missing from the layout and named in `Layout.findings`, with the
-    missing length. Coils that could not be led out are still wound, so that they can be estimated.
+    Never raises for want of room: what found none is missing from the layout and named in `Layout.findings`, with what
+    was tried and makes room. Coils that could not be led out are still wound, so that they can be estimated.
     """
+    found = _attempt(spec, Patience())
+    trials = Patience(TRIALS_OF_CHANGES)
+
+    def routes(changed: SensorSpec) -> bool:
+        return not _attempt(changed, trials).findings
+
+    findings = tuple(with_remedy(spec, finding, routes) for finding in found.findings)
+    return _assemble(spec, found, findings)
+
+
+@dataclass(frozen=True)
+class _Attempt:
+    # The coils wound, and how they are led out if they are.
+    wound: tuple[WoundCoil, ...]
+    routing: Routing | None
+    bus: Bus
+    tail: TailFrame
+    half_width: float
+    findings: tuple[Finding, ...]
+
+
+def _attempt(spec: SensorSpec, patience: Patience) -> _Attempt:
     bus = bus_for(spec)
     wound = wind_all(spec, bus)
     findings = list(wound[0].findings)
     if not in_line(spec) and not bus.is_stacked:
         findings.append(room.not_in_line(spec))
     front = front_of(spec, bus)
-    routing = None if findings else (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front)
-    if not findings and routing is None:
-        findings.append(room.no_way_for_leads(spec, bus))
+    routing = None
+    if not findings:
+        routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, patience)
+        if routing is None:
+            findings.append(room.no_way_for_leads(spec))
     if routing is None:
         half_width = boards(spec, bus)[0][1]
         tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
-    else:
-        bus, half_width, tail = routing.bus, routing.half_width, routing.tail
-    if routing and not _tail_is_clear(spec, routing):
-        findings.append(room.no_tail_room(spec, tail))
-    return _assemble(spec, bus, wound, routing, tail, half_width, tuple(findings))
+        return _Attempt(wound, None, bus, tail, half_width, tuple(findings))
+    if not _tail_is_clear(spec, routing):
+        findings.append(room.no_tail_room(spec, routing.tail))
+    return _Attempt(wound, routing, routing.bus, routing.tail, routing.half_width, tuple(findings))
 
 
 def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
@@ -56,15 +82,8 @@ def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
     return True
 
 
-def _assemble(
-    spec: SensorSpec,
-    bus: Bus,
-    wound: tuple[WoundCoil, ...],
-    routing: Routing | None,
-    tail: TailFrame,
-    half_width: float,
-    findings: tuple[Finding, ...],
-) -> Layout:
+def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) -> Layout:
+    bus, wound, routing, tail, half_width = found.bus, found.wound, found.routing, found.tail, found.half_width
     coils: list[Coil] = []
     pads = []
     for index, (placement, coil) in enumerate(zip(spec.array.placements, wound, strict=True)):

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from sitscad.geometry.path import Path, Point
-from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows
+from sitscad.geometry.primitives import (
+    Floats,
+    Primitives,
+    distances,
+    from_rows,
+    joined,
+    nearest_pairs,
+    path_rows,
+    to_points,
+)
 from sitscad.spec.design_rules import DesignRules
 
 SLACK = 1e-9
@@ -30,7 +39,7 @@ class Track:
         return from_rows([row for row, _ in path_rows(self.path)])
 
     @cached_property
-    def boxes(self) -> np.ndarray:
+    def boxes(self) -> Floats:
         """Bounding boxes (n, 4) of the segments' centre lines."""
         return self.pieces.boxes
 
@@ -44,6 +53,20 @@ class Hole:
     drill: float
 
 
+@dataclass(frozen=True)
+class _Copper:
+    # The pieces of many tracks as one table: boxes of their centre lines, and half their widths.
+    pieces: Primitives
+    boxes: Floats
+    half_width: Floats
+
+    @classmethod
+    def of(cls, tracks: Sequence[Track]) -> _Copper:
+        widths = np.repeat([track.width / 2 for track in tracks], [len(track.boxes) for track in tracks])
+        boxes = np.concatenate([np.empty((0, 4)), *(track.boxes for track in tracks)])
+        return cls(joined([track.pieces for track in tracks]), boxes, widths)
+
+
 class Obstacles:
     """What is already on the board; `admits` asks whether tracks and holes keep the rules' distances from all of it."""
 
@@ -53,60 +76,66 @@ class Obstacles:
         self._half_width = half_width
         self._tracks: dict[int, list[Track]] = {}
         self._holes: list[Hole] = []
+        self._copper: dict[int, _Copper] = {}
 
     def add(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> None:
         """Put tracks and holes on the board."""
         for track in tracks:
             self._tracks[track.layer] = [*self._tracks.get(track.layer, []), track]
-        self._holes.extend(holes)
+            self._copper.pop(track.layer, None)
+        self._holes = [*self._holes, *holes]
 
     def copy(self) -> Obstacles:
         """An independent copy, to try things on."""
         other = Obstacles(self._rules, self._spacing, self._half_width)
-        other._tracks, other._holes = dict(self._tracks), list(self._holes)
+        other._tracks, other._holes, other._copper = dict(self._tracks), self._holes, dict(self._copper)
         return other
 
     def admits(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> bool:
         """Whether all of these keep their distance from what is there (not from one another)."""
         return all(self._admits_track(t) for t in tracks) and all(self._admits_hole(h) for h in holes)
 
+    def _on(self, layer: int) -> _Copper:
+        if layer not in self._copper:
+            self._copper[layer] = _Copper.of(self._tracks[layer])
+        return self._copper[layer]
+
     def _admits_track(self, track: Track) -> bool:
         limit = self._half_width - self._rules.copper_to_edge - track.width / 2
-        low, high = track.boxes[:, :2].min(axis=0), track.boxes[:, 2:].max(axis=0)
-        if max(-low[1], high[1]) > limit + 2 * SLACK:
+        if max(-track.boxes[:, 1].min(), track.boxes[:, 3].max()) > limit + 2 * SLACK:
             return False
-        for hole in self._holes:
-            if _too_near(hole, track, hole_keep_out(hole, self._rules, self._spacing)):
+        own = _Copper.of([track])
+        if self._holes:
+            centres = np.array([hole.centre for hole in self._holes])
+            keep = np.array([hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes])
+            if _too_near(own, centres, keep):
                 return False
-        return not any(self._touches(track, other) for other in self._tracks.get(track.layer, []))
+        return track.layer not in self._tracks or not self._touches(own, self._on(track.layer))
 
-    def _touches(self, track: Track, other: Track) -> bool:
-        need = self._spacing + (track.width + other.width) / 2
-        reach = np.full(len(track.pieces), need)
-        pairs = nearest_pairs(track.boxes, reach, other.boxes, np.zeros(len(other.pieces)))
+    def _touches(self, track: _Copper, other: _Copper) -> bool:
+        reach = track.half_width + self._spacing
+        pairs = nearest_pairs(track.boxes, reach, other.boxes, other.half_width)
         if not len(pairs):
             return False
         gaps = distances(track.pieces.take(pairs[:, 0]), other.pieces.take(pairs[:, 1]))
-        return bool(gaps.min() < need - SLACK)
+        return bool(np.any(gaps < reach[pairs[:, 0]] + other.half_width[pairs[:, 1]] - SLACK))
 
     def _admits_hole(self, hole: Hole) -> bool:
         for other in self._holes:
             if hole.centre.distance(other.centre) < hole_distance(hole, other, self._rules, self._spacing) - SLACK:
                 return False
         keep = hole_keep_out(hole, self._rules, self._spacing)
-        return not any(_too_near(hole, track, keep) for tracks in self._tracks.values() for track in tracks)
+        return not any(_too_near(self._on(layer), np.array([hole.centre]), np.array([keep])) for layer in self._tracks)
 
 
-def _too_near(hole: Hole, track: Track, keep: float) -> bool:
-    """Whether a track's copper comes nearer to a hole's centre than `keep` (m)."""
-    need = keep + track.width / 2
-    x, y = hole.centre
-    boxes = track.boxes
-    inside = (
-        (boxes[:, 0] <= x + need) & (boxes[:, 2] >= x - need) & (boxes[:, 1] <= y + need) & (boxes[:, 3] >= y - need)
-    )
-    near = [track.path.segments[i] for i in np.flatnonzero(inside)]
-    return any(segment.distance(hole.centre) < need - SLACK for segment in near)
+def _too_near(copper: _Copper, centres: Floats, keep: Floats) -> bool:
+    """Whether copper comes nearer to any of some centres (n, 2) than its `keep` (n) (m)."""
+    pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
+    if not len(pairs):
+        return False
+    piece, hole = pairs[:, 0], pairs[:, 1]
+    gaps = to_points(copper.pieces.take(piece), centres[hole])
+    return bool(np.any(gaps < keep[hole] + copper.half_width[piece] - SLACK))
 
 
 def hole_keep_out(hole: Hole, rules: DesignRules, spacing: float) -> float:

@@ -27,6 +27,9 @@ TRIALS = 4_000
 BUDGET = 16_000
 """And all searches of one board together after this many: some seconds."""
 
+TRIALS_OF_CHANGES = 12_000
+"""And all those of changed specs together, where it is tried what would help."""
+
 
 @dataclass(frozen=True)
 class OuterEnd:
@@ -220,8 +223,8 @@ def escape(
 class Patience:
     """How many branches the searches of one board may still try."""
 
-    def __init__(self) -> None:
-        self.left = BUDGET
+    def __init__(self, budget: int = BUDGET) -> None:
+        self.left = budget
 
 
 class _Search:
@@ -253,7 +256,9 @@ class _Search:
             self._spend(1)
             if self._left < 0 or self._patience.left < 0:
                 return None
-            after = [mask & self._beside(tables[0], row, other) for mask, other in zip(left[1:], tables[1:], strict=True)]
+            after = [
+                mask & self._beside(tables[0], row, other) for mask, other in zip(left[1:], tables[1:], strict=True)
+            ]
             if all(after):
                 found = self._combine(tables[1:], after)
                 if found is not None:

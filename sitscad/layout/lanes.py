@@ -16,6 +16,9 @@ from sitscad.spec.sensor import CoilPlacement, SensorSpec
 STAGGER = math.sqrt(2.0) - 1.0
 """Parallel tracks bend by 45 degrees this many spacings apart, so that they stay equally far from each other."""
 
+TURNED = (-15, 15, -30, 30, 45)
+"""Degrees from the corner of the ring, away from the tail, at which a pair may leave it too."""
+
 
 @dataclass(frozen=True)
 class Exit:
@@ -109,12 +112,16 @@ def lane_height(bus: Bus, index: int, track: int = 0) -> float:
     return bus.reach + bus.ring_offset + bus.base + tracks * bus.pitch
 
 
-def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[Exit, Exit]]:
-    """The ways in which a coil's two ends (A, B) may leave: pairs of exits, to be tried in this order."""
+def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
+    """The ways in which a coil's two ends (A, B) may leave: pairs of exits, to be tried in this order.
+
+    `turned` gives those that leave the ring beside its corner, for coils whose own ends stand there.
+    """
     if bus.is_stacked:
+        single = _turned_exits if turned and lane.side else _single_exits
         return [
             (Exit(angle, way, bus.layers[0]), Exit(angle, way, bus.layers[1]))
-            for angle, way in _single_exits(spec, bus, lane, funnel_x)
+            for angle, way in single(spec, bus, lane, funnel_x)
         ]
     return _flat_exits(spec, bus, lane, funnel_x)
 
@@ -133,6 +140,14 @@ def _single_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> li
         way = (edge, Point(funnel_x, edge.y)) if edge.distance(place) > 1e-9 else (Point(funnel_x, edge.y),)
         found.append((angle, way))
     return found
+
+
+def _turned_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
+    ring = Ring(spec.coil, lane.placement, bus.ring_offset)
+    height = lane.side * lane_height(bus, lane.index)
+    corner = math.atan2(ring.half_size[1], ring.half_size[0])
+    angles = [lane.side * (corner + math.radians(degrees)) for degrees in TURNED]
+    return [(angle, (_diagonal(ring.at(angle), height), Point(funnel_x, height))) for angle in angles]
 
 
 def _flat_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[Exit, Exit]]:

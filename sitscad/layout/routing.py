@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -62,43 +63,73 @@ def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
     return sorted(set(boards), key=lambda board: (board[1], board[0].base))
 
 
-def route_in_line(spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float) -> Routing | None:
-    """The narrowest board with room, the first lane on the side where the far coil begins, else on the other."""
+def route_in_line(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+) -> Routing | None:
+    """The narrowest board with room, the first lane on the side where the far coil begins, else on the other.
+
+    Pairs leave their rings at the corner towards the tail, and the far coils choose first; only where no board has room
+    so, pairs may leave beside the corner too, and a coil that finds no way chooses before the others.
+    """
     begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
     sides = (1, -1) if begins >= -1e-9 else (-1, 1)
-    patience = Patience()
-    for raised, half_width in boards(spec, bus):
-        for side in sides[: len(wound)]:
-            routing = _route_by(spec, raised, wound, front, half_width, side, patience)
-            if routing is not None:
-                return routing
+    far_first = sorted(range(len(wound)), key=lambda i: spec.array.placements[i].centre[0])
+    for thorough in (False, True) if len(wound) > 1 else (False,):
+        for raised, half_width in boards(spec, bus):
+            for side in sides[: len(wound)]:
+                lanes = assign_lanes(spec.array.placements, side)
+                board = _Lanes(spec, raised, wound, lanes, front, half_width, thorough, patience)
+                escapes = _in_turn(far_first, board.lead_out, thorough)
+                if escapes is not None:
+                    tail = frame(spec, raised, connector_of(spec, connector("solder-pads")), front, half_width)
+                    return _routing(spec, raised, lanes, escapes, half_width, tail)
     return None
 
 
-def _route_by(
-    spec: SensorSpec,
-    bus: Bus,
-    wound: tuple[WoundCoil, ...],
-    front: float,
-    half_width: float,
-    side: int,
-    patience: Patience,
-) -> Routing | None:
-    lanes = assign_lanes(spec.array.placements, side)
-    board = Obstacles(spec.fpc.rules, bus.spacing, half_width)
-    escapes: dict[int, Escape] = {}
-    for index in sorted(range(len(wound)), key=lambda i: spec.array.placements[i].centre[0]):
-        choices = exits(spec, bus, lanes[index], front)
-        found = _lead_out(
-            Surroundings(spec, bus, lanes[index].placement, half_width), wound, index, choices, board, patience
-        )
-        if found is None:
+def _in_turn(
+    order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | int], thorough: bool
+) -> dict[int, Escape] | None:
+    """Coils led out in this order; where one finds no way, and it is to be `thorough`, again with that one first."""
+    tried: set[tuple[int, ...]] = set()
+    while tuple(order) not in tried and len(tried) <= len(order):
+        tried.add(tuple(order))
+        found = lead_out(order)
+        if not isinstance(found, int):
+            return found
+        if not thorough:
             return None
-        for branch in found.branches:
-            board.add(branch.tracks, branch.holes)
-        escapes[index] = found
-    tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
-    return _routing(spec, bus, lanes, escapes, half_width, tail)
+        order = [found, *(index for index in order if index != found)]
+    return None
+
+
+@dataclass(frozen=True)
+class _Lanes:
+    # A board on which coils in one line are led out to their lanes.
+    spec: SensorSpec
+    bus: Bus
+    wound: tuple[WoundCoil, ...]
+    lanes: tuple[Lane, ...]
+    front: float
+    half_width: float
+    thorough: bool
+    patience: Patience
+
+    def lead_out(self, order: list[int]) -> dict[int, Escape] | int:
+        """Every coil's escape, or which coil found none."""
+        board = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.half_width)
+        escapes: dict[int, Escape] = {}
+        for index in order:
+            around = Surroundings(self.spec, self.bus, self.lanes[index].placement, self.half_width)
+            found = None
+            for turned in (False, True) if self.thorough and self.bus.is_stacked else (False,):
+                choices = exits(self.spec, self.bus, self.lanes[index], self.front, turned)
+                found = found or _lead_out(around, self.wound, index, choices, board, self.patience)
+            if found is None:
+                return index
+            for branch in found.branches:
+                board.add(branch.tracks, branch.holes)
+            escapes[index] = found
+        return escapes
 
 
 def _routing(
@@ -124,51 +155,64 @@ def _lead_out(
     return escape(around, joins, (start, end), choices, obstacles, patience)
 
 
-def route_freely(spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float) -> Routing | None:
-    """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left."""
-    patience = Patience()
+def route_freely(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+) -> Routing | None:
+    """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left.
+
+    Only where no board has room so, a coil that finds no way chooses before the others.
+    """
     half_widths = sorted({width for _, width in boards(spec, bus)})
     lanes = rows_of_lanes(spec.array.placements)
     via_room = Surroundings(spec, bus, lanes[0].placement, 0.0).keep_out + spec.fpc.rules.via_pad / 2
-    for base in (0.0, bus.pitch, via_room):
-        for half_width in half_widths[-2:]:
-            raised = replace(bus, base=base)
-            routing = _route_through(spec, raised, wound, lanes, front, half_width, patience)
-            if routing is not None:
-                return routing
+    near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
+    for thorough in (False, True):
+        for base in (0.0, bus.pitch, via_room):
+            for half_width in half_widths[-2:]:
+                raised = replace(bus, base=base)
+                tail = gathering_frame(spec, raised, front, half_width)
+                board = _Rows(spec, raised, wound, lanes, front, half_width, tail, patience)
+                escapes = _in_turn(near_first, board.lead_out, thorough)
+                if escapes is not None:
+                    return _routing(spec, raised, lanes, escapes, half_width, tail)
     return None
 
 
-def _route_through(
-    spec: SensorSpec,
-    bus: Bus,
-    wound: tuple[WoundCoil, ...],
-    lanes: tuple[Lane, ...],
-    front: float,
-    half_width: float,
-    patience: Patience,
-) -> Routing | None:
-    tail = gathering_frame(spec, bus, front, half_width)
-    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
-    board = Obstacles(spec.fpc.rules, bus.spacing, half_width)
-    maze = Maze(spec, bus, Ground(start, front, tail.funnel, half_width, tail.half_width))
-    escapes: dict[int, Escape] = {}
-    for index in sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0]):
-        lane = lanes[index]
-        entry = Point(tail.funnel, pair_height(spec, tail, lane))
-        around = Surroundings(spec, bus, lane.placement, half_width)
-        for choice in islice(maze.exits(lane.placement, entry), TRIED):
-            found = _lead_out(around, wound, index, [choice], board, patience)
-            if found is not None:
-                break
-        else:
-            return None
-        for branch in found.branches:
-            board.add(branch.tracks, branch.holes)
-            maze.tracks.extend(branch.tracks)
-            maze.holes.extend(branch.holes)
-        escapes[index] = found
-    return _routing(spec, bus, lanes, escapes, half_width, tail)
+@dataclass(frozen=True)
+class _Rows:
+    # A board on which coils that do not stand in one line are led out through a maze.
+    spec: SensorSpec
+    bus: Bus
+    wound: tuple[WoundCoil, ...]
+    lanes: tuple[Lane, ...]
+    front: float
+    half_width: float
+    tail: TailFrame
+    patience: Patience
+
+    def lead_out(self, order: list[int]) -> dict[int, Escape] | int:
+        """Every coil's escape, or which coil found none."""
+        spec, tail = self.spec, self.tail
+        start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+        board = Obstacles(spec.fpc.rules, self.bus.spacing, self.half_width)
+        maze = Maze(spec, self.bus, Ground(start, self.front, tail.funnel, self.half_width, tail.half_width))
+        escapes: dict[int, Escape] = {}
+        for index in order:
+            lane = self.lanes[index]
+            entry = Point(tail.funnel, pair_height(spec, tail, lane))
+            around = Surroundings(spec, self.bus, lane.placement, self.half_width)
+            for choice in islice(maze.exits(lane.placement, entry), TRIED):
+                found = _lead_out(around, self.wound, index, [choice], board, self.patience)
+                if found is not None:
+                    break
+            else:
+                return index
+            for branch in found.branches:
+                board.add(branch.tracks, branch.holes)
+                maze.tracks.extend(branch.tracks)
+                maze.holes.extend(branch.holes)
+            escapes[index] = found
+        return escapes
 
 
 def gathering_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float) -> TailFrame:

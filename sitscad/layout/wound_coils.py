@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point
@@ -12,7 +13,7 @@ from sitscad.layout.clearance import Hole
 from sitscad.layout.inner_vias import InnerJoin, Inside, place_inner_vias
 from sitscad.layout.lanes import Bus
 from sitscad.layout.windings import inner_clear_radius, wind_coil
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 
 @dataclass(frozen=True)
@@ -26,42 +27,39 @@ class WoundCoil:
 
 
 def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
-    """Every coil wound and joined inside; the search for the vias is done once, on the first coil, and shifted."""
-    first = spec.array.placements[0]
-    windings = wind_coil(spec, first)
-    centre = Point(*first.centre)
-    spare = _way_out_layer(spec)
-    findings: list[Finding] = []
-    joins: tuple[InnerJoin, ...] = ()
-    if len(windings) % 2 and spare is None:
-        findings.append(room.no_way_out(spec))
-    if len(windings) > 1 or spare is not None:
-        coil = spec.coil
-        clear = inner_clear_radius(coil, windings, centre)
-        inside = Inside(centre, clear, coil.size[0] - coil.size[1], first.rotation)
-        found = place_inner_vias(windings, coil.turns, inside, coil.trace_width, spec.fpc.rules, bus.spacing)
-        joins = found or ()
-        if found is None:
-            findings.append(room.no_inner_room(spec, bus, clear, (len(windings) + 1) // 2))
-    model = WoundCoil(windings, joins, spare, tuple(findings))
-    return tuple(
-        model if placement is first else _moved(model, wind_coil(spec, placement), first.centre, placement.centre)
-        for placement in spec.array.placements
-    )
+    """Every coil wound and joined inside; the search for the vias is done once a rotation, about the origin."""
+    wound = []
+    for placement in spec.array.placements:
+        joins, findings = _joined_inside(spec, bus, placement)
+        moved = tuple(_moved(join, *placement.centre) for join in joins)
+        wound.append(WoundCoil(wind_coil(spec, placement), moved, _way_out_layer(spec), findings))
+    return tuple(wound)
 
 
-def _moved(
-    model: WoundCoil, windings: tuple[Winding, ...], origin: tuple[float, float], centre: tuple[float, float]
-) -> WoundCoil:
-    dx, dy = centre[0] - origin[0], centre[1] - origin[1]
-    inner = tuple(
-        InnerJoin(
-            Hole(join.hole.centre.shifted(dx, dy), join.hole.pad, join.hole.drill),
-            tuple((layer, path.shifted(dx, dy)) for layer, path in join.stubs),
-        )
-        for join in model.inner
+def _joined_inside(
+    spec: SensorSpec, bus: Bus, placement: CoilPlacement
+) -> tuple[tuple[InnerJoin, ...], tuple[Finding, ...]]:
+    coil, rules, centre = spec.coil, spec.fpc.rules, Point(0.0, 0.0)
+    windings = wind_coil(spec, replace(placement, centre=centre))
+    if len(windings) % 2 and _way_out_layer(spec) is None:
+        return (), (room.no_way_out(spec),)
+    clear = inner_clear_radius(coil, windings, centre)
+    inside = Inside(centre, clear, coil.size[0] - coil.size[1], placement.rotation)
+    joins = _inner_joins(windings, coil.turns, inside, coil.trace_width, rules, bus.spacing)
+    if joins is None:
+        return (), (room.no_inner_room(spec, bus, clear, (len(windings) + 1) // 2),)
+    return joins, ()
+
+
+_inner_joins = lru_cache(maxsize=64)(place_inner_vias)
+# Coils that differ in their place only share it, and so do boards that are tried to find out what helps.
+
+
+def _moved(join: InnerJoin, dx: float, dy: float) -> InnerJoin:
+    return InnerJoin(
+        Hole(join.hole.centre.shifted(dx, dy), join.hole.pad, join.hole.drill),
+        tuple((layer, path.shifted(dx, dy)) for layer, path in join.stubs),
     )
-    return WoundCoil(windings, inner, model.way_out_layer, model.findings)
 
 
 def _way_out_layer(spec: SensorSpec) -> int | None:

@@ -44,19 +44,23 @@ class DesignRules:
     coverlay_web: float
     coverlay_opening_to_trace: float
     part_size: tuple[float, float]
-    static_bend_ratio: Mapping[int, float] = field(default_factory=dict)
-    dynamic_bend_ratio: Mapping[int, float] = field(default_factory=dict)
+    static_bend_ratio: Mapping[int, float] = field(default_factory=dict, hash=False)
+    dynamic_bend_ratio: Mapping[int, float] = field(default_factory=dict, hash=False)
     source: str = ""
     checked_on: str = ""
-    sources: Mapping[str, str] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict, hash=False)
     coil_lines: tuple[FoilLines, ...] = ()
     coil_copper: float | None = None
     track_lines: tuple[FoilLines, ...] = ()
     panel_size: tuple[float, float] = (0.1, 0.08)
     outline_tolerance: float = 0.1e-3
     registration: float = 0.1e-3
-    thickness_tolerance: Mapping[int, float] = field(default_factory=lambda: {1: 50e-6, 2: 50e-6, 3: 100e-6})
-    stiffened_tolerance: Mapping[str, float] = field(default_factory=lambda: {"polyimide": 50e-6, "fr4": 100e-6})
+    thickness_tolerance: Mapping[int, float] = field(
+        default_factory=lambda: {1: 50e-6, 2: 50e-6, 3: 100e-6}, hash=False
+    )
+    stiffened_tolerance: Mapping[str, float] = field(
+        default_factory=lambda: {"polyimide": 50e-6, "fr4": 100e-6}, hash=False
+    )
     file_naming: str = "protel"
 
     def for_foil(self, thickness: float) -> DesignRules:

@@ -3,9 +3,9 @@
     python tests/validation/random_boards.py [--boards N] [--first N] [--kicad N] [-o FILE]
 
 prints a table and writes one row a board. Every spec is drawn from a seed: all shapes, arrays, fabricators, tails, one
-to eight layers. A board *has room* when it meets the closed-form rules of `has_room`, written here from the contract and
-not taken from the layout. Where a finding names what is missing, that much is given to the dimension that it names, as
-often as it asks, until the board is routed.
+to eight layers. A board *has room* when it meets the closed-form rules of `has_room`, written here from the contract
+and not taken from the layout. Where a finding names what is missing, that much is given to the dimension that it names,
+as often as it asks, until the board is routed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-import sitscad  # noqa: E402
+import sitscad
 
 SHAPES = ("circle", "circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 PARTS = {"circle": 8, "square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}
@@ -57,7 +57,12 @@ def board(seed: int) -> Board:
     """The board of a seed."""
     pick = random.Random(seed)
     rules, (width, spacing) = pick.choice(
-        [("generic-flex", (100, 100)), ("generic-flex", (120, 100)), ("generic-fine", (76, 76)), ("generic-fine", (100, 90))]
+        [
+            ("generic-flex", (100, 100)),
+            ("generic-flex", (120, 100)),
+            ("generic-fine", (76, 76)),
+            ("generic-fine", (100, 90)),
+        ]
     )
     shape, layers = pick.choice(SHAPES), pick.choice([1, 2, 2, 2, 3, 4, 4, 5, 6, 7, 8])
     across = round(pick.uniform(3.0, 12.0), 2)
@@ -91,8 +96,8 @@ def board(seed: int) -> Board:
         ]
     fpc: dict[str, object] = {"rules": rules}
     if pick.random() < 0.7:
-        fpc["tail"] = {"length": pick.choice([15, 30, 60]), "connector": pick.choice(["zif-0.5mm", "zif-0.5mm", "zif-0.3mm"]),
-                       "layers": pick.choice([1, 2, 2, 2])}  # fmt: skip
+        length, contacts = pick.choice([15, 30, 60]), pick.choice(["zif-0.5mm", "zif-0.5mm", "zif-0.3mm"])
+        fpc["tail"] = {"length": length, "connector": contacts, "layers": pick.choice([1, 2, 2, 2])}
     return Board({"sitscad": 1, "name": f"random-{seed}", "coil": coil, "array": array, "fpc": fpc})
 
 
@@ -149,34 +154,43 @@ def errors_of(layout) -> list:
 
 
 def advised(now: Board, finding) -> Board | None:
-    """The board with the missing length given to the dimension that the finding names; None where it names none."""
-    missing = re.search(r"(\d+) um are missing", finding.message)
-    coil, array = now.values["coil"], now.values["array"]
+    """The board changed as the finding says; None where it names nothing that was tried."""
+    hint, coil = finding.hint, now.values["coil"]
     if finding.rule == "SIT111":
         return now.changed("coil", layers=int(finding.limit))
     if finding.rule == "SIT118":
         return now.changed("fpc", tail={**now.values["fpc"]["tail"], "layers": 2})
-    if missing is None:
+    if "was tried" not in hint:
         return None
-    more = int(missing.group(1)) * 1e-3
-    if finding.rule == "SIT112":
-        size = coil["outer_diameter"]
+    if found := re.search(r"an outer diameter larger by (\d+) um", hint):
+        more, size = int(found.group(1)) * 1e-3, coil["outer_diameter"]
         grown = [round(s + more, 4) for s in size] if isinstance(size, list) else round(size + more, 4)
-        wider = now.changed("coil", outer_diameter=grown)
-        return spread(wider, more)
-    if finding.rule == "SIT113":
-        return spread(now, more)
+        return spread(now.changed("coil", outer_diameter=grown), more)
+    if found := re.search(r"a pitch larger by (\d+) um", hint):
+        return spread(now, int(found.group(1)) * 1e-3)
+    if found := re.search(r"centres ([\d.]+) times", hint):
+        return scaled(now, float(found.group(1)))
+    if found := re.search(r"coil.start_angle: ([\d.]+) deg", hint):
+        return now.changed("coil", start_angle=f"{found.group(1)} deg")
+    if found := re.search(r"fpc.tail.connector: (\S+)", hint):
+        return now.changed("fpc", tail={**now.values["fpc"]["tail"], "connector": found.group(1)})
     return None
 
 
 def spread(now: Board, more: float) -> Board:
-    """The same array with its centres farther apart by `more` (mm)."""
+    """The same array with its nearest coils farther apart by `more` (mm)."""
     array = now.values["array"]
     if "pitch" in array:
         return now.changed("array", pitch=round(array["pitch"] + more, 4))
     if "centres" in array:
-        return now.changed("array", centres=[[round(x + k * more, 4), y] for k, (x, y) in enumerate(array["centres"])])
+        near = min(math.dist(a, b) for i, a in enumerate(array["centres"]) for b in array["centres"][:i])
+        return scaled(now, 1.0 + more / near)
     return now
+
+
+def scaled(now: Board, factor: float) -> Board:
+    """The same array with all its centres `factor` times as far from each other."""
+    return now.changed("array", centres=[[x * factor, y * factor] for x, y in now.values["array"]["centres"]])
 
 
 def study(seed: int, deep: bool = True) -> tuple[Outcome, Board]:
@@ -238,6 +252,8 @@ def main() -> None:
     for seed in range(arguments.first, arguments.first + arguments.boards):
         try:
             outcome, now = study(seed, not arguments.shallow)
+        except sitscad.SpecError:  # coils that overlap: not a board
+            continue
         except Exception as error:
             outcome = Outcome(seed, "", "", 0, 0, False, "", 0, "", 0.0, f"exception {type(error).__name__}: {error}")
         if not outcome.last and not outcome.faults and sampled < arguments.kicad and seed % 3 == 0:

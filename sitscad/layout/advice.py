@@ -1,0 +1,80 @@
+"""What a finding about room advises: the change that it names was tried, and the board laid out, before it says so."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from sitscad.finding import Finding
+from sitscad.geometry.path import Point
+from sitscad.layout import remedies
+from sitscad.layout.clearance import Hole, hole_keep_out
+from sitscad.spec.presets import connector
+from sitscad.spec.sensor import SensorSpec
+
+
+def with_remedy(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:
+    """A finding with what mends it, where trying finds it; `routes` lays a changed spec out."""
+    mend = {"SIT112": _wider_inside, "SIT113": _wider_between, "SIT119": _wider_contacts}.get(finding.rule)
+    return mend(spec, finding, routes) if mend else finding
+
+
+def _wider_inside(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:
+    assert finding.measured is not None and finding.limit is not None
+    first = max(finding.limit - finding.measured, 0.5 * spec.fpc.rules.via_pad)
+    more = remedies.least(spec, remedies.wider_coil, remedies.inner_vias_fit, first)
+    if more is None:
+        return finding
+    with_pitch = ", and the coils as much farther apart" if len(spec.array.placements) > 1 else ""
+    return replace(
+        finding,
+        message=f"{finding.message}: {more * 1e6:.0f} um are missing",
+        hint=f"an outer diameter larger by {more * 1e6:.0f} um makes room (it was tried){with_pitch}; "
+        f"or {finding.hint}",
+        limit=finding.measured + more,
+    )
+
+
+def _wider_between(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:
+    near = remedies.nearest_distance(spec)
+    more = None if near is None else remedies.least(spec, remedies.wider_array, routes, _lead_room(spec))
+    if near is None or more is None:
+        angle = remedies.start_angle(spec, routes)
+        if angle is None:
+            return finding
+        return replace(finding, hint=f"coil.start_angle: {math.degrees(angle):.6g} deg gives them one (it was tried)")
+    if spec.array.pattern == "explicit":
+        wider = f"centres {1.0 + more / near:.4f} times as far from each other"
+    else:
+        wider = f"a pitch larger by {more * 1e6:.0f} um"
+    return replace(
+        finding,
+        message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: "
+        f"{more * 1e6:.0f} um are missing",
+        hint=f"{wider} lets them pass (it was tried), or perhaps another coil.start_angle",
+        key="array.centres" if spec.array.pattern == "explicit" else "array.pitch",
+        measured=near,
+        limit=near + more,
+        unit="m",
+    )
+
+
+def _lead_room(spec: SensorSpec) -> float:
+    """What a via and a lead want beyond the gap between two coils (m), a track's pitch at least."""
+    rules, pitch = spec.fpc.rules, spec.coil.trace_width + spec.fpc.rules.trace_spacing
+    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    gap = (remedies.nearest_distance(spec) or 0.0) - spec.coil.size[0]
+    return max(2.0 * hole_keep_out(hole, rules, rules.trace_spacing) + pitch - gap, pitch)
+
+
+def _wider_contacts(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:
+    name = remedies.other_connector(spec, routes)
+    if name is None:
+        return finding
+    missing = connector(name).pitch - (finding.measured or 0.0)
+    return replace(
+        finding,
+        hint=f"fpc.tail.connector: {name} gives them room (it was tried): {missing * 1e6:.0f} um more from contact to "
+        "contact; or fewer coils on one tail",
+        limit=connector(name).pitch,
+    )

@@ -1,0 +1,90 @@
+"""Findings about room: what they advise was tried, so that a board changed by it is routed."""
+
+import math
+import re
+from dataclasses import replace
+
+import pytest
+
+from sitscad.layout import lay_out, remedies
+from sitscad.layout.arrangement import _attempt
+from sitscad.layout.escape import Patience
+from sitscad.spec import presets
+
+
+def micrometres(finding):
+    return 1e-6 * int(re.search(r"(\d+) um are missing", finding.message).group(1))
+
+
+@pytest.mark.parametrize(("layers", "turns"), [(2, 11.75), (4, 11.0), (6, 10.25)])
+def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers, turns):
+    spec = sensor(layers=layers, turns=turns, stackup="flex-4l" if layers <= 4 else "flex-6l")
+    (finding,) = lay_out(spec).findings
+    assert finding.rule == "SIT112" and "it was tried" in finding.hint
+    more = micrometres(finding)
+    assert finding.limit - finding.measured == pytest.approx(more)
+    assert not [f for f in lay_out(remedies.wider_coil(spec, more)).findings if f.rule == "SIT112"]
+
+
+def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
+    spec = sensor(pitch=4.05e-3, coils=3)
+    (finding,) = lay_out(spec).findings
+    assert finding.rule == "SIT113" and finding.key == "array.pitch"
+    more = micrometres(finding)
+    assert f"a pitch larger by {more * 1e6:.0f} um" in finding.hint
+    assert lay_out(remedies.wider_array(spec, more)).findings == ()
+
+
+def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
+    spec = sensor(centres=[(-2.02e-3, 0.0), (2.02e-3, 0.0), (6.06e-3, 0.0)], coils=3)
+    spec = replace(spec, array=replace(spec.array, pattern="explicit", pitch=None))
+    (finding,) = lay_out(spec).findings
+    factor = float(re.search(r"centres ([\d.]+) times", finding.hint).group(1))
+    near = remedies.nearest_distance(spec)
+    assert finding.key == "array.centres" and finding.measured == pytest.approx(near)
+    assert lay_out(remedies.wider_array(spec, (factor - 1.0) * near)).findings == ()
+
+
+def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
+    spec = sensor(coils=4, rules="generic-flex", width=120e-6, spacing=100e-6, turns=3.75, layers=2, stackup="flex-2l-18um")
+    tail = replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"))
+    spec = replace(spec, fpc=replace(spec.fpc, tail=tail))
+    (finding,) = lay_out(spec).findings
+    name = re.search(r"fpc.tail.connector: (\S+) gives them room", finding.hint).group(1)
+    assert finding.rule == "SIT119" and presets.connector(name).pitch == finding.limit
+    assert (
+        lay_out(replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=presets.connector(name))))).findings
+        == ()
+    )
+
+
+def test_the_least_amount_is_found_between_what_failed_and_what_works():
+    spec = object()
+    asked = []
+
+    def works(amount):
+        asked.append(amount)
+        return amount >= 0.73e-3
+
+    found = remedies.least(spec, lambda _, amount: amount, works, 0.2e-3)
+    assert works(found) and found == min(a for a in asked if a >= 0.73e-3)
+    assert found - max(a for a in asked if a < 0.73e-3) < 0.15e-3
+    assert remedies.least(spec, lambda _, amount: amount, lambda _: False, 0.2e-3) is None
+
+
+def test_start_angles_of_polygons_are_their_corners(sensor):
+    tried = []
+    remedies.start_angle(sensor(shape="hexagon"), lambda spec: tried.append(spec.coil.start_angle) or False)
+    assert tried == pytest.approx([k * math.pi / 3 for k in range(1, 6)])
+
+
+def test_a_pair_leaves_beside_the_corner_where_an_end_of_its_coil_stands_there(sensor):
+    """Six layers whose ends stand at 45, -45 and -135 degrees: at the corner a stub is in the pair's way."""
+    spec = sensor(diameter=9.62e-3, turns=5.875, layers=6, width=120e-6, spacing=100e-6, coils=4, pitch=11.1e-3,
+                  stackup="flex-6l", rules="generic-flex", tail=False, start_angle=math.pi / 4)  # fmt: skip
+    assert lay_out(spec).findings == ()
+
+
+def test_a_search_without_patience_tells_no_way(sensor):
+    found = _attempt(sensor(), Patience(0))
+    assert found.routing is None and [f.rule for f in found.findings] == ["SIT113"]
