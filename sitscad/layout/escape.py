@@ -85,16 +85,11 @@ class Surroundings:
         return {}
 
     def stand(self, hole: Hole) -> tuple[float, float]:
-        """A hole's direction from the coil's centre (rad) and its distance from the ring road (m); remembered."""
+        """Where the ring road passes a hole (rad), and how far from it (m); remembered."""
         if hole.centre not in self._stands:
-            angle = self.angle(hole.centre)
+            angle = self.ring.facing(hole.centre)[0]
             self._stands[hole.centre] = angle, hole.centre.distance(self.ring.at(angle))
         return self._stands[hole.centre]
-
-    def angle(self, point: Point) -> float:
-        """Direction of a point from the coil's centre (rad)."""
-        centre = self.ring.centre
-        return math.atan2(point.y - centre.y, point.x - centre.x)
 
 
 @dataclass(frozen=True)
@@ -293,7 +288,7 @@ def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[H
     for hole in places:
         if way.distance(hole.centre) < clear:  # a lead that passes its own via closes a loop with it
             continue
-        angle = around.angle(hole.centre)
+        angle, _ = around.stand(hole)
         for first in _sweeps(around, end, angle):
             to_via = Leg(around, end.layer, end.point, angle - first, first, (hole.centre,))
             for second in _both_ways(out.angle - angle):
@@ -303,7 +298,7 @@ def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[H
 def _join_options(around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places: list[Hole]) -> Iterator[Branch]:
     """The ways to join two layers' outer ends by a via outside the winding."""
     for hole in places:
-        angle = around.angle(hole.centre)
+        angle, _ = around.stand(hole)
         for first in _sweeps(around, pair[0], angle):
             for second in _sweeps(around, pair[1], angle):
                 legs = (
@@ -314,8 +309,17 @@ def _join_options(around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places:
 
 
 def _sweeps(around: Surroundings, end: OuterEnd, angle: float) -> list[float]:
-    """Both ways round from an end to an angle; from an inner via straight under the turns."""
-    return [0.0] if end.from_inside else _both_ways(angle - around.angle(end.point))
+    """Both ways round from an end to an angle; from an inner via straight under the turns.
+
+    At a corner each way begins on its own side of it, so that no lead bends back sharply.
+    """
+    if end.from_inside:
+        return [0.0]
+    back, on = around.ring.facing(end.point)
+    if on - back < 1e-6:
+        return _both_ways(angle - on)
+    ways = sorted((-((back - angle) % TWO_PI), (angle - on) % TWO_PI), key=abs)
+    return [0.0, *ways] if (angle - back) % TWO_PI < on - back else ways
 
 
 def _both_ways(turn: float) -> list[float]:

@@ -45,6 +45,22 @@ class Ring:
         distance = max(_ray_length(segment, ux, uy) for segment in self.boundary)
         return polar(distance, angle, self.centre)
 
+    def facing(self, point: Point) -> tuple[float, float]:
+        """The directions from the centre in which the ring's points nearest to `point` lie (rad), the first clockwise
+        of the second: two of them for a point on the diagonal of a corner, else twice the same.
+        """
+        centre = self.centre
+        away = math.atan2(point.y - centre.y, point.x - centre.x)
+        if self.coil.shape == "circle":
+            return away, away
+        turn = self.placement.rotation
+        local = polar(point.distance(centre), away - turn, Point(0.0, 0.0))
+        feet = [_foot(segment, local) for segment in self.boundary]
+        least = min(foot.distance(local) for foot in feet)
+        near = [foot for foot in feet if foot.distance(local) < least + 1e-9]
+        sides = [math.remainder(math.atan2(foot.y, foot.x) + turn - away, TWO_PI) for foot in near]
+        return away + min(sides), away + max(sides)
+
     def along(self, start: float, end: float, ccw: bool) -> Path:
         """The way along the ring from one angle to another, either way round; empty where they are equal."""
         sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
@@ -64,6 +80,14 @@ class Ring:
             if 1e-9 < along < abs(sweep) - 1e-9:
                 passed.append((along, polar(math.hypot(corner.x, corner.y), angle, self.centre)))
         return [point for _, point in sorted(passed)]
+
+
+def _foot(line: Segment, point: Point) -> Point:
+    """The point of a straight side that is nearest to another."""
+    dx, dy = line.end.x - line.start.x, line.end.y - line.start.y
+    share = ((point.x - line.start.x) * dx + (point.y - line.start.y) * dy) / (dx * dx + dy * dy)
+    share = min(1.0, max(0.0, share))
+    return Point(line.start.x + share * dx, line.start.y + share * dy)
 
 
 def _ray_length(segment: Segment, ux: float, uy: float) -> float:

@@ -1,0 +1,80 @@
+"""The ring road round a coil: where it passes a point, and how leads leave it."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from sitscad.geometry.path import Point, polar
+from sitscad.layout import lay_out
+from sitscad.layout.board import Role
+from sitscad.layout.ring import Ring
+from sitscad.spec.sensor import CoilPlacement
+
+
+def ring(sensor, rotation=0.0, **coil):
+    return Ring(sensor(**coil).coil, CoilPlacement("C1", (1e-3, 2e-3), rotation), 0.2e-3)
+
+
+@pytest.mark.parametrize("rotation", [0.0, 0.7])
+def test_it_passes_a_corner_on_both_sides(sensor, rotation):
+    square = ring(sensor, rotation, shape="square", diameter=4e-3)
+    corner = polar(2e-3 * math.sqrt(2.0), math.pi / 4 + rotation, square.centre)
+    first, second = square.facing(corner)
+    assert first < math.pi / 4 + rotation < second
+    for angle in (first, second):
+        assert square.at(angle).distance(corner) == pytest.approx(0.2e-3)
+
+
+def test_it_passes_a_long_side_straight_above_a_point(sensor):
+    long = ring(sensor, shape="racetrack", size=(10e-3, 4e-3))
+    point = Point(1e-3 + 2e-3, 2e-3 + 2e-3)
+    first, second = long.facing(point)
+    assert first == pytest.approx(second)
+    assert long.at(first).x == pytest.approx(point.x) and long.at(first).y == pytest.approx(point.y + 0.2e-3)
+
+
+def test_a_circle_is_passed_straight_outwards(sensor):
+    round_ring = ring(sensor)
+    assert round_ring.facing(Point(1e-3, 5e-3)) == pytest.approx((math.pi / 2, math.pi / 2))
+
+
+@pytest.mark.parametrize(
+    "coil",
+    [
+        {"shape": "racetrack", "size": (11e-3, 4e-3), "turns": 6.5, "layers": 4, "coils": 1},
+        {"shape": "square", "diameter": 7e-3, "turns": 11, "layers": 2, "pitch": 8.5e-3, "stackup": "flex-2l-18um"},
+        {"shape": "hexagon", "diameter": 6e-3, "turns": 6.0, "layers": 2, "pitch": 8e-3, "stackup": "flex-2l-18um"},
+    ],
+)
+def test_leads_do_not_bend_back_sharply(sensor, coil):
+    """Corners of less than 70 degrees hold etchant, and a lead at a slant stays too near the turn that it leaves."""
+    layout = lay_out(sensor(**coil))
+    assert layout.findings == ()
+    for trace in layout.traces:
+        if trace.role is Role.LEAD:
+            pieces = trace.path.segments
+            for before, after in pairwise(pieces):
+                assert bend(before, after) > math.radians(70.0), (trace.layer, before.end)
+
+
+def bend(before, after):
+    """The angle between two pieces that follow each other (rad); pi: straight on."""
+    a, b = before.at(1.0 - 1e-4), after.at(1e-4)
+    corner = before.end
+    first, second = (math.atan2(p.y - corner.y, p.x - corner.x) for p in (a, b))
+    return abs(math.remainder(first - second, 2.0 * math.pi))
+
+
+def test_a_long_coil_is_left_at_its_end(sensor):
+    """All exits lie on the half circle that faces the tail, and no lead turns round to reach one."""
+    layout = lay_out(sensor(shape="racetrack", size=(11e-3, 4e-3), turns=6.5, layers=4, coils=1))
+    ways = [t.path for t in layout.traces if t.role is Role.LEAD and t.path.segments[0].start.x > 5.5e-3]
+    assert ways and all(abs(point.y) <= 2.6e-3 for path in ways for point in (path.start, path.end))
+
+
+def test_rotation_turns_the_ring(sensor):
+    straight, turned = ring(sensor, shape="hexagon"), ring(sensor, 0.3, shape="hexagon")
+    assert turned.at(1.3).distance(turned.centre) == pytest.approx(straight.at(1.0).distance(straight.centre))
+    assert replace(turned, placement=straight.placement) == straight
