@@ -3,27 +3,32 @@
 Outer size 2 to 40 mm (rectangle and racetrack: 1.05 to 3 times as long), track 30 to 80 % of the pitch, turns fill
 10 to 85 % of the way to the centre, 0.5 to MOST_TURNS turns (circles any number, others what the shape allows), 1 to 3
 layers, copper 9 to 70 um and at most as thick as the track is wide, layers' mid-planes 25 to 300 um further apart than
-the copper is thick.
+the copper is thick. "rounded" are the four polygons in turn with a corner radius of half a track to an eighth of the
+size (up to 12 tracks). Large designs have 6 to 200 turns on 1 to 8 layers and are 4 to 80 mm across.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import volume_integral
 from windings import coil
 
 from sitscad.geometry.path import Arc, Path
-from sitscad.geometry.spiral import SpiralDimensions, corner_angle, wind
+from sitscad.geometry.spiral import SpiralDimensions, corner_angle, rounded_corners, wind
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.physics.tracks import Track, track
 from sitscad.spec.sensor import CoilSpec
 
 SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 PARTS = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}
-MOST_TURNS = 6.0
+POLYGONS = ("square", "rectangle", "hexagon", "octagon")
+FAMILIES = (*SHAPES, "rounded")
+MOST_TURNS = 12.0
+LARGEST = 250.0
+"""Turns times the kinds of pairs of layers of a large design, at most: what the yardstick can afford."""
 
 
 @dataclass(frozen=True)
@@ -36,26 +41,29 @@ class Design:
     conductors: tuple[volume_integral.Conductor, ...]
 
 
-def design(shape: str, number: int, most_turns: float = MOST_TURNS) -> Design:
-    """Design `number` of a shape."""
-    random = np.random.default_rng([2614, SHAPES.index(shape), number])
+def design(family: str, number: int, large: bool = False) -> Design:
+    """Design `number` of a family; the large ones are a series of their own."""
+    random = np.random.default_rng([2614, FAMILIES.index(family), number, *((1,) if large else ())])
+    shape = POLYGONS[number // 2 % len(POLYGONS)] if family == "rounded" else family
 
     def logarithmic(low, high):
         return float(low * (high / low) ** random.random())
 
-    size = logarithmic(2e-3, 40e-3)
-    turns = logarithmic(0.5, most_turns)
+    turns = logarithmic(6.0, 200.0) if large else logarithmic(0.5, MOST_TURNS)
     if shape in PARTS:
         turns = max(1, round(turns * PARTS[shape])) / PARTS[shape]
+    size = logarithmic(max(4e-3, 2.5e-4 * turns), 80e-3) if large else logarithmic(2e-3, 40e-3)
     share, fill = random.uniform(0.3, 0.8), random.uniform(0.1, 0.85)
     pitch = fill * 0.5 * size / (turns + 1.0)
     width = share * pitch
-    layers = int(random.choice([1, 2, 2, 3]))
+    choice = [n for n in range(1, 9) if turns * (2 * n - 1) <= LARGEST] if large else [1, 2, 2, 3]
+    layers = int(random.choice(choice))
     copper = min(logarithmic(9e-6, 70e-6), width)
     apart = copper + logarithmic(25e-6, 300e-6)
     long = size * (random.uniform(1.05, 3.0) if shape in ("rectangle", "racetrack") else 1.0)
+    radius = logarithmic(0.5 * width, max(0.6 * width, min(size / 8.0, 12.0 * width))) if family == "rounded" else 0.0
     spec = CoilSpec(shape=shape, size=(long, size), turns=turns, layers=tuple(range(1, layers + 1)), trace_width=width,
-                    trace_spacing=pitch - width, start_angle=0.0, clockwise=False, corner_radius=0.0)  # fmt: skip
+                    trace_spacing=pitch - width, start_angle=0.0, clockwise=False, corner_radius=radius)  # fmt: skip
     return built(spec, tuple(-k * apart for k in range(layers)), copper)
 
 
@@ -72,6 +80,8 @@ def built(spec: CoilSpec, heights: tuple[float, ...], copper: float) -> Design:
         if not inward:
             angle += 4.0 * math.pi * spec.turns
         path = wind(spec.shape, dimensions, angle, 1 if inward else -1)
+        if spec.corner_radius:
+            path = rounded_corners(path, spec.corner_radius, PARTS[spec.shape], spec.pitch)
         pieces = pieces_of(path if inward else path.reversed())
         drawn.append(track(pieces, spec.trace_width, copper, z))
         named = [("arc" if len(piece) == 5 else "line", *piece) for piece in pieces]
@@ -89,15 +99,29 @@ def pieces_of(path: Path):
     ]
 
 
+def resolution(coil: Design, finer: bool = False) -> volume_integral.Points:
+    """The points that the yardstick takes for a coil, or finer ones that show how good those are."""
+    curved = any(len(c.polar) for c in coil.conductors)
+    joined, few = curved and not coil.spirals, coil.spec.turns < 2.5
+    # wide tracks of few turns above each other: where one leaves the other, the mean over the widths bends
+    across = 14 if few and len(coil.spirals) > 1 else 9 if few else 7
+    points = volume_integral.Points(along=18 if joined else 12, across=across)
+    if not finer:
+        return points
+    return replace(points, far=8, along=points.along + 6, inner=9, beside=5, across=points.across + 5, through=5,
+                   outline=24, levels=9)  # fmt: skip
+
+
 def exact(coil: Design, points: volume_integral.Points | None = None) -> float:
-    """The coil's inductance (H) by the volume integral; congruent layers are integrated once."""
-    n = points or volume_integral.Points(along=9 if coil.spirals else 12 if coil.spec.shape == "racetrack" else 14)
-    layers = coil.conductors
-    congruent = coil.spec.shape not in ("rectangle", "racetrack")
-    total = alone = 0.0
+    """The coil's inductance (H) by the volume integral; layers lie at equal distances, so alike pairs are done once."""
+    n = points or resolution(coil)
+    layers, known, total = coil.conductors, {}, 0.0
+    turned_alike = coil.spec.shape not in ("rectangle", "racetrack")
     for i in range(len(layers)):
-        if i < 2:
-            alone = alone if congruent and i else volume_integral.mutual(layers[i], layers[i], n)
-        total += alone if congruent or i < 2 else volume_integral.mutual(layers[i], layers[i], n)
-        total += 2.0 * sum(volume_integral.mutual(layers[i], layers[j], n) for j in range(i))
+        for j in range(i, len(layers)):
+            # two layers on, a layer is the first one turned about the centre; by mirror it is so for the other sense
+            key = (0 if i == j and turned_alike else i % 2, j - i)
+            if key not in known:
+                known[key] = volume_integral.mutual(layers[i], layers[j], n)
+            total += known[key] if i == j else 2.0 * known[key]
     return total

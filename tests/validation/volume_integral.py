@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from sheet_integral import sides_mutual
 
 MU0_4PI = 1e-7
 
@@ -38,6 +40,7 @@ class Conductor:
     z: float
 
 
+@lru_cache(maxsize=64)
 def rule(count):
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return 0.5 * (1.0 + nodes), 0.5 * weights
@@ -315,12 +318,14 @@ def _section(width, t1, t2, dz, across, through, mean):
     if dz == 0.0 and t1 == t2 and t1 > 0.0:
         apart = _touching(width, t1, across, through)
     else:
-        s, ws = rule(across)
-        heights = _heights(t1, t2, dz, through)
+        # over each other, the mean bends where the filaments have moved aside by about their distance; two heights do
+        least = max(dz - 0.5 * (t1 + t2), 0.02 * max(dz, t1, t2))
+        reach = math.asinh(width / least)
+        s, ws = rule(across + round(reach))
+        aside, slope = least * np.sinh(reach * s) / width, least * np.cosh(reach * s) * reach / width
+        heights = _heights(t1, t2, dz, 2)
         apart = [
-            (width * u**3, h, 3.0 * u * u * w1 * 2.0 * (1.0 - u**3) * w2)
-            for u, w1 in zip(s, ws, strict=True)
-            for h, w2 in heights
+            (width * u, h, 2.0 * (1.0 - u) * w1 * w2) for u, w1 in zip(aside, slope * ws, strict=True) for h, w2 in heights
         ]
     found = []
     for d, h, w1 in apart:
@@ -390,40 +395,74 @@ def _heights_gauss(t1, t2, dz, count):
 
 @dataclass(frozen=True)
 class Points:
-    """Numbers of Gauss points. Pairs of pieces are far (plain points on both), mid (graded along, few filaments),
-    beside each other (more filaments) or near (the whole section)."""
+    """Numbers of Gauss points. Pairs of pieces are far (plain points on both), mid (graded along, few filaments) or near;
+    near straight ones are integrated around their outlines (`outline` points an edge and panel, `levels` heights), of
+    curved ones those beside each other with `beside` filaments, the others over the whole section."""
 
     far: int = 6
     along: int = 12
     inner: int = 7
-    beside: int = 3
-    across: int = 7
-    through: int = 4
+    filaments: int = 3
+    beside: int = 4
+    across: int = 9
+    through: int = 3
     mean: int = 2
+    outline: int = 16
+    levels: int = 6
 
 
 def mutual(a: Conductor, b: Conductor, n: Points = Points()) -> float:
     """Mutual inductance (H) of two conductors by integration over their volumes; the self one for a with itself."""
-
-    dz, size = abs(a.z - b.z), max(a.width, b.width, a.thickness, b.thickness)
     flat, longest = _distances(a, b)
+    every = np.ones(flat.shape, dtype=bool)
+    if a is not b:
+        return MU0_4PI * _pairs(a, b, every, flat, longest, n)
+    return MU0_4PI * (2.0 * _pairs(a, a, np.triu(every, 1), flat, longest, n)
+                      + _pairs(a, a, np.eye(len(flat), dtype=bool), flat, longest, n))  # fmt: skip
+
+
+def _pairs(a, b, chosen, flat, longest, n):
+    dz, size = abs(a.z - b.z), max(a.width, b.width, a.thickness, b.thickness)
     apart = np.hypot(flat, dz)
     far = (apart > 1.0 * longest) & (apart > 4.0 * size)
-    mid = ~far & (apart > 4.0 * size)
-    beside = ~far & ~mid & (apart > 1.2 * size)
-    near = ~far & ~mid & ~beside
-    total = 0.0
-    for x1, x2, h, weight in _strands(a, b, 2, 2):
-        total += weight * _plain_sum(a, b, far, x1, x2, h, n.far)
+    near = ~far & (apart <= 4.0 * size) & chosen
+    mid, far = ~far & (apart > 4.0 * size) & chosen, far & chosen
+    straight = np.zeros_like(near)
+    straight[: len(a.starts), : len(b.starts)] = True
+    beside = near & ~straight & (apart > 1.2 * size)
+    total = _straight_pairs(a, b, near & straight, dz, n)
+    few, distant = _strands(a, b, n.filaments, 2), far & (apart > 20.0 * size)
+    for pairs, section in ((far & ~distant, few), (distant, _strands(a, b, n.filaments - 1, 2))):
+        for x1, x2, h, weight in section if pairs.any() else ():
+            total += weight * _plain_sum(a, b, pairs, x1, x2, h, n.far)
     for selected, section in (
-        (mid, _strands(a, b, 2, 2)),
+        (mid, few),
         (beside, _strands(a, b, n.beside, 2)),
-        (near, _section(a.width, a.thickness, b.thickness, dz, n.across, n.through, n.mean)),
+        (near & ~straight & ~beside, _section(a.width, a.thickness, b.thickness, dz, n.across, n.through, n.mean)),
     ):
-        i, j = np.nonzero(selected)
-        if i.size:
-            total += _graded_sum(a, i, b, j, section, n.along, n.inner)
-    return MU0_4PI * total
+        # points along the arc where the other piece is straight, for that one's potential is closed
+        turned = selected & (np.arange(len(flat))[:, None] < len(a.starts))
+        i, j = np.nonzero(selected & ~turned)
+        total += _graded_sum(a, i, b, j, section, n.along, n.inner)
+        i, j = np.nonzero(turned)
+        total += _graded_sum(b, j, a, i, [(x2, x1, h, w) for x1, x2, h, w in section], n.along, n.inner)
+    return total
+
+
+def _straight_pairs(a, b, selected, dz, n):
+    i, j = np.nonzero(selected)
+    if not i.size:
+        return 0.0
+    heights = _heights(a.thickness, b.thickness, dz, n.levels if dz == 0.0 else 3)
+    (p, t), (q, u) = _outlines(a), _outlines(b)
+    return sides_mutual((p[i], t[i], a.width), (q[j], u[j], b.width), heights, n.outline, crowded)
+
+
+def _outlines(c):
+    """Corners (n, 4, 2) of the straight pieces, counter-clockwise from the right start, and their directions (n, 2)."""
+    half, t = 0.5 * c.width, c.ends - c.starts
+    corners = [c.starts - half * c.before, c.ends - half * c.after, c.ends + half * c.after, c.starts + half * c.before]
+    return np.stack(corners, axis=1), t / np.hypot(*t.T)[:, None]
 
 
 def winding(conductors: list[Conductor], n: Points = Points()) -> float:
