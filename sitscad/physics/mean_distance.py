@@ -99,7 +99,7 @@ def _solved_clearance(squares: Array, share: Array, wanted: Array) -> Array:
     for _ in range(40):
         inside = squares + clearance[..., None]
         step = (wanted - np.sum(share * np.log(inside), axis=-1)) / np.sum(share / inside, axis=-1)
-        clearance = clearance + step
+        clearance = np.maximum(clearance + step, -smallest * (1.0 - 1e-9))
         if np.all(np.abs(step) <= 1e-12 * np.exp(wanted)):
             break
     return clearance

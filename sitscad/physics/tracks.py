@@ -26,27 +26,31 @@ NEAR = 3.0
 """Distance, in widths, up to which a pair of straight strands gets the finer set of strands."""
 
 ENDS_AND_CORNERS = np.array([
-    (0.005, -0.0009, -0.0057, -0.0103, -0.0249), (0.01, -0.0012, -0.0058, -0.0105, -0.0254),
-    (0.02, -0.0017, -0.0060, -0.0109, -0.0264), (0.035, -0.0023, -0.0062, -0.0113, -0.0275),
-    (0.05, -0.0028, -0.0063, -0.0115, -0.0281), (0.075, -0.0032, -0.0064, -0.0116, -0.0284),
-    (0.1, -0.0033, -0.0063, -0.0114, -0.0279), (0.15, -0.0028, -0.0056, -0.0103, -0.0252),
-    (0.2, -0.0016, -0.0047, -0.0085, -0.0209), (0.27, 0.0009, -0.0029, -0.0053, -0.0130),
-    (0.35, 0.0047, -0.0006, -0.0010, -0.0025), (0.5, 0.0130, 0.0041, 0.0075, 0.0187),
-    (0.7, 0.0253, 0.0102, 0.0188, 0.0468), (1.0, 0.0449, 0.0188, 0.0346, 0.0866),
-    (1.5, 0.0801, 0.0326, 0.0599, 0.1497), (2.0, 0.1182, 0.0464, 0.0853, 0.2126),
-    (3.0, 0.1995, 0.0746, 0.1367, 0.3379),
+    (0.001, -0.00111, -0.00062, -0.00559, -0.01010, -0.02437), (0.002, -0.00121, -0.00069, -0.00562, -0.01016, -0.02452),
+    (0.005, -0.00149, -0.00089, -0.00571, -0.01033, -0.02495), (0.01, -0.00192, -0.00120, -0.00585, -0.01058, -0.02558),
+    (0.02, -0.00270, -0.00172, -0.00607, -0.01099, -0.02661), (0.035, -0.00369, -0.00234, -0.00631, -0.01142, -0.02770),
+    (0.05, -0.00449, -0.00279, -0.00644, -0.01167, -0.02835), (0.075, -0.00550, -0.00322, -0.00649, -0.01177, -0.02865),
+    (0.1, -0.00615, -0.00334, -0.00637, -0.01155, -0.02817), (0.15, -0.00662, -0.00285, -0.00573, -0.01040, -0.02544),
+    (0.2, -0.00621, -0.00163, -0.00471, -0.00857, -0.02100), (0.27, -0.00455, 0.00094, -0.00288, -0.00527, -0.01296),
+    (0.35, -0.00151, 0.00468, -0.00045, -0.00088, -0.00222), (0.5, 0.00635, 0.01299, 0.00451, 0.00803, 0.01968),
+    (0.7, 0.01925, 0.02526, 0.01119, 0.02000, 0.04911), (1.0, 0.04080, 0.04487, 0.02101, 0.03738, 0.09168),
+    (1.5, 0.07873, 0.08012, 0.03784, 0.06658, 0.16214), (2.0, 0.11804, 0.11816, 0.05621, 0.09776, 0.23573),
+    (3.0, 0.19998, 0.19950, 0.09781, 0.16633, 0.39275),
 ])  # fmt: skip
-"""What three strands miss at one open end and at one corner of 45, 60, 90 degrees, over thickness / width.
+"""What strands miss, over thickness / width: two strands at one open end, three at one end and one corner of 45, 60, 90 deg.
 
 In units of mu0/(4 pi) times the width: a corner is alike at every size. Own volume integral over a straight bar and two
-arms of eight widths (tests/validation); positive where the strands read low.
+arms of sixteen widths (tests/validation); positive where the strands read low.
 """
 
-FAR = 40.0
-"""Distance, in widths, from which one filament stands for a straight track: its mean distance is right to 4th order."""
+FAR = 150.0
+"""Distance, in widths, from which one filament stands for a straight track: what is left falls with its square."""
 
-WIDE = 1.0
-"""Width over layer distance from which corners above each other are extrapolated in the number of strands."""
+THICK = 0.25
+"""Thickness over width from which distant sides on two layers are taken at two heights too."""
+
+WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
+"""Width over layer distance, and how many strands near sides above each other get from there on."""
 
 CHUNK = 400
 """Pairs of arcs that are worked on at once."""
@@ -187,7 +191,7 @@ def _place(one: Track) -> bytes:
 
 def _ends_and_corners(one: Track) -> float:
     row = ENDS_AND_CORNERS
-    at = [float(np.interp(one.thickness / one.width, row[:, 0], row[:, k])) for k in range(1, 5)]
+    at = [float(np.interp(one.thickness / one.width, row[:, 0], row[:, k])) for k in range(2, 6)]
     corners = np.interp(one.turnings, _TURNINGS, [0.0, *at[1:]])
     return one.width * (2.0 * at[0] * (len(one.starts) > 0) + float(np.sum(corners)))
 
@@ -236,9 +240,11 @@ def _sides_with_sides(one: Track, other: Track, strands: tuple[int, int]) -> flo
     )
 
 
-def _levels(one: Track, other: Track, count: int) -> int:
+def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
     # Ends and corners of tracks above each other need both heights; smooth joints with arcs need all pieces alike.
-    return 2 if one.z != other.z and count > 2 else 1
+    if one.z == other.z or smooth or count == 1:
+        return 1
+    return 2 if count > 2 or max(one.thickness, other.thickness) > THICK * min(one.width, other.width) else 1
 
 
 def _rows(whole: Track, first: int, end: int | None) -> Track:
@@ -256,29 +262,33 @@ def _block(one: Track, other: Track, strands: tuple[int, int], same: bool) -> fl
         double = np.triu(2.0 * double, 1) + np.eye(*cosine.shape)
     parallel = np.abs(sine) < 1e-9
     inclined = ~parallel & (np.abs(cosine) > 1e-9)
-    apart = _side_distances(one, other, t1, t2) / max(one.width, other.width)
-    near, far = apart < NEAR, apart > FAR
+    apart = _side_distances(one, other, t1, t2)
+    near, far = apart < NEAR * max(one.width, other.width), apart > FAR * max(one.width, other.width)
     total = 0.0
+    smooth = strands[1] < 3
     for chosen, count, share in (
         *((near, count, share) for count, share in _near_strands(one, other, strands[1])),
         (~near & ~far, strands[0], 1.0),
         (far, 1, 1.0),
     ):
         chosen = chosen & (double > 0.0)
-        value = _parallel_sides(one, other, t1, double, np.nonzero(chosen & parallel), count)
+        levels = _levels(one, other, count, smooth)
+        value = _parallel_sides(one, other, t1, double, np.nonzero(chosen & parallel), count, levels)
         pairs = np.nonzero(chosen & inclined)
-        value += _inclined_sides(one, other, double * cosine, sine, pairs, count, count < strands[0])
+        direction = double * cosine, sine
+        value += _inclined_sides(one, other, direction, apart[pairs], pairs, count, levels, count < strands[0])
         total += share * value
     return total
 
 
 def _near_strands(one: Track, other: Track, count: int) -> tuple[tuple[int, float], ...]:
-    # Corners above each other: each strand more halves what is missed where the tracks are wide against their distance,
+    # Corners above each other: each strand more lessens what is missed where the tracks are wide against their distance,
     # so twice the finer sum less the coarser one goes to the limit.
-    height = abs(one.z - other.z)
-    if count < 3 or height == 0.0 or max(one.width, other.width) < WIDE * height:
+    wide = max(one.width, other.width) / max(abs(one.z - other.z), FLOOR)
+    enough = [strands for least, strands in WIDE if wide >= least]
+    if count < 3 or one.z == other.z or not enough:
         return ((count, 1.0),)
-    return ((count + 1, 2.0), (count, -1.0))
+    return ((enough[-1] + 1, 2.0), (enough[-1], -1.0))
 
 
 def _unit(steps: Array) -> Array:
@@ -302,12 +312,13 @@ def _points_to_sides(one: Track, other: Track, t2: Array) -> Array:
     return np.sqrt(least)
 
 
-def _parallel_sides(one: Track, other: Track, t1: Array, double: Array, pairs: tuple[Index, ...], count: int) -> float:
+def _parallel_sides(
+    one: Track, other: Track, t1: Array, double: Array, pairs: tuple[Index, ...], count: int, levels: int
+) -> float:
     i, j = pairs
     if not i.size:
         return 0.0
     axis, height = t1[i], one.z - other.z
-    levels = _levels(one, other, count)
     away = other.starts[j] - one.starts[i]
     lateral = np.abs(axis[:, 0] * away[:, 1] - axis[:, 1] * away[:, 0])
     clearance = np.interp(lateral, *_clearance(one, other, count, levels))
@@ -328,21 +339,22 @@ def _parallel_sides(one: Track, other: Track, t1: Array, double: Array, pairs: t
 def _inclined_sides(
     one: Track,
     other: Track,
-    weight: Array,
-    sine: Array,
+    direction: tuple[Array, Array],
+    apart: Array,
     pairs: tuple[Index, ...],
     count: int,
+    levels: int,
     far: bool,
 ) -> float:
     i, j = pairs
     if not i.size:
         return 0.0
     t1, t2 = _unit(one.ends - one.starts)[i], _unit(other.ends - other.starts)[j]
-    c, s = np.sum(t1 * t2, axis=1), sine[i, j]
+    c, s, weight = np.sum(t1 * t2, axis=1), direction[1][i, j], direction[0][i, j]
     # Where tracks of two layers cross, the mean over their thicknesses leaves 1/distance as it is (to fourth order).
     height = abs(one.z - other.z)
-    heights = level_heights(height, (one.thickness, other.thickness), _levels(one, other, count))
-    extra = 0.0 if height else float(_clearance(one, other, count)[1][0])
+    heights = level_heights(height, (one.thickness, other.thickness), levels)
+    extra: Array | float = 0.0 if height else np.interp(apart, *_clearance(one, other, count))
     if far:
         # Far apart, the mean over both sections of the harmonic 1/distance: what lies along a side cancels at corners.
         extra = (one.thickness**2 + other.thickness**2 - one.width**2 - other.width**2) / 12.0
@@ -356,8 +368,8 @@ def _inclined_sides(
         u1 = u0 + np.sum(t1 * (p1 - p0)[i], axis=1)
         v1 = v0 + np.sum(t2 * (q1 - q0)[j], axis=1)
         for h in heights:
-            value = inclined_integral(u0, u1, v0, v1, c, np.abs(s), max(h * h + extra, FLOOR))
-            total += share / len(heights) * float(np.sum(weight[i, j] * value))
+            value = inclined_integral(u0, u1, v0, v1, c, np.abs(s), np.maximum(h * h + extra, FLOOR))
+            total += share / len(heights) * float(np.sum(weight * value))
     return total
 
 

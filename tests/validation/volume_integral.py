@@ -294,7 +294,7 @@ def _plain_sum(a, b, far, x1, x2, dz, count):
     return total
 
 
-def _distances(a, b, samples=7):
+def _distances(a, b, samples=25):
     """Roughly the least distance of every two pieces (never above it by much), and the longer one's length."""
     s = np.linspace(0.0, 1.0, samples)
     na, nb = len(a.starts) + len(a.polar), len(b.starts) + len(b.polar)
