@@ -325,7 +325,9 @@ def _section(width, t1, t2, dz, across, through, mean):
         aside, slope = least * np.sinh(reach * s) / width, least * np.cosh(reach * s) * reach / width
         heights = _heights(t1, t2, dz, 2)
         apart = [
-            (width * u, h, 2.0 * (1.0 - u) * w1 * w2) for u, w1 in zip(aside, slope * ws, strict=True) for h, w2 in heights
+            (width * u, h, 2.0 * (1.0 - u) * w1 * w2)
+            for u, w1 in zip(aside, slope * ws, strict=True)
+            for h, w2 in heights
         ]
     found = []
     for d, h, w1 in apart:
@@ -395,9 +397,9 @@ def _heights_gauss(t1, t2, dz, count):
 
 @dataclass(frozen=True)
 class Points:
-    """Numbers of Gauss points. Pairs of pieces are far (plain points on both), mid (graded along, few filaments) or near;
-    near straight ones are integrated around their outlines (`outline` points an edge and panel, `levels` heights), of
-    curved ones those beside each other with `beside` filaments, the others over the whole section."""
+    """Numbers of Gauss points. Pairs of pieces are far (plain points on both), mid (graded along, few filaments) or
+    near; near straight ones are integrated around their outlines (`outline` points an edge and panel, `levels`
+    heights), of curved ones those beside each other with `beside` filaments, the others over the whole section."""
 
     far: int = 6
     along: int = 12
