@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
+from sitscad.estimates.inductance_bounds import Crowding, error_bound
 from sitscad.geometry.path import Arc, Path
 from sitscad.layout.board import Coil
 from sitscad.physics.filaments import PolylineTrack
@@ -136,74 +136,25 @@ def _strands(*counts: int) -> Callable[[WindingGeometry], float]:
     return solve
 
 
-def _spiral_error(geometry: WindingGeometry) -> float:
-    spec, (crowding, share) = geometry.spec, _round_crowding(geometry)
-    near = _closeness(geometry, tuple(layer.z for layer in geometry.spirals))
-    thick = max(0.0, max(layer.thickness for layer in geometry.spirals) / spec.trace_width - 0.5)
-    fractions = (7e-4 * share + 3e-3 * crowding**2) / spec.turns
-    return 2.5e-5 + fractions + 0.045 * share * near + 3.5e-4 * thick
+def crowding(geometry: WindingGeometry) -> Crowding:
+    """What the bounds of the methods' errors go by."""
+    spec, layers = geometry.spec, geometry.spirals or geometry.drawn
+    thickness = max(layer.thickness for layer in layers)
+    heights = tuple(layer.z for layer in layers)
+    return Crowding(spec.turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius, min(spec.size), heights,
+                    spec.corner_radius)  # fmt: skip
 
 
-def _coarse_error(geometry: WindingGeometry) -> float:
-    crowding, share = _round_crowding(geometry)
-    return 4e-5 + 1.8e-3 * crowding + 0.03 * crowding**2 + 0.012 * share / geometry.turns
+def _bound(method: str) -> Callable[[WindingGeometry], float]:
+    def error(geometry: WindingGeometry) -> float:
+        family = "rounded" if geometry.spec.corner_radius else geometry.spec.shape
+        return error_bound(family, method, crowding(geometry))
 
-
-def _round_crowding(geometry: WindingGeometry) -> tuple[float, float]:
-    spec = geometry.spec
-    return spec.trace_width / geometry.inner_radius, spec.trace_width / spec.outer_diameter
+    return error
 
 
 def _ring_error(geometry: WindingGeometry) -> float:
-    if geometry.turns < 5.0:
-        return 0.05
-    return 2e-3 + 0.05 * (geometry.spec.trace_width / geometry.inner_radius) ** 2
-
-
-# Per shape: the floor of the bound, and how much of it goes with (track width / outer size, where the track is wide
-# against the layers' distance), (track width / inner radius), its square, and (thickness / width beyond a half).
-# Fitted to the volume integral of tests/validation over random designs, with a margin over the largest error seen.
-_STRAND_BOUNDS = {
-    "square": (3.0e-5, 2e-3, 0.0, 0.0, 5e-5),
-    "rectangle": (2.5e-5, 2.5e-3, 0.0, 0.0, 4e-5),
-    "hexagon": (2.8e-5, 3.2e-3, 2e-5, 0.0, 8e-5),
-    "octagon": (3.2e-5, 4.5e-3, 2e-4, 0.0, 8e-4),
-    "racetrack": (2.2e-4, 1.1e-2, 8e-4, 0.0, 0.0),
-}
-_FILAMENT_BOUNDS = {
-    "square": (2e-5, 4e-3, 9.5e-3, 1e-3, 0.0),
-    "rectangle": (2e-5, 5e-3, 8e-3, 4e-3, 0.0),
-    "hexagon": (2e-5, 2e-2, 1.8e-2, 5e-3, 0.0),
-    "octagon": (3.5e-4, 0.25, 2.2e-2, 0.0, 0.0),
-    "racetrack": (2.5e-4, 2e-3, 5e-3, 9e-3, 0.0),
-}
-
-
-def _strand_error(geometry: WindingGeometry) -> float:
-    return _bound(geometry, _STRAND_BOUNDS)
-
-
-def _filament_error(geometry: WindingGeometry) -> float:
-    return _bound(geometry, _FILAMENT_BOUNDS)
-
-
-def _bound(geometry: WindingGeometry, table: Mapping[str, tuple[float, ...]]) -> float:
-    spec = geometry.spec
-    rows = [table[spec.shape]]
-    if spec.corner_radius:
-        rows.append(table["racetrack"])
-    crowding = spec.trace_width / geometry.inner_radius
-    thick = max(0.0, max(layer.thickness for layer in geometry.drawn) / spec.trace_width - 0.5)
-    near = _closeness(geometry, tuple(layer.z for layer in geometry.drawn))
-    features = (1.0, near * spec.trace_width / spec.outer_diameter, crowding, crowding**2, thick)
-    return max(math.fsum(c * x for c, x in zip(row, features, strict=True)) for row in rows)
-
-
-def _closeness(geometry: WindingGeometry, planes: tuple[float, ...]) -> float:
-    # 0 for one layer, 1 where the tracks are twenty times as wide as the nearest layers are apart
-    heights = sorted(planes)
-    apart = min((b - a for a, b in pairwise(heights)), default=math.inf)
-    return min(1.0, geometry.spec.trace_width / (20.0 * apart))
+    return _bound("rings")(geometry) if geometry.turns >= 5.0 else 0.05
 
 
 def _always(geometry: WindingGeometry) -> bool:
@@ -238,17 +189,17 @@ _MOHAN = "Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10) 1999"
 _ONE_LAYER = "one layer, 1 to 20 turns, spacing up to 3 widths, fill 0.1 to 0.9; more layers as if fully coupled"
 
 METHODS: tuple[Method, ...] = (
-    Method("spiral-neumann", _ROUND, _spirals, _spiral_error, _always,
+    Method("spiral-neumann", _ROUND, _spirals, _bound("spiral-neumann"), _always,
            "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
            "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
-    Method("spiral-filament", _ROUND, _spirals_coarse, _coarse_error, _always,
+    Method("spiral-filament", _ROUND, _spirals_coarse, _bound("spiral-filament"), _always,
            "tracks narrow against the inner radius", 2e-3, "the same with one filament a track"),
     Method("rings", _ROUND, _rings, _ring_error, lambda g: g.turns >= 5.0,
            "five turns or more", 2e-2, "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
-    Method("strands", _STRAIGHT, _strands(2, 3), _strand_error, _always,
+    Method("strands", _STRAIGHT, _strands(2, 3), _bound("strands"), _always,
            "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
            "Neumann's closed forms for parallel and inclined filaments (Grover 1946), points along arcs, corner terms"),
-    Method("filaments", _STRAIGHT, _strands(1, 1), _filament_error, _always,
+    Method("filaments", _STRAIGHT, _strands(1, 1), _bound("filaments"), _always,
            "the same, tracks narrow against the inner side", 4e-3, "the same with one filament a track"),
     Method("current-sheet", _TABULATED, _formula("current-sheet"), _formula_error, _formula_valid,
            _ONE_LAYER, 1e-5, _MOHAN, True),

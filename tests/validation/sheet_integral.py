@@ -3,7 +3,8 @@
 With g = R - h ln(R + h), R^2 = rho^2 + h^2, the plane Laplacian of g is 1/R. So Gauss's theorem, used once on each of
 two polygons in parallel planes h apart, turns the four-fold integral of 1/R into minus the double integral of g along
 both outlines, element times element. g is smooth where 1/R is not; its integral along one edge is closed, the other one
-is Gauss points crowded towards where the edges pass each other. The mean over the thicknesses is a Gauss sum over heights.
+is Gauss points crowded towards where the edges pass each other. The mean over the thicknesses is a Gauss sum over
+heights.
 """
 
 from __future__ import annotations

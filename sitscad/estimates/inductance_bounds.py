@@ -1,0 +1,101 @@
+"""How far each method's winding inductance can be from the truth: bounds fitted to converged volume integrals.
+
+The relative error of a method grows with how crowded, wide, thick and near each other the tracks are, each by some
+power: its bound is a product of such powers. The powers are data, `sitscad/data/inductance_bounds.csv`, fitted to
+random designs of every shape (`tests/validation/fit_bounds.py`) so that the bound lies above every error by a margin.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from itertools import pairwise
+
+FEW_TURNS, ONE_TURN = 5.0, 1.5
+"""Below so many turns errors grow faster, and again below so many."""
+
+STACKED, WIDE_STACKED = 3.0, 12.0
+"""So do they where tracks are so many times as wide as the layers are apart."""
+
+CROWDED = 0.1
+"""And where they are so wide against the inner radius."""
+
+THICK = 4e-4
+"""Added for each time that a track is thicker than wide: the designs that were fitted are not."""
+
+
+@dataclass(frozen=True)
+class Crowding:
+    """What the error of a winding's inductance depends on; lengths in metres, `apart` between nearest mid-planes."""
+
+    turns: float
+    width: float
+    pitch: float
+    thickness: float
+    inner_radius: float
+    size: float
+    heights: tuple[float, ...]
+    corner_radius: float = 0.0
+
+    @property
+    def apart(self) -> float:
+        """Distance (m) of the nearest layers' mid-planes; infinite for one layer."""
+        heights = sorted(self.heights)
+        return min((b - a for a, b in pairwise(heights)), default=math.inf)
+
+    def features(self) -> dict[str, float]:
+        """Logarithms of what a bound is a product of powers of, by the columns of the table."""
+        few = max(0.0, math.log(FEW_TURNS / self.turns))
+        inner = math.log(self.width / self.inner_radius)
+        found = {
+            "constant": 1.0,
+            "inner": inner,
+            "crowded": max(0.0, inner - math.log(CROWDED)),
+            "fill": math.log(self.width / self.pitch),
+            "aspect": math.log(min(1.0, self.thickness / self.width)),
+            "size": math.log(self.width / self.size),
+            "turns": -math.log(self.turns),
+            "few": few,
+            "one": max(0.0, math.log(ONE_TURN / self.turns)),
+        }
+        if len(self.heights) > 1:
+            near = math.log(self.width / self.apart)
+            stacked = max(0.0, near - math.log(STACKED))
+            found |= {
+                "near": near,
+                "layers": math.log(len(self.heights)),
+                "stacked": stacked,
+                "stacked_few": stacked * few,
+                "wide_stacked": max(0.0, near - math.log(WIDE_STACKED)),
+            }
+        if self.corner_radius:
+            found["corner"] = math.log(self.corner_radius / self.width)
+        return found
+
+
+def error_bound(family: str, method: str, crowding: Crowding) -> float:
+    """Relative error that a method does not exceed; `family`: a shape, or "rounded" for polygons with a corner radius.
+
+    Raises KeyError where the table has no such method for the family.
+    """
+    powers = _table()[family, method, "one" if len(crowding.heights) == 1 else "more"]
+    product = math.exp(math.fsum(powers[name] * value for name, value in crowding.features().items()))
+    return product + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
+
+
+@cache
+def _table() -> dict[tuple[str, str, str], dict[str, float]]:
+    text = resources.files("sitscad").joinpath("data/inductance_bounds.csv").read_text(encoding="utf-8")
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    return {
+        (row["family"], row["method"], row["stack"]): {
+            name: float(value or 0.0) for name, value in row.items() if name not in NAMES
+        }
+        for row in rows
+    }
+
+
+NAMES = ("family", "method", "stack", "source")

@@ -1,0 +1,64 @@
+"""The bounds of the inductance methods: how they go with a coil's dimensions."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitscad.estimates.inductance_bounds import Crowding, error_bound
+
+COIL = Crowding(12.0, 100e-6, 200e-6, 35e-6, 1.05e-3, 7e-3, (0.0, -60e-6))
+PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "filaments"), ("rounded", "strands")]
+
+
+def of(family):
+    return replace(COIL, corner_radius=300e-6) if family == "rounded" else COIL
+
+
+def test_the_bench_coil_meets_the_goal_of_a_hundredth_of_a_percent():
+    assert error_bound("circle", "spiral-neumann", COIL) < 1e-4
+
+
+@pytest.mark.parametrize(("family", "method"), PAIRS)
+@given(factor=st.floats(1.01, 4.0))
+def test_it_grows_where_tracks_are_crowded_near_or_many(family, method, factor):
+    coil, bound = of(family), error_bound(family, method, of(family))
+    more = (
+        replace(coil, inner_radius=coil.inner_radius / factor),
+        replace(coil, heights=tuple(z / factor for z in coil.heights)),
+        replace(coil, heights=(*coil.heights, -120e-6, -180e-6)),
+        replace(coil, pitch=max(coil.width, coil.pitch / factor)),
+    )
+    for worse in more:
+        assert error_bound(family, method, worse) >= bound * (1.0 - 1e-12)
+
+
+@pytest.mark.parametrize(("family", "method"), PAIRS)
+@given(scale=st.floats(1e-3, 1e3))
+def test_it_does_not_go_by_the_scale(family, method, scale):
+    coil = of(family)
+    scaled = Crowding(coil.turns, coil.width * scale, coil.pitch * scale, coil.thickness * scale,
+                      coil.inner_radius * scale, coil.size * scale, tuple(z * scale for z in coil.heights),
+                      coil.corner_radius * scale)  # fmt: skip
+    assert error_bound(family, method, scaled) == pytest.approx(error_bound(family, method, coil), rel=1e-9)
+
+
+def test_tracks_thicker_than_wide_are_trusted_less():
+    thick = replace(COIL, thickness=300e-6)
+    square = replace(COIL, thickness=100e-6)
+    gained = error_bound("circle", "spiral-neumann", thick) - error_bound("circle", "spiral-neumann", square)
+    assert gained == pytest.approx(8e-4)
+
+
+def test_a_method_that_does_not_serve_a_shape_is_named():
+    with pytest.raises(KeyError):
+        error_bound("circle", "strands", COIL)
+
+
+def test_every_bound_is_a_small_number():
+    for family, method in PAIRS:
+        for turns in (0.25, 0.5, 1.0, 3.0, 30.0, 200.0):
+            bound = error_bound(family, method, replace(of(family), turns=turns))
+            assert 0.0 < bound < 0.1 and math.isfinite(bound)

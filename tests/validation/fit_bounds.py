@@ -1,0 +1,128 @@
+"""Fits the bounds of sitscad/data/inductance_bounds.csv to the references of random_designs.csv, and judges them.
+
+    python tests/validation/fit_bounds.py [--margin 1.5] [--write]
+
+A bound is a product of powers of what `Crowding.features` names. Among those that lie above the error of every design
+times the margin, the linear programme takes the one with the smallest mean logarithm. Powers with a sign that physics
+gives keep it, so that a bound does not shrink where tracks come nearer each other or layers are added. Every fit is
+first made on the even designs and judged on the odd ones, and the other way round; the table printed says how often it
+failed there. What is written is fitted to all designs of the small series.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import linprog
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+sys.path[:0] = [str(ROOT), str(HERE.parent / "physics"), str(HERE)]
+
+import designs  # noqa: E402
+import write_references  # noqa: E402
+
+from sitscad.estimates.windings import METHODS, WindingGeometry, crowding  # noqa: E402
+
+TABLE = ROOT / "sitscad" / "data" / "inductance_bounds.csv"
+FLOOR = 2e-7
+"""Smallest error that is told from the reference's own."""
+
+COLUMNS = ("constant", "inner", "crowded", "fill", "aspect", "size", "turns", "few", "one", "near", "layers", "stacked",
+           "stacked_few", "wide_stacked", "corner")  # fmt: skip
+FREE = {"constant": None, "corner": None, "turns": -0.2, "one": -0.5, "aspect": -0.3}
+"""Smallest power, where it may be negative."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One method's error on one design, and what its bound may depend on."""
+
+    family: str
+    method: str
+    stack: str
+    number: int
+    error: float
+    features: dict[str, float]
+
+
+def samples(rows: list[dict[str, str]]) -> list[Sample]:
+    """All methods on all designs of the small series."""
+    found = []
+    for row in rows:
+        if row["series"] != "small":
+            continue
+        coil = designs.design(row["family"], int(row["number"]))
+        geometry = WindingGeometry(coil.spec, coil.spirals, (), coil.drawn)
+        crowded = crowding(geometry)
+        stack = "one" if len(crowded.heights) == 1 else "more"
+        for method in METHODS:
+            if coil.spec.shape in method.shapes and not method.is_cross_check and method.is_valid(geometry):
+                error = abs(method.solve(geometry) / float(row["inductance_H"]) - 1.0)
+                found.append(Sample(row["family"], method.name, stack, int(row["number"]), error, crowded.features()))
+    return found
+
+
+def fitted(group: list[Sample], margin: float) -> dict[str, float]:
+    """The powers of the tightest bound that lies above every error by the margin."""
+    names = [name for name in COLUMNS if name in group[0].features]
+    table = np.array([[sample.features[name] for name in names] for sample in group])
+    wanted = np.log([margin * max(sample.error, FLOOR) for sample in group])
+    small = np.array([0.0 if name == "constant" else 0.01 for name in names])
+    limits = [(FREE.get(name, 0.0), None) for name in names]
+    found = linprog(table.mean(axis=0) + small, A_ub=-table, b_ub=-wanted, bounds=limits)
+    if not found.success:
+        raise SystemExit(f"{group[0].family} {group[0].method}: {found.message}")
+    return dict(zip(names, found.x, strict=True))
+
+
+def ratios(group: list[Sample], powers: dict[str, float]) -> list[float]:
+    """Bound over error of every sample."""
+    return [
+        math.exp(math.fsum(powers[name] * value for name, value in sample.features.items())) / max(sample.error, FLOOR)
+        for sample in group
+    ]
+
+
+def main() -> None:
+    """Fit, judge, and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--margin", type=float, default=1.5)
+    parser.add_argument("--write", action="store_true")
+    arguments = parser.parse_args()
+    every = samples(write_references.read())
+    rows = []
+    for family, method in dict.fromkeys((s.family, s.method) for s in every):
+        unseen: list[float] = []
+        inside: list[float] = []
+        for stack in ("one", "more"):
+            group = [s for s in every if (s.family, s.method, s.stack) == (family, method, stack)]
+            for half in (0, 1):
+                powers = fitted([s for s in group if s.number % 2 == half], arguments.margin)
+                unseen += ratios([s for s in group if s.number % 2 != half], powers)
+            powers = fitted(group, arguments.margin)
+            inside += ratios(group, powers)
+            named = {"family": family, "method": method, "stack": stack}
+            source = f"fit_bounds.py: {len(group)} designs, margin {arguments.margin:g}"
+            rows.append(named | {n: f"{powers[n]:.4f}" for n in powers} | {"source": source})
+        broken = sum(ratio < 1.0 for ratio in unseen)
+        print(
+            f"{family:10s} {method:16s} {len(unseen):4d} designs: fitted on the other half, {broken:2d} above the "
+            f"bound (least bound/error {min(unseen):.2f}), median {np.median(unseen):.1f}; fitted on all: median "
+            f"{np.median(inside):.1f}"
+        )
+    if arguments.write:
+        with TABLE.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, ("family", "method", "stack", *COLUMNS, "source"), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
