@@ -18,7 +18,7 @@ from sitscad.estimates.leads import (
     estimate_leads,
     is_connected,
 )
-from sitscad.estimates.losses import winding_losses, winding_resistance
+from sitscad.estimates.losses import losses_near_metal, winding_losses, winding_resistance
 from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.own_capacitance import self_capacitance
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates
@@ -40,7 +40,9 @@ from sitscad.estimates.windings import (
 )
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.current_modes import ProximityLoss
-from sitscad.physics.eddy_target import CurrentSpectrum, polyline_spectrum, reflected_impedance, spiral_spectrum
+from sitscad.physics.current_spectrum import CurrentSpectrum, polyline_spectrum, spiral_spectrum
+from sitscad.physics.eddy_target import reflected_impedance
+from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.physics.spirals import SpiralLayer
@@ -83,8 +85,11 @@ def estimate(
     assembly = assemble(spec)
     conductivity = conductivity_at(copper_temperature)
     loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
-    winding = _Winding(geometry, equivalent_spirals(geometry, first), inductance, chosen, conductivity, loss)
-    spectrum = _spectrum(geometry, assembly)
+    nearest = _nearest(geometry, assembly)
+    spirals = equivalent_spirals(geometry, first)
+    crowding = None if nearest is None else losses_near_metal(spirals, conductivity, nearest, tolerance)
+    winding = _Winding(geometry, spirals, inductance, chosen, conductivity, loss, crowding)
+    spectrum = _spectrum(geometry, nearest)
     shares = target_shares(spec, [layer.z for layer in first.windings], assembly.states)
     circuits, failed = _working(_circuits(layout, winding, spectrum, matrix, assembly, shares))
     resonance = min(_self_resonance(circuit) for circuit in circuits)
@@ -120,7 +125,7 @@ def estimate(
 class _Winding:
     """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found.
 
-    `conductivity` (S/m) is the copper's, `loss` what alternating current adds.
+    `conductivity` (S/m) is the copper's, `loss` what alternating current adds, `crowding` what metal changes of that.
     """
 
     geometry: WindingGeometry
@@ -129,6 +134,7 @@ class _Winding:
     method: Method
     conductivity: float
     loss: ProximityLoss
+    crowding: CrowdingNearMetal | None
 
 
 def _circuits(
@@ -145,7 +151,8 @@ def _circuits(
     own = self_capacitance(first, spec)
     distances = _distances(layout)
     beside = sorted({d for row in distances for d in row if d > 0.0})
-    reflections = _reflections(spectrum, assembly, beside, [coil.name for coil in layout.coils], shares)
+    names = [coil.name for coil in layout.coils]
+    reflections = _reflections(spectrum, winding.crowding, assembly, beside, names, shares)
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout, conductivity)
@@ -226,6 +233,7 @@ def _modulus_moves(
 
 def _reflections(
     spectrum: CurrentSpectrum | None,
+    crowding: CrowdingNearMetal | None,
     assembly: Assembly,
     distances: list[float],
     names: Sequence[str],
@@ -240,21 +248,30 @@ def _reflections(
             share = shares.of(name, around.state)
             if (around.state, share) not in known:
                 known[around.state, share] = (
-                    NoReflection() if nothing or spectrum is None else Reflection(spectrum, around, distances, share)
+                    NoReflection()
+                    if nothing or spectrum is None
+                    else Reflection(spectrum, around, distances, share, crowding)
                 )
             found[name][around.state] = known[around.state, share]
     return found
 
 
-def _spectrum(geometry: WindingGeometry, assembly: Assembly) -> CurrentSpectrum | None:
-    layers = geometry.spirals or geometry.tracks
-    heights = [layer.z for layer in layers]
+def _nearest(geometry: WindingGeometry, assembly: Assembly) -> float | None:
+    # Least distance (m) of metal from any layer's mid-plane in any state; None without metal.
+    heights = [layer.z for layer in geometry.spirals or geometry.tracks]
     states = [*assembly.states, *(assembly.pressed_range or ())]
     above = [s.above.distance - max(heights) for s in states if s.above]
     below = [s.below.distance + min(heights) for s in states if s.below]
-    if not above and not below:
+    return max(min([*above, *below]), LEAST_DISTANCE) if above or below else None
+
+
+LEAST_DISTANCE = 10e-6
+"""Distance (m) from a layer's mid-plane below which metal is taken to be there."""
+
+
+def _spectrum(geometry: WindingGeometry, nearest: float | None) -> CurrentSpectrum | None:
+    if nearest is None:
         return None
-    nearest = max(min([*above, *below]), 10e-6)
     if geometry.spirals:
         return spiral_spectrum(geometry.spirals, nearest)
     return polyline_spectrum(geometry.tracks, nearest)

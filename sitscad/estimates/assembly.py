@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.mechanics.elastomer import Compression, compress
-from sitscad.physics.eddy_target import CurrentSpectrum, Plate, Reflector, reflected_inductances
+from sitscad.physics.current_spectrum import CurrentSpectrum
+from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
+from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
 
@@ -126,13 +128,19 @@ class Reflection:
     """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept.
 
     `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too. `share` is
-    how much of an endless target's effect the real one has on this coil (see `finite_target`), taken for both.
+    how much of an endless target's effect the real one has on this coil (see `finite_target`), taken for both;
+    `crowding` is what the winding's own eddy currents change of it (None: left out).
     """
 
     def __init__(
-        self, spectrum: CurrentSpectrum, around: Surroundings, distances: Sequence[float] = (), share: float = 1.0
+        self,
+        spectrum: CurrentSpectrum,
+        around: Surroundings,
+        distances: Sequence[float] = (),
+        share: float = 1.0,
+        crowding: CrowdingNearMetal | None = None,
     ) -> None:
-        self._spectrum, self._around, self._share = spectrum, around, share
+        self._spectrum, self._around, self._share, self._crowding = spectrum, around, share, crowding
         self._distances = (0.0, *distances)
         self._known: dict[float, ComplexArray] = {}
 
@@ -151,12 +159,18 @@ class Reflection:
         return self._known[frequency]
 
     def _exact(self, frequency: float) -> ComplexArray:
-        around, share = self._around, self._share
-        full = reflected_inductances(self._spectrum, frequency, around.above, around.below, self._distances)
-        if around.above is None or share == 1.0:
+        above, below = self._around.above, self._around.below
+        full = self._endless(frequency, above, below)
+        if above is None or self._share == 1.0:
             return full
-        bare = reflected_inductances(self._spectrum, frequency, None, around.below, self._distances)
-        return bare + share * (full - bare)
+        bare = self._endless(frequency, None, below)
+        return bare + self._share * (full - bare)
+
+    def _endless(self, frequency: float, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        found = reflected_inductances(self._spectrum, frequency, above, below, self._distances)
+        if self._crowding is not None:
+            found[0] += self._crowding.change(frequency, above, below)
+        return found
 
 
 class NoReflection:

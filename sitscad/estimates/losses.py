@@ -12,7 +12,8 @@ from sitscad.geometry.path import Arc, Line
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.current_modes import ProximityLoss
-from sitscad.physics.proximity import least_gap, resolution_for, winding_loss
+from sitscad.physics.near_metal import CrowdingNearMetal, crowding_near_metal
+from sitscad.physics.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
 from sitscad.physics.resistance import bend_squares, pair_resistance_ratio, strip_resistance_ratio, track_resistance
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.spec.sensor import CoilSpec
@@ -30,7 +31,7 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
 
     `tolerance` is the relative one asked for the inductance, None for the usual.
     """
-    wanted = FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
+    wanted = _wanted(tolerance)
     if spirals:
         return winding_loss(spirals, conductivity, wanted)
     thickness = max(w.thickness for w in coil.windings)
@@ -40,6 +41,21 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     usual = wanted > FINE_TOLERANCE
     return bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 8, resolution.steps,
                              half=usual and spec.turns >= 4.0)  # fmt: skip
+
+
+def _wanted(tolerance: float | None) -> float:
+    return FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
+
+
+def losses_near_metal(spirals: tuple[SpiralLayer, ...], conductivity: float, nearest: float,
+                      tolerance: float | None = None) -> CrowdingNearMetal:  # fmt: skip
+    """What metal no nearer than `nearest` (m) to any mid-plane changes of a winding's eddy currents.
+
+    A coil that is not round counts as its `equivalent_spirals`: what the images change is local, so cross-sections,
+    pitch and length of the tracks make most of it.
+    """
+    resolution = suited_resolution(spirals, conductivity, _wanted(tolerance))
+    return crowding_near_metal(winding_cuts(spirals, conductivity, resolution), conductivity, resolution.modes, nearest)
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:

@@ -18,7 +18,8 @@ from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.estimates.windings import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy_target import distance_derivative, spiral_spectrum
+from sitscad.physics.current_spectrum import spiral_spectrum
+from sitscad.physics.eddy_target import distance_derivative
 from sitscad.physics.mean_distance import log_mean_distance
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.readout import ldc1614
@@ -126,7 +127,7 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
 def _distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
     heights = sorted(layer.z for layer in layers)
     nearest = min(b - a for a, b in pairwise(heights))
-    return distance_derivative(spiral_spectrum(layers[:1], 0.5 * nearest, 64), [layer.z for layer in layers])
+    return distance_derivative(spiral_spectrum(layers[:1], nearest, 0), [layer.z for layer in layers])
 
 
 def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:

@@ -145,22 +145,53 @@ def _integrals(modes: ModeSet) -> Array:
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
     """Relaxation times (s) of all modes of a cut among each other, scaled by resistances: (n modes, n modes)."""
-    flat = _conductances(cut, conductivity, modes).ravel()
+    flat = mode_conductances(cut, conductivity, modes).ravel()
     mutual = _mutual_logs(cut, modes).reshape(flat.size, flat.size)
     mutual *= (-MU0 / (2.0 * math.pi) * flat)[:, None]
     mutual *= flat
     return mutual
 
 
-def _conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
-    # Square roots of what each mode of a metre of track conducts (n, modes).
+def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
+    """Square roots of what each mode of a metre of track conducts (n, modes)."""
     area = np.sqrt(conductivity * cut.width * cut.thickness)
     return np.asarray(area[:, None] * np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders]))
 
 
-def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
-             steps: int, matrix: Array | None = None) -> ProximityLoss:  # fmt: skip
-    """Loss of a cut's tracks in series, with `conductivity` in S/m.
+@dataclass(frozen=True, eq=False)
+class ModeSystem:
+    """The modes of a cut, each scaled to unit resistance: what current and flux do to them.
+
+    `matrix` are relaxation times (s) of all modes among each other, `coupling` what a unit current drives them with,
+    `source` is that current in modes and `shift` what of it is not even; `carrier` (tracks, modes) is each track's
+    direct-current density, a unit vector: currents without it are free. `direct` (ohm), `change` (H) as in
+    `ProximityLoss`.
+    """
+
+    matrix: Array
+    coupling: Array
+    source: Array
+    shift: Array
+    carrier: Array
+    direct: float
+    change: float
+
+    def project(self, vector: Array) -> Array:
+        """Vectors of modes (n modes, ...) without what carries net current in any track."""
+        tracks, modes = self.carrier.shape
+        table = vector.reshape(tracks, modes, -1)
+        net = np.matmul(self.carrier[:, None, :], table)
+        return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
+
+    def loss(self, steps: int) -> ProximityLoss:
+        """R and L at every frequency by a Lanczos run."""
+        rates, strengths = _lanczos(self.matrix, self.project(self.coupling), steps, self.project)
+        return ProximityLoss(self.direct, rates, strengths, self.change)
+
+
+def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
+                matrix: Array | None = None) -> ModeSystem:  # fmt: skip
+    """The modes of a cut's tracks in series, with `conductivity` in S/m.
 
     The tracks drive each other as straight parallel ones do; `smooth` (n, points; Wb/m/A) is what the real path adds:
     the vector potential along each track per ampere, times the path's length there over that of the centre line, less
@@ -168,34 +199,34 @@ def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity
     is +1 or -1 (None: all +1), along one direction in space. Direct current divides as 1 / radius in a curved track.
     `matrix` is `mode_matrix` of a cut of the same places, when that is known.
     """
-    count = cut.across.size
-    current = np.ones(count) if current is None else current
+    current = np.ones(cut.across.size) if current is None else current
     matrix = mode_matrix(cut, conductivity, modes) if matrix is None else matrix
-    conductance = _conductances(cut, conductivity, modes)
     roots = np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders])
     amount = np.sqrt(cut.length / (conductivity * cut.width * cut.thickness))[:, None]
     carrier, even = (table * roots for table in _carrier(cut, modes))
     size = np.sum(carrier**2, axis=1, keepdims=True)
-    source = carrier / size * current[:, None] * amount
-    coupling = matrix @ source.ravel()
-    if smooth is None:
-        change = 0.0
-    else:
-        weight = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * _local_points(modes)[0])
-        outside = ((smooth / weight) @ _projection(modes).T * conductance * np.sqrt(cut.length)[:, None]).ravel()
-        shift = (source - even * current[:, None] * amount).ravel()
+    source = (carrier / size * current[:, None] * amount).ravel()
+    shift = source - (even * current[:, None] * amount).ravel()
+    coupling = matrix @ source
+    change = 0.0
+    if smooth is not None:
+        scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
+        outside = ((smooth / _stretch(cut, modes)) @ _projection(modes).T * scale).ravel()
         change = float(shift @ (2.0 * coupling - matrix @ shift + 2.0 * outside))
         coupling = coupling + outside
-    # What carries net current is projected out: the direct-current density of every track.
-    unit = carrier / np.sqrt(size)
-
-    def project(vector: Array) -> Array:
-        table = vector.reshape(count, -1)
-        return np.asarray((table - unit * np.sum(unit * table, axis=1, keepdims=True)).ravel())
-
     direct = float(np.sum(amount[:, 0] ** 2 / size[:, 0]))
-    rates, strengths = _lanczos(matrix, project(coupling), steps, project)
-    return ProximityLoss(direct, rates, strengths, change)
+    return ModeSystem(matrix, coupling, source, shift, carrier / np.sqrt(size), direct, change)
+
+
+def _stretch(cut: Cut, modes: ModeSet) -> Array:
+    # Root of the length of a path at every point over that of the centre line (n, points).
+    return np.asarray(np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * _local_points(modes)[0]))
+
+
+def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
+             steps: int, matrix: Array | None = None) -> ProximityLoss:  # fmt: skip
+    """Loss of a cut's tracks in series: `mode_system` by a Lanczos run of so many steps."""
+    return mode_system(cut, smooth, current, conductivity, modes, matrix).loss(steps)
 
 
 def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: ModeSet, steps: int = 16,
@@ -269,11 +300,17 @@ def _local_points(modes: ModeSet) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=16)
+def split_projection(modes: ModeSet) -> tuple[Array, Array]:
+    """Weights that project values at the points across (orders, points) and through a track on Legendre polynomials."""
+    (gx, wx), (gz, wz) = gauss(modes.points[0]), gauss(modes.points[1])
+    return (_legendre(modes.across, gx) * 0.5 * wx[:, None]).T, (_legendre(modes.through, gz) * 0.5 * wz[:, None]).T
+
+
+@lru_cache(maxsize=16)
 def _projection(modes: ModeSet) -> Array:
     # Modes times the weights of the mean over a cross-section (modes, points).
-    (gx, wx), (gz, wz) = gauss(modes.points[0]), gauss(modes.points[1])
-    px, pz = _legendre(modes.across, gx) * 0.5 * wx[:, None], _legendre(modes.through, gz) * 0.5 * wz[:, None]
-    return np.array([np.outer(px[:, a], pz[:, b]).ravel() for a, b in modes.orders])
+    across, through = split_projection(modes)
+    return np.array([np.outer(across[a], through[b]).ravel() for a, b in modes.orders])
 
 
 def _legendre(order: int, x: Array) -> Array:

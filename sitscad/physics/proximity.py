@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -19,11 +20,12 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.current_modes import (
     Cut,
     ModeSet,
+    ModeSystem,
     ProximityLoss,
-    cut_loss,
     field_nodes,
     integrated,
     joined,
+    mode_system,
     points_of,
     suited_modes,
 )
@@ -66,15 +68,34 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
 
     `tolerance` is that of R (relative) up to 10 MHz: 3e-2, or 1e-2 when it is below 2e-2; L is within a tenth of it.
     """
-    resolution = resolution or _suited(layers, conductivity, tolerance)
-    return joined([
-        azimuth_loss(layers, azimuth, sector, conductivity, resolution)
-        for azimuth, sector in _sectors(layers, resolution.cuts)
-    ])  # fmt: skip
+    layers = tuple(layers)
+    resolution = resolution or suited_resolution(layers, conductivity, tolerance)
+    return joined([one.system.loss(resolution.steps) for one in winding_cuts(layers, conductivity, resolution)])
 
 
-def _sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float]]:
-    # Middles and widths (rad) of sectors, about `cuts` in all: none holds the beginning or the end of a layer.
+@dataclass(frozen=True, eq=False)
+class WindingCut:
+    """The turns of a winding in the half-plane of an azimuth, and their modes as the real winding drives them."""
+
+    cut: Cut
+    system: ModeSystem
+
+
+@lru_cache(maxsize=2)
+def winding_cuts(
+    layers: tuple[SpiralLayer, ...], conductivity: float, resolution: Resolution
+) -> tuple[WindingCut, ...]:
+    """The half-planes that stand for a winding of spiral layers (conductivity in S/m), kept for its states."""
+    found = []
+    for azimuth, sector in sectors(layers, resolution.cuts):
+        cut = azimuth_cut(layers, azimuth, sector)
+        if cut is not None:
+            found.append(WindingCut(cut, azimuth_system(layers, azimuth, cut, conductivity, resolution.modes)))
+    return tuple(found)
+
+
+def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float]]:
+    """Middles and widths (rad) of sectors, about `cuts` in all: none holds the beginning or the end of a layer."""
     ends = sorted({round((layer.angle + layer.sense * t) % (2.0 * math.pi), 6) for layer in layers
                    for t in (0.0, layer.span)})  # fmt: skip
     found = []
@@ -85,7 +106,8 @@ def _sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, floa
     return found
 
 
-def _suited(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> Resolution:
+def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> Resolution:
+    """`resolution_for` of spiral layers."""
     first = layers[0]
     gap = least_gap(first.pitch - first.width, first.width, [layer.z for layer in layers])
     thickness = max(layer.thickness for layer in layers)
@@ -101,17 +123,30 @@ def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
 def azimuth_loss(layers: Sequence[SpiralLayer], azimuth: float, sector: float, conductivity: float,
                  resolution: Resolution) -> ProximityLoss:  # fmt: skip
     """Loss of the turns in the half-plane of an azimuth, which stands for a `sector` (rad) of every one."""
+    cut = azimuth_cut(layers, azimuth, sector)
+    if cut is None:
+        return ProximityLoss(0.0, np.zeros(1), np.zeros(1))
+    return azimuth_system(layers, azimuth, cut, conductivity, resolution.modes).loss(resolution.steps)
+
+
+def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) -> Cut | None:
+    """The turns in the half-plane of an azimuth, each for a `sector` (rad) of it; None where there are none."""
     radii = radii_at(layers, azimuth)
     owner = np.repeat(np.arange(len(layers)), [r.size for r in radii])
     if not owner.size:
-        return ProximityLoss(0.0, np.zeros(1), np.zeros(1))
+        return None
     radius = np.concatenate(radii)
     height, width, thickness = np.array([(layer.z, layer.width, layer.thickness) for layer in layers]).T[:, owner]
     slope = layers[0].pitch / (2.0 * math.pi)
-    cut = Cut(radius, height, width, thickness, np.hypot(radius, slope) * sector, 1.0 / radius)
-    smooth = _ring_flux(cut, resolution.modes) / (2.0 * math.pi * radius[:, None])
-    smooth += _end_flux(layers, azimuth, cut, resolution.modes)
-    return cut_loss(cut, smooth, None, conductivity, resolution.modes, resolution.steps)
+    return Cut(radius, height, width, thickness, np.hypot(radius, slope) * sector, 1.0 / radius)
+
+
+def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, conductivity: float,
+                   modes: ModeSet) -> ModeSystem:  # fmt: skip
+    """The modes of such a cut, driven by the real winding."""
+    smooth = _ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
+    smooth += _end_flux(layers, azimuth, cut, modes)
+    return mode_system(cut, smooth, None, conductivity, modes)
 
 
 def _ring_flux(cut: Cut, modes: ModeSet) -> Array:

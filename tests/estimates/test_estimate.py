@@ -53,11 +53,12 @@ def test_the_recommended_jaw_coil_holds_free_at_rest_and_pressed(mounted):
         assert coil.winding_inductance == pytest.approx(2.5e-6, rel=0.01)
         assert free.frequency == pytest.approx(6.65e6, rel=0.02)
         assert free.parallel_resistance == pytest.approx(2.2e3, rel=0.08)
-        assert rest.parallel_resistance == pytest.approx(1.3e3, rel=0.08)
-        assert 1.15e3 <= pressed.parallel_resistance <= 1.4e3
+        # 1.3 kohm while the currents in the tracks did not see their images (validation/test_near_metal.py)
+        assert rest.parallel_resistance == pytest.approx(1.5e3, rel=0.05)
+        assert 1.4e3 <= pressed.parallel_resistance <= rest.parallel_resistance
         assert 1.1 <= pressed.amplitude <= rest.amplitude <= 1.8
         assert pressed.frequency <= 9.5e6
-    assert mounted.readout.drive_code == 28
+    assert mounted.readout.drive_code == 27
     assert mounted.readout.scan_rate >= 500.0
 
 

@@ -10,7 +10,8 @@ import pytest
 from sitscad.estimates import estimate
 from sitscad.estimates.idle import idle_load, idle_neighbours
 from sitscad.layout import lay_out
-from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances, spiral_spectrum
+from sitscad.physics.current_spectrum import spiral_spectrum
+from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.filaments import sampled_mutual_inductance
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.spec.load import load_text

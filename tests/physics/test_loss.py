@@ -13,13 +13,12 @@ from windings import MM, UM, bench, coil, four_layers, miniature
 import sitscad.physics.proximity as proximity
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.current_modes import ModeSet
+from sitscad.physics.current_spectrum import polyline_spectrum, spiral_spectrum
 from sitscad.physics.eddy_target import (
     Plate,
     Reflector,
-    polyline_spectrum,
     reflected_impedance,
     reflection,
-    spiral_spectrum,
 )
 from sitscad.physics.elliptic import coaxial_rings
 from sitscad.physics.filaments import PolylineTrack

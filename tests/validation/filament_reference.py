@@ -205,7 +205,7 @@ def series_impedance(resistance, inductance, group, groups, frequencies):
     m = differences(inductance)
     flux = inductance @ share
     drive = flux[free] - flux[partner]
-    direct, base = float(np.sum(resistance * share**2)), float(share @ flux)
+    direct, base = float(np.sum(resistance * share**2)), share @ flux
     found = []
     for frequency in frequencies:
         omega = 2.0 * math.pi * frequency

@@ -1,0 +1,178 @@
+"""A flat coil's current resolved into waves exp(i k . r): what conductors before and behind it reflect.
+
+A spiral's harmonics about its axis are integrals along a radius in closed integrands; a polygon's waves are the Fourier
+transforms of its sides, taken at directions that crowd about the sides' normals, where short waves lie.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.bessel import bessel_orders, j0, j1
+from sitscad.physics.filaments import PolylineTrack
+from sitscad.physics.mean_distance import gauss
+from sitscad.physics.spirals import SpiralLayer
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+LEAST_HARMONICS, MOST_HARMONICS = 3, 8
+"""Harmonics of a spiral's winding that are kept; more than the least only for metal nearer than some pitches."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurrentSpectrum:
+    """What reflection needs of a coil: wave numbers (1/m), weights, heights (m) and power spectra of its layers.
+
+    `power[n, i, j]` is the mean over directions of the product of layers i and j, scaled so that the mutual inductance
+    is mu0 pi times the weighted sum of power times exp(-k distance) of the layers' mid-planes.
+    """
+
+    wave_numbers: Array
+    weights: Array
+    heights: Array
+    power: Array
+
+
+def wave_numbers(outer: float, nearest: float) -> tuple[Array, Array]:
+    """Nodes and weights (1/m) of the integral over k for a coil of radius `outer` and distances from `nearest` (m) on.
+
+    Up to where exp(-2 k nearest) has died out (1e-7), as dense as products of two waves of the coil's size ask.
+    """
+    top = 8.0 / max(nearest, 1e-3 * outer)
+    panels = 3 + math.ceil(top * outer / 12.0)
+    nodes, share = gauss(16)
+    k = top * (np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels
+    return k.ravel(), np.tile(0.5 * top * share, panels) / panels
+
+
+def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: int | None = None) -> CurrentSpectrum:
+    """Spectrum of coaxial spiral layers, for reflectors no nearer than `nearest` (m) to any layer's mid-plane.
+
+    A spiral passes every radius once, at the angle phi(r), so harmonic m of its current is exp(-i m phi(r)) / pitch
+    from the inner to the outer radius: across the wave, 1/p times the integral of exp(-i m phi) r J_m'(k r) dr, along
+    it m / (k r) J_m instead, and both for the slope. Harmonic 0 is the current sheet; the others are ends and single
+    turns. The part along the wave vanishes for a closed circuit; kept, the result is the Neumann integral with the
+    images of the open path, as the inductance in free air is (Sommerfeld's horizontal potential). The even current in
+    the track's cross-section enters as sinc(k w / 2) across and sinh(k t / 2) / (k t / 2) through. `harmonics` is the
+    highest that is wanted, None for what the distance asks.
+    """
+    k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
+    highest = _harmonics(layers, nearest) if harmonics is None else harmonics
+    values = np.array([_spiral_waves(layer, k, highest) for layer in layers])
+    twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
+    power = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
+    return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), power)
+
+
+def _harmonics(layers: Sequence[SpiralLayer], nearest: float) -> int:
+    # The first few hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
+    pitch = max(layer.pitch for layer in layers)
+    return min(MOST_HARMONICS, max(LEAST_HARMONICS, math.ceil(0.65 * pitch / nearest)))
+
+
+def _spiral_waves(layer: SpiralLayer, k: Array, highest: int) -> ComplexArray:
+    # Harmonics of one layer across and along the waves, (2, highest + 1, k).
+    low = layer.inner_radius
+    half = 0.5 * (layer.radius - low)
+    nodes, share = gauss(12 + math.ceil(0.6 * (half * float(k[-1]) + math.pi * highest * layer.turns)))
+    r = low + half * (1.0 + nodes)
+    angle = layer.angle + layer.sense * 2.0 * math.pi * (layer.radius - r) / layer.pitch
+    m = np.arange(highest + 1)[:, None]
+    turn = np.exp(-1j * m * angle) * (share * half / layer.pitch)
+    values, slopes = _bessel_slopes(k[:, None] * r, highest)
+    radial = -layer.sense * layer.pitch / (2.0 * math.pi) * turn
+    around, inwards = (np.einsum("mkr,mr->mk", slopes, part) for part in (turn * r, radial))
+    other, beside = (np.einsum("mkr,mr->mk", values, part * m) / k for part in (turn, radial / r))
+    waves = np.stack([1j * around - beside, 1j * inwards + other])
+    return np.asarray(layer.circulation * waves * track_waves(k, layer))
+
+
+def track_waves(k: Array, track: SpiralLayer | PolylineTrack) -> Array:
+    """How much of each wave (1/m) an even current in a track's cross-section has, over that of its centre line."""
+    up = np.maximum(0.5 * k * track.thickness, 1e-9)
+    return np.asarray(np.sinc(k * track.width / (2.0 * math.pi)) * np.sinh(up) / up)
+
+
+def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:
+    # J_m(x) and J_m'(x) for m = 0 to `highest`, the order first: upwards from J0 and J1 where x is large enough.
+    orders = np.empty((highest + 2, *x.shape))
+    orders[0], orders[1] = j0(x), j1(x)
+    inverse = 2.0 / np.maximum(x, 1e-9)
+    for n in range(1, highest + 1):
+        orders[n + 1] = n * inverse * orders[n] - orders[n - 1]
+    small = x < highest + 2.0
+    orders[:, small] = bessel_orders(x[small], highest + 1)
+    return orders[:-1], np.concatenate([-orders[1:2], 0.5 * (orders[:-2] - orders[2:])])
+
+
+def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float) -> CurrentSpectrum:
+    """The same for tracks along straight sides, each layer where it lies, by the sides' closed Fourier transforms."""
+    everything = np.concatenate([track.corners for track in tracks])
+    centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
+    k, weights = wave_numbers(float(np.hypot(*(everything - centre).T).max()), nearest)
+    shapes, owner = _distinct([track.corners - centre for track in tracks])
+    normals, length = _long_sides(shapes)
+    power = np.empty((k.size, len(tracks), len(tracks)))
+    for n, number in enumerate(k):
+        angle, share = _directions(normals, float(number) * length)
+        waves = np.array([_side_waves(corners, float(number), angle) for corners in shapes])
+        mean = np.einsum("idn,jdn,n->ij", waves, waves.conj(), share).real / (4.0 * math.pi**2)
+        power[n] = mean[np.ix_(owner, owner)]
+    section = np.array([track_waves(k, track) for track in tracks]).T
+    power *= section[:, :, None] * section[:, None, :]
+    return CurrentSpectrum(k, weights, np.array([track.z for track in tracks]), power)
+
+
+def _distinct(paths: Sequence[Array]) -> tuple[list[Array], list[int]]:
+    # Paths that differ, and which of them each one is: every other layer repeats.
+    shapes: list[Array] = []
+    owner = []
+    for path in paths:
+        same = [i for i, s in enumerate(shapes) if s.shape == path.shape and np.allclose(s, path, atol=1e-9, rtol=0.0)]
+        if not same:
+            shapes.append(path)
+        owner.append(same[0] if same else len(shapes) - 1)
+    return shapes, owner
+
+
+def _long_sides(shapes: Sequence[Array]) -> tuple[list[float], float]:
+    # Directions (rad, below pi) across the long sides, and the longest one's length (m).
+    sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
+    length = np.hypot(sides[:, 0], sides[:, 1])
+    normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi
+    known: list[float] = []
+    for one in normal[length > 0.3 * length.max()]:
+        if all(abs(math.remainder(one - other, math.pi)) > 0.02 for other in known):
+            known.append(float(one))
+    return sorted(known)[:12], float(length.max())
+
+
+def _directions(normals: Sequence[float], phase: float) -> tuple[Array, Array]:
+    # Directions over half a turn and their weights (sum 1), graded about every normal like the lobe of a side through
+    # which a wave runs `phase` radians.
+    scale = min(1.0, 2.0 / max(phase, 1e-9))
+    nodes, share = gauss(6 + math.ceil(2.6 * math.log1p(phase)))
+    found, weights = [], []
+    for low, high in pairwise([*normals, normals[0] + math.pi]):
+        half = 0.5 * (high - low)
+        top = math.asinh(half / scale)
+        u = 0.5 * top * (1.0 + nodes)
+        away, weight = scale * np.sinh(u), 0.5 * top * share * scale * np.cosh(u) / math.pi
+        found += [low + away, high - away]
+        weights += [weight, weight]
+    return np.concatenate(found), np.concatenate(weights)
+
+
+def _side_waves(corners: Array, number: float, angle: Array) -> ComplexArray:
+    # Fourier transform of the path's current at a wave number (1/m) and directions: x and y (2, directions).
+    unit = np.stack([np.cos(angle), np.sin(angle)])
+    sides, middles = np.diff(corners, axis=0), 0.5 * (corners[1:] + corners[:-1])
+    stretch, place = sides @ unit, middles @ unit
+    return np.asarray(sides.T @ (np.sinc(number * stretch / (2.0 * math.pi)) * np.exp(-1j * number * place)))

@@ -1,0 +1,182 @@
+"""Current modes of a spiral winding beside metal: the eddy currents in the tracks see their images too.
+
+The reflection of an even current is one thing, the crowding of the current in free air another; close to metal both act
+at once, and their sum is wrong: the image of a wide track pulls the current back across its width. Here the modes of
+every cut (`current_modes`) meet the reflected waves (`eddy_target`). In waves J1(k r) exp(+-k z) about the axis every
+mode has an amplitude, the reflection multiplies it, so its matrix is a short sum of products. A Krylov subspace that
+knows the drive of the winding and that of its images makes every frequency a small system.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.bessel import j1
+from sitscad.physics.constants import MU0
+from sitscad.physics.current_modes import Cut, ModeSet, ModeSystem, mode_conductances, points_of, split_projection
+from sitscad.physics.current_spectrum import wave_numbers
+from sitscad.physics.eddy_target import Reflector, returned_waves
+from sitscad.physics.proximity import WindingCut
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+STEPS = 5
+"""Steps of the block Krylov run, each adding up to three vectors."""
+
+MIDDLE = 3e6
+"""Frequency (Hz) of the reflection that shapes the subspace."""
+
+
+@dataclass(frozen=True, eq=False)
+class _ReflectedCut:
+    # The modes of one cut and their waves (k, modes) that decay downwards and upwards.
+    system: ModeSystem
+    up: Array
+    down: Array
+
+
+@dataclass(frozen=True, eq=False)
+class CrowdingNearMetal:
+    """What eddy currents in a winding's tracks change when metal is near, by frequency and surroundings."""
+
+    cuts: tuple[_ReflectedCut, ...]
+    wave_numbers: Array
+    weights: Array
+    levels: tuple[float, float]
+    known: dict[tuple[Reflector | None, Reflector | None], tuple[_Reduced, ...]] = field(default_factory=dict)
+
+    def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
+        """What the reflection of an even current plus the crowding in free air lack (H; imaginary part times -omega is
+        a resistance), at a frequency (Hz).
+        """
+        if above is None and below is None:
+            return 0j
+        if (above, below) not in self.known:
+            waves = self._waves(MIDDLE, above, below)
+            self.known[above, below] = tuple(_reduced(cut, waves) for cut in self.cuts)
+        waves = self._waves(frequency, above, below)
+        return sum((part.change(frequency, waves) for part in self.known[above, below]), 0j)
+
+    def _waves(self, frequency: float, above: Reflector | None, below: Reflector | None) -> _Waves:
+        found = returned_waves(self.wave_numbers, frequency, above, below, self.levels)
+        return _Waves(*(0.5 * MU0 * self.weights * part for part in found))
+
+
+@dataclass(frozen=True, eq=False)
+class _Waves:
+    # Weights of products of waves in the mutual inductance: up with up, up with down, down with down.
+    both: NDArray[Any]
+    mixed: NDArray[Any]
+    other: NDArray[Any]
+
+    def join(self, one: tuple[Array, Array], other: tuple[Array, Array]) -> NDArray[Any]:
+        # Reflected inductance between currents with waves (k, ...) up and down.
+        up, down = other
+        shape = (-1, *([1] * (up.ndim - 1)))
+        first = self.both.reshape(shape) * up + self.mixed.reshape(shape) * down
+        second = self.mixed.reshape(shape) * up + self.other.reshape(shape) * down
+        return np.asarray(one[0].T @ first + one[1].T @ second)
+
+
+def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet,
+                        nearest: float) -> CrowdingNearMetal:  # fmt: skip
+    """The cuts of a winding with their waves, for metal no nearer than `nearest` (m) to any layer's mid-plane.
+
+    `conductivity` (S/m) and `modes` are those that `proximity.winding_cuts` was given.
+    """
+    k, weights = wave_numbers(max(float(one.cut.across.max()) for one in cuts), nearest)
+    heights = np.concatenate([one.cut.height for one in cuts])
+    levels = float(heights.min()), float(heights.max())
+    reflected = [
+        _ReflectedCut(one.system, *_mode_waves(one.cut, k, nearest, levels, conductivity, modes)) for one in cuts
+    ]
+    return CrowdingNearMetal(tuple(reflected), k, weights, levels)
+
+
+def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
+                modes: ModeSet) -> tuple[Array, Array]:  # fmt: skip
+    # Amplitudes (k, modes) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay upwards.
+    across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))
+    modes = replace(modes, points=(min(across, 64), max(modes.points[1], modes.through + 1)))
+    x, z = (table.reshape(-1, *modes.points) for table in points_of(cut, modes))
+    over, through = split_projection(modes)
+    r = x[:, :, 0]
+    waves = (np.sqrt(r) * j1(k[:, None, None] * r)) @ over.T
+    a, b = np.array(modes.orders).T
+    scale = mode_conductances(cut, conductivity, modes)
+    tables = []
+    for away in (levels[1] - z[:, 0, :], z[:, 0, :] - levels[0]):
+        vertical = np.exp(-k[:, None, None] * away) @ through.T
+        tables.append((waves[:, :, a] * vertical[:, :, b] * scale).reshape(k.size, -1))
+    return tables[0], tables[1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Reduced:
+    # A cut in a subspace of its modes: relaxation times, drive in free air, waves of the subspace, of the whole current
+    # and of its part that is not even.
+    rates: Array
+    drive: Array
+    modes: tuple[Array, Array]
+    source: tuple[Array, Array]
+    shift: tuple[Array, Array]
+
+    def change(self, frequency: float, waves: _Waves) -> complex:
+        image, driven = waves.join(self.modes, self.modes), waves.join(self.modes, self.source)
+        uneven = 2.0 * waves.join(self.shift, self.source) - waves.join(self.shift, self.shift)
+        with_metal = _response(self.rates + image, self.drive + driven, frequency)
+        return complex(uneven + with_metal - _response(self.rates, self.drive, frequency))
+
+
+def _response(rates: ComplexArray | Array, drive: ComplexArray | Array, frequency: float) -> complex:
+    # What free currents add to the inductance (H, complex).
+    omega = 2.0 * math.pi * frequency
+    system = np.eye(drive.size) + 1j * omega * rates
+    return complex(-1j * omega * (drive @ np.linalg.solve(system, drive)))
+
+
+def _reduced(cut: _ReflectedCut, waves: _Waves) -> _Reduced:
+    system = cut.system
+    source = cut.up @ system.source, cut.down @ system.source
+    image = waves.join((cut.up, cut.down), source)
+    real = _Waves(waves.both.real, waves.mixed.real, waves.other.real)
+
+    def act(vectors: Array) -> Array:
+        returned = real.join((cut.up, cut.down), (cut.up @ vectors, cut.down @ vectors))
+        return system.project(system.matrix @ vectors + returned)
+
+    basis = _krylov(system, act, system.project(np.stack([system.coupling, image.real, image.imag], axis=1)))
+    values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
+    # Points too few for the highest modes leave some that would store less than no energy.
+    basis = basis @ vectors
+    return _Reduced(
+        np.diag(np.maximum(values, 0.0)), basis.T @ system.coupling, (cut.up @ basis, cut.down @ basis), source,
+        (cut.up @ system.shift, cut.down @ system.shift),
+    )  # fmt: skip
+
+
+def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array) -> Array:
+    # Orthonormal basis of the block, its image, that one's image ...; directions that are there already are left out,
+    # and all end where the space is full.
+    most = system.coupling.size - len(system.carrier)
+    basis = np.zeros((block.shape[0], 0))
+    for step in range(STEPS):
+        size = np.maximum(np.linalg.norm(block, axis=0), 1e-300)
+        block = block / size
+        for _ in range(2):
+            block = system.project(block - basis @ (basis.T @ block))
+        left, values, _ = np.linalg.svd(block, full_matrices=False)
+        fresh = left[:, values > 1e-6][:, : most - basis.shape[1]]
+        if not fresh.shape[1]:
+            break
+        basis = np.concatenate([basis, fresh], axis=1)
+        if step < STEPS - 1:
+            block = act(fresh)
+    return basis
