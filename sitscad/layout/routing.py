@@ -74,12 +74,14 @@ def route_in_line(
     begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
     sides = (1, -1) if begins >= -1e-9 else (-1, 1)
     far_first = sorted(range(len(wound)), key=lambda i: spec.array.placements[i].centre[0])
-    for thorough in (False, True) if len(wound) > 1 else (False,):
+    # the first try; pairs leave beside the corner; and coils choose in another order
+    efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
+    for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
         for raised, half_width in boards(spec, bus):
             for side in sides[: len(wound)]:
                 lanes = assign_lanes(spec.array.placements, side)
-                board = _Lanes(spec, raised, wound, lanes, front, half_width, thorough, patience)
-                escapes = _in_turn(far_first, board.lead_out, thorough)
+                board = _Lanes(spec, raised, wound, lanes, front, half_width, turned, patience)
+                escapes = _in_turn(far_first, board.lead_out, reordered)
                 if escapes is not None:
                     tail = frame(spec, raised, connector_of(spec, connector("solder-pads")), front, half_width)
                     return _routing(spec, raised, lanes, escapes, half_width, tail)
@@ -87,16 +89,16 @@ def route_in_line(
 
 
 def _in_turn(
-    order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | int], thorough: bool
+    order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | int], reordered: bool
 ) -> dict[int, Escape] | None:
-    """Coils led out in this order; where one finds no way, and it is to be `thorough`, again with that one first."""
+    """Coils led out in this order; where one finds no way, and they may be `reordered`, again with that one first."""
     tried: set[tuple[int, ...]] = set()
     while tuple(order) not in tried and len(tried) <= len(order):
         tried.add(tuple(order))
         found = lead_out(order)
         if not isinstance(found, int):
             return found
-        if not thorough:
+        if not reordered:
             return None
         order = [found, *(index for index in order if index != found)]
     return None
@@ -111,7 +113,7 @@ class _Lanes:
     lanes: tuple[Lane, ...]
     front: float
     half_width: float
-    thorough: bool
+    turned: bool
     patience: Patience
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | int:
@@ -121,7 +123,7 @@ class _Lanes:
         for index in order:
             around = Surroundings(self.spec, self.bus, self.lanes[index].placement, self.half_width)
             found = None
-            for turned in (False, True) if self.thorough and self.bus.is_stacked else (False,):
+            for turned in (False, True) if self.turned else (False,):
                 choices = exits(self.spec, self.bus, self.lanes[index], self.front, turned)
                 found = found or _lead_out(around, self.wound, index, choices, board, self.patience)
             if found is None:
@@ -166,13 +168,13 @@ def route_freely(
     lanes = rows_of_lanes(spec.array.placements)
     via_room = Surroundings(spec, bus, lanes[0].placement, 0.0).keep_out + spec.fpc.rules.via_pad / 2
     near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
-    for thorough in (False, True):
+    for reordered in (False, True):
         for base in (0.0, bus.pitch, via_room):
             for half_width in half_widths[-2:]:
                 raised = replace(bus, base=base)
                 tail = gathering_frame(spec, raised, front, half_width)
                 board = _Rows(spec, raised, wound, lanes, front, half_width, tail, patience)
-                escapes = _in_turn(near_first, board.lead_out, thorough)
+                escapes = _in_turn(near_first, board.lead_out, reordered)
                 if escapes is not None:
                     return _routing(spec, raised, lanes, escapes, half_width, tail)
     return None
