@@ -10,7 +10,7 @@ from sitscad.layout import room
 from sitscad.layout.advice import with_remedy
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
-from sitscad.layout.escape import TRIALS_OF_CHANGES, Escape, Patience
+from sitscad.layout.escape import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Escape, Patience
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.outline import Body, outline
 from sitscad.layout.ring import Ring
@@ -28,10 +28,11 @@ def lay_out(spec: SensorSpec) -> Layout:
     was tried and makes room. Coils that could not be led out are still wound, so that they can be estimated.
     """
     found = _attempt(spec, Patience())
-    trials = Patience(TRIALS_OF_CHANGES)
+    patience = Patience(TRIALS_OF_CHANGES)
 
     def routes(changed: SensorSpec) -> bool:
-        return not _attempt(changed, trials).findings
+        with patience.share(TRIALS_OF_ONE_CHANGE) as part:
+            return not part.is_spent and not _attempt(changed, part).findings
 
     findings = tuple(with_remedy(spec, finding, routes) for finding in found.findings)
     return _assemble(spec, found, findings)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,6 +30,9 @@ BUDGET = 16_000
 
 TRIALS_OF_CHANGES = 12_000
 """And all those of changed specs together, where it is tried what would help."""
+
+TRIALS_OF_ONE_CHANGE = 3_000
+"""One of them after this many: the next change may be easier."""
 
 
 @dataclass(frozen=True)
@@ -220,6 +224,19 @@ class Patience:
 
     def __init__(self, budget: int = BUDGET) -> None:
         self.left = budget
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether no search may begin any more."""
+        return self.left <= 0
+
+    @contextmanager
+    def share(self, most: int) -> Iterator[Patience]:
+        """A part of it, at most so many; what is spent of the part is spent of the whole."""
+        part = Patience(min(most, self.left))
+        before = part.left
+        yield part
+        self.left -= before - part.left
 
 
 class _Search:

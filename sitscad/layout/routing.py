@@ -121,6 +121,8 @@ class _Lanes:
         board = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.half_width)
         escapes: dict[int, Escape] = {}
         for index in order:
+            if self.patience.is_spent:
+                return index
             around = Surroundings(self.spec, self.bus, self.lanes[index].placement, self.half_width)
             found = None
             for turned in (False, True) if self.turned else (False,):
@@ -200,6 +202,8 @@ class _Rows:
         maze = Maze(spec, self.bus, Ground(start, self.front, tail.funnel, self.half_width, tail.half_width))
         escapes: dict[int, Escape] = {}
         for index in order:
+            if self.patience.is_spent:
+                return index
             lane = self.lanes[index]
             entry = Point(tail.funnel, pair_height(spec, tail, lane))
             around = Surroundings(spec, self.bus, lane.placement, self.half_width)
