@@ -99,3 +99,17 @@ def test_far_metal_and_metal_that_does_not_conduct_are_no_metal() -> None:
     assert at_rest(gap=90) == pytest.approx(alone, rel=1e-5)
     assert at_rest(material={"conductivity": "0 S/m"}) == pytest.approx(alone, rel=1e-9)
     assert at_rest()[0] < 0.99 * alone[0]
+
+
+@pytest.mark.parametrize("shape", ["racetrack", "rectangle"])
+def test_turning_the_whole_array_with_its_coils_changes_no_coupling(shape: str) -> None:
+    coil = {"shape": shape, "outer_diameter": [8, 4], "turns": 5, "trace_width": 0.1, "trace_spacing": 0.1}
+
+    def pair(centres: list[list[float]], rotations: list[str]) -> Estimates:
+        return estimated(coil, array={"pattern": "explicit", "centres": centres, "rotations": rotations})
+
+    plain = pair([[-5.0, 0.0], [4.0, 0.5]], ["0 deg", "90 deg"])
+    turned = pair([[0.0, -5.0], [-0.5, 4.0]], ["90 deg", "180 deg"])
+    matrix, other = plain.inductance_matrix, turned.inductance_matrix
+    assert abs(matrix[0][1]) > 1e-3 * matrix[0][0]
+    assert other[0][1] == pytest.approx(matrix[0][1], rel=1e-6) and other[0][0] == pytest.approx(matrix[0][0], rel=1e-9)

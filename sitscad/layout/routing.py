@@ -39,9 +39,10 @@ def front_of(spec: SensorSpec, bus: Bus) -> float:
     """Where along x all coils, their vias and leads lie behind: from here on only lanes run."""
     rules = spec.fpc.rules
     hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
-    reach = spec.coil.size[0] / 2 + hole_keep_out(hole, rules, bus.spacing) + rules.via_pad / 2
+    reach = hole_keep_out(hole, rules, bus.spacing) + rules.via_pad / 2
     lanes = (len(spec.array.placements) - 1) // 2 + 1
-    return max(p.centre[0] for p in spec.array.placements) + reach + lanes * bus.pitch
+    ends = (p.centre[0] + Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    return max(ends) + reach + lanes * bus.pitch
 
 
 def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:

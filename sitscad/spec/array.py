@@ -19,7 +19,7 @@ _PATTERN_KEYS = {
     "line": ("count", "pitch"),
     "triangle": ("pitch",),
     "grid": ("count", "pitch"),
-    "explicit": ("centres",),
+    "explicit": ("centres", "rotations"),
 }
 
 
@@ -36,7 +36,7 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
         message, limit = f"{len(centres)} coils are out of range: 1 to {_MOST_COILS}", _MOST_COILS if centres else 1
         remarks.flaw("SIT006", key, message, measured=float(len(centres)), limit=float(limit))
         return ArraySpec(pattern, positions.named(((0.0, 0.0),)), pitch)
-    array = ArraySpec(pattern, positions.named(centres), pitch)
+    array = ArraySpec(pattern, positions.named(centres, _rotations(document, pattern, len(centres), remarks)), pitch)
     _check_gaps(array, coil, remarks)
     return array
 
@@ -51,7 +51,7 @@ def _implied_pattern(document: ArrayDocument) -> str:
 
 def _check_keys(document: ArrayDocument, pattern: str, remarks: Remarks) -> None:
     wanted = _PATTERN_KEYS[pattern]
-    for name in ("count", "pitch", "centres"):
+    for name in ("count", "pitch", "centres", "rotations"):
         value = getattr(document, name)
         if value is None or name in wanted or (name == "count" and value == _COUNTS.get(pattern)):
             continue
@@ -87,9 +87,21 @@ def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remar
     return positions.line(count[0], pitch) if len(count) == 1 else positions.grid(count[0], count[1], pitch)
 
 
+def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remarks) -> tuple[float, ...]:
+    if document.rotations is None or pattern != "explicit":
+        return (0.0,) * coils
+    if len(document.rotations) == coils:
+        return tuple(document.rotations)
+    message = f"{len(document.rotations)} rotations for {coils} centres"
+    remarks.flaw("SIT009", "array.rotations", message, "one for every coil, in the order of the centres")
+    return (0.0,) * coils
+
+
 def _check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
-    pairs = combinations(array.placements, 2)
-    found = ((positions.gap(coil.shape, coil.size, a.centre, b.centre), a.name, b.name) for a, b in pairs)
+    # pairs farther apart than any outline reaches need no closer look
+    far = math.hypot(*coil.size) + coil.trace_spacing
+    pairs = [(a, b) for a, b in combinations(array.placements, 2) if math.dist(a.centre, b.centre) < far]
+    found = ((positions.gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
     smallest, first, second = min(found, default=(math.inf, "", ""))
     if smallest >= coil.trace_spacing * (1 - 1e-6):
         return

@@ -127,6 +127,9 @@ class ArrayDocument(Section):
     centres: list[tuple[float, float]] | None = key(
         ListOf(Centre), "explicit: [x, y] of every coil, in the order of the converter's channels", None
     )
+    rotations: list[float] | None = key(
+        ListOf(Angle), "explicit: every coil's, counter-clockwise, in the same order, like [0 deg, 90 deg]", None
+    )
 
 
 class TailDocument(Section):

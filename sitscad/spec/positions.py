@@ -33,23 +33,48 @@ def grid(columns: int, rows: int, pitch: float) -> tuple[Point, ...]:
     return tuple((x, y) for x, _ in line(columns, pitch) for y, _ in line(rows, pitch))
 
 
-def named(centres: tuple[Point, ...]) -> tuple[CoilPlacement, ...]:
-    """Placements C1, C2, ... in the order given."""
-    return tuple(CoilPlacement(f"C{number}", centre) for number, centre in enumerate(centres, 1))
+def named(centres: tuple[Point, ...], rotations: tuple[float, ...] | None = None) -> tuple[CoilPlacement, ...]:
+    """Placements C1, C2, ... in the order given, turned by `rotations` (rad)."""
+    turned = zip(centres, rotations or (0.0,) * len(centres), strict=True)
+    return tuple(CoilPlacement(f"C{number}", *place) for number, place in enumerate(turned, 1))
 
 
-def gap(shape: str, size: tuple[float, float], first: Point, second: Point) -> float:
+def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: CoilPlacement) -> float:
     """Smallest gap (m) between the outer copper edges of two equal coils; negative where they overlap.
 
-    Exact for circles and racetracks; for polygons the largest gap between two parallel sides,
-    which is at most the true one.
+    Exact for circles and racetracks that do not overlap; for polygons the largest gap between two parallel lines
+    along a side of either, which is at most the true one.
     """
-    dx, dy = second[0] - first[0], second[1] - first[1]
+    # Every outline is a convex core of points with a radius round it; two convex cores are as far apart as they are in
+    # the best direction, which is square to a side of one of them or, between two corners, along the line through both.
+    one, other = (_core(shape, size, place) for place in (first, second))
+    radius = {"circle": size[0] / 2, "racetrack": size[1] / 2}.get(shape, 0.0)
+    directions = [math.pi / 2 + math.atan2(b[1] - a[1], b[0] - a[0]) for core in (one, other) for a, b in _sides(core)]
+    directions += [math.atan2(b[1] - a[1], b[0] - a[0]) for a in one for b in other]
+    return max(_apart(one, other, angle + turn) for angle in directions for turn in (0.0, math.pi)) - 2.0 * radius
+
+
+def _core(shape: str, size: tuple[float, float], place: CoilPlacement) -> list[Point]:
+    x, y = size[0] / 2, size[1] / 2
     if shape == "circle":
-        return math.hypot(dx, dy) - size[0]
-    if shape == "racetrack":
-        return math.hypot(max(0.0, abs(dx) - (size[0] - size[1])), dy) - size[1]
-    if shape == "rectangle":
-        return max(abs(dx) - size[0], abs(dy) - size[1])
-    angles = (2 * math.pi * side / SIDES[shape] for side in range(SIDES[shape]))
-    return max(dx * math.cos(angle) + dy * math.sin(angle) for angle in angles) - size[0]
+        points = [(0.0, 0.0)]
+    elif shape == "racetrack":
+        points = [(x - y, 0.0), (y - x, 0.0)]
+    elif shape == "rectangle":
+        points = [(x, y), (-x, y), (-x, -y), (x, -y)]
+    else:
+        step = math.pi / SIDES[shape]
+        corners = [(2 * k + 1) * step for k in range(SIDES[shape])]
+        points = [(x / math.cos(step) * math.cos(a), x / math.cos(step) * math.sin(a)) for a in corners]
+    cosine, sine = math.cos(place.rotation), math.sin(place.rotation)
+    return [(place.centre[0] + u * cosine - v * sine, place.centre[1] + u * sine + v * cosine) for u, v in points]
+
+
+def _sides(core: list[Point]) -> list[tuple[Point, Point]]:
+    return list(zip(core, core[1:] + core[:1], strict=True)) if len(core) > 1 else []
+
+
+def _apart(one: list[Point], other: list[Point], angle: float) -> float:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    farthest = max(x * cosine + y * sine for x, y in one)
+    return min(x * cosine + y * sine for x, y in other) - farthest

@@ -1,0 +1,83 @@
+"""Where coils stand and how far apart their outlines are, turned or not."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitscad.geometry.path import Path
+from sitscad.geometry.primitives import distances, from_rows, path_rows
+from sitscad.geometry.spiral import outer_boundary
+from sitscad.spec.load import load_text
+from sitscad.spec.positions import gap, named
+from sitscad.spec.rules import SpecError
+
+SHAPES = {
+    "circle": (4.0, 4.0),
+    "square": (4.0, 4.0),
+    "rectangle": (7.0, 4.0),
+    "hexagon": (4.0, 4.0),
+    "octagon": (4.0, 4.0),
+    "racetrack": (9.0, 4.0),
+}
+
+
+def drawn(shape, size, place) -> Path:
+    return outer_boundary(shape, size, 0.0).rotated(place.rotation).shifted(*place.centre)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@given(
+    bearing=st.floats(0.0, 6.28),
+    distance=st.floats(10.0, 30.0),
+    first=st.floats(-3.0, 3.0),
+    second=st.floats(-3.0, 3.0),
+)
+def test_the_gap_is_never_more_than_the_drawn_outlines_are_apart(shape, bearing, distance, first, second):
+    centres = ((1.0, 2.0), (1.0 + distance * math.cos(bearing), 2.0 + distance * math.sin(bearing)))
+    one, other = named(centres, (first, second))
+    rows = [from_rows([row for row, _ in path_rows(drawn(shape, SHAPES[shape], p))]) for p in (one, other)]
+    pairs = [(i, j) for i in range(len(rows[0])) for j in range(len(rows[1]))]
+    true = distances(*(r.take([p[k] for p in pairs]) for k, r in enumerate(rows))).min()
+    found = gap(shape, SHAPES[shape], one, other)
+    assert found <= true + (1e-9 if shape != "racetrack" else 0.05)  # drawn with chords outside of the half circles
+    if shape in ("circle", "square", "rectangle", "hexagon", "octagon"):
+        assert found == pytest.approx(true, abs=1e-9)
+    assert gap(shape, SHAPES[shape], other, one) == pytest.approx(found, abs=1e-9)
+
+
+def test_crossed_racetracks_overlap_and_parallel_ones_do_not():
+    size = (9.0, 4.0)
+    across, along = named(((0.0, 0.0), (3.0, 0.0)), (math.pi / 2, 0.0))
+    assert gap("racetrack", size, across, along) < 0.0
+    one, other = named(((0.0, 0.0), (5.0, 0.0)), (math.pi / 2, math.pi / 2))
+    assert gap("racetrack", size, one, other) == pytest.approx(1.0)
+
+
+TURNED = """sitscad: 1
+name: turned
+coil: {shape: racetrack, outer_diameter: [8, 4], turns: 5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+array: {pattern: explicit, centres: [[-4, 0], [4, 0]], rotations: ROTATIONS}
+"""
+
+
+def test_rotations_are_read_in_the_order_of_the_centres():
+    spec = load_text(TURNED.replace("ROTATIONS", "[0 deg, 90 deg]"))
+    assert [p.rotation for p in spec.array.placements] == [0.0, pytest.approx(math.pi / 2)]
+
+
+@pytest.mark.parametrize(
+    ("array", "told"),
+    [
+        (TURNED.replace("ROTATIONS", "[90 deg]"), "1 rotations for 2 centres"),
+        (TURNED.replace("pattern: explicit, centres: [[-4, 0], [4, 0]]", "pattern: line, count: 2, pitch: 9").replace(
+            "ROTATIONS", "[0 deg, 90 deg]"), "rotations means nothing with pattern line"),
+        (TURNED.replace("[-4, 0]", "[-2, 0]").replace("[4, 0]", "[2, 0]").replace("ROTATIONS", "[0 deg, 90 deg]"),
+         "overlap by"),
+    ],
+)  # fmt: skip
+def test_rotations_that_do_not_fit_are_findings(array, told):
+    with pytest.raises(SpecError) as error:
+        load_text(array)
+    assert any(told in finding.message for finding in error.value.findings)
