@@ -36,6 +36,9 @@ TRIALS = 4_000
 SAMPLE = 60e-6
 """Distance (m) of the points that stand for a turn."""
 
+SHARPEST = math.cos(math.radians(82.0))
+"""A straight stub turns away from its turn by at least this angle's worth: sharper corners hold etchant."""
+
 ROUNDING = 0.5e-6
 """What points a little apart may miss (m)."""
 
@@ -184,7 +187,7 @@ def _stub(end: InnerEnd, place: Point, turns: Array, keep: float) -> Path | None
 def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
     dx, dy = place.x - end.point.x, place.y - end.point.y
     back = dx * end.back[0] + dy * end.back[1]
-    if back <= 0.3 * math.hypot(dx, dy):
+    if back <= SHARPEST * math.hypot(dx, dy):
         yield [end.point, place]
     nx, ny = -end.back[1], end.back[0]
     across = dx * nx + dy * ny
