@@ -98,4 +98,4 @@ def _table() -> dict[tuple[str, str, str], dict[str, float]]:
     }
 
 
-NAMES = ("family", "method", "stack", "source")
+NAMES = ("family", "method", "stack", "status", "source")

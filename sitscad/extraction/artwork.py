@@ -178,7 +178,8 @@ def _shape(thing: Any) -> BaseGeometry:
     """The area of one object, whichever polarity it is drawn in; an aperture's hole stays out of it."""
     drawn = list(thing.to_primitives(unit=MM))
     dark = bool(getattr(thing, "polarity_dark", True))
-    solid = shapely.union_all([_primitive(p) for p in drawn if bool(p.polarity_dark) == dark])
+    parts = [_primitive(p) for p in drawn if bool(p.polarity_dark) == dark]
+    solid = parts[0] if len(parts) == 1 else shapely.union_all(parts)
     pierced = [_primitive(p) for p in drawn if bool(p.polarity_dark) != dark]
     return solid.difference(shapely.union_all(pierced)) if pierced else solid
 

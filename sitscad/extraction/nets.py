@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely import Polygon, STRtree
 from shapely.geometry.base import BaseGeometry
 
@@ -135,8 +137,8 @@ def _joined(artwork: Artwork, marks: tuple[Mark, ...], pieces: list[Piece]) -> E
     contacts: dict[int, list[Contact]] = defaultdict(list)
     astray = []
     flashes = _by_place(artwork.flashes)
-    for mark in marks:
-        met = {parts.root(piece) for piece in _pieces_under(mark, trees)}
+    for mark, pieces_under in zip(marks, _pieces_under(marks, trees), strict=True):
+        met = {parts.root(piece) for piece in pieces_under}
         if not met:
             astray.append(mark)
         for root in met:
@@ -167,10 +169,14 @@ def _windows(piece: Piece) -> list[Loop]:
     ]
 
 
-def _pieces_under(mark: Mark, trees: dict[int, _LayerTree]) -> list[int]:
-    layers = trees if mark.layer is None else [mark.layer]
-    point = shapely.Point(mark.x, mark.y)
-    return [piece for layer in layers if layer in trees for piece in trees[layer].near(point, REACH)]
+def _pieces_under(marks: Sequence[Mark], trees: dict[int, _LayerTree]) -> list[list[int]]:
+    found: list[list[int]] = [[] for _ in marks]
+    for layer, tree in trees.items():
+        here = [k for k, mark in enumerate(marks) if mark.layer in (None, layer)]
+        points = np.array([(marks[k].x, marks[k].y) for k in here]).reshape(-1, 2)
+        for k, under in zip(here, tree.under(points, REACH), strict=True):
+            found[k] += under
+    return found
 
 
 def _by_place(flashes: Iterable[Flash]) -> dict[tuple[int, int, int], Flash]:
@@ -204,11 +210,28 @@ class _LayerTree:
 
     def __init__(self, layer: int, pieces: list[Piece]) -> None:
         self._numbers = [number for number, piece in enumerate(pieces) if piece.layer == layer]
-        self._tree = STRtree([pieces[number].shape for number in self._numbers])
+        self._shapes = [pieces[number].shape for number in self._numbers]
+        shapely.prepare(self._shapes)
+        self._tree = STRtree(self._shapes)
 
     def near(self, shape: BaseGeometry, distance: float) -> list[int]:
         """The numbers of the pieces within a distance (m) of a shape."""
         return sorted(self._numbers[i] for i in self._tree.query(shape, predicate="dwithin", distance=distance))
+
+    def under(self, points: NDArray[np.float64], distance: float) -> list[list[int]]:
+        """The numbers of the pieces within a distance (m) of each of many points (n, 2).
+
+        A coil is one piece with thousands of corners: its edges are indexed once, not walked for every point.
+        """
+        found: list[list[int]] = [[] for _ in points]
+        places = shapely.points(points)
+        for number, shape in zip(self._numbers, self._shapes, strict=True):
+            low, high = np.array(shape.bounds).reshape(2, 2)
+            inside = np.all((points >= low - distance) & (points <= high + distance), axis=1)
+            (near,) = np.nonzero(inside)
+            for k in near[shapely.dwithin(shape, places[near], distance)]:
+                found[k].append(number)
+        return found
 
 
 class _DisjointSets:

@@ -28,10 +28,10 @@ TRIALS = 4_000
 BUDGET = 16_000
 """And all searches of one board together after this many: some seconds."""
 
-TRIALS_OF_CHANGES = 12_000
+TRIALS_OF_CHANGES = 20_000
 """And all those of changed specs together, where it is tried what would help."""
 
-TRIALS_OF_ONE_CHANGE = 3_000
+TRIALS_OF_ONE_CHANGE = 6_000
 """One of them after this many: the next change may be easier."""
 
 

@@ -134,9 +134,8 @@ def main() -> None:
     print_table("four-coil template (three_axis_grid)", template)
     print_table("one coil of two layers, by turns a layer", by_turns)
     print_table("coils of eight turns on two layers, by coils", by_coils)
-    print(
-        f"\nnoise (middle run over best): median {statistics.median(float(r['noise']) for r in by_turns + by_coils):.2f}"
-    )
+    noise = statistics.median(float(row["noise"]) for row in by_turns + by_coils)
+    print(f"\nnoise (middle run over best): median {noise:.2f}")
     with (folder / "flex_board.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, ("series", "x", "step", "seconds", "noise"))
         writer.writeheader()

