@@ -32,6 +32,7 @@ UNITS: dict[str, dict[str, Decimal]] = {
     "pressure": _prefixed("Pa", "m1kMG"),
     "conductivity": _prefixed("S/m", "m1kM"),
     "angle": {"deg": Decimal(repr(math.pi / 180)), "\N{DEGREE SIGN}": Decimal(repr(math.pi / 180)), "rad": Decimal(1)},
+    "temperature": {"degC": Decimal(1), "C": Decimal(1), "\N{DEGREE SIGN}C": Decimal(1)},
     "temperature coefficient": {"1/K": Decimal(1), "/K": Decimal(1), "ppm/K": Decimal("1e-6")},
 }
 """For every dimension its units and their factors to SI; a unit written here is a unit accepted."""
@@ -46,6 +47,7 @@ EXAMPLES = {
     "pressure": "300 kPa",
     "conductivity": "58 MS/m",
     "angle": "90 deg",
+    "temperature": "37 degC",
     "temperature coefficient": "3930 ppm/K",
 }
 

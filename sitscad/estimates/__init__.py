@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import FREE, PRESSED, Assembly, NoReflection, Reflection, assemble
+from sitscad.estimates.assembly import FREE, PRESSED, Assembly, NoReflection, Reflection, assemble, warmed
 from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
@@ -64,7 +64,7 @@ __all__ = [
 
 
 def estimate(
-    layout: Layout, method: str | None = None, tolerance: float | None = None, copper_temperature: float = 20.0
+    layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None
 ) -> Estimates:
     """Everything electrical about a layout, free and mounted.
 
@@ -72,8 +72,10 @@ def estimate(
     meets `tolerance` (relative; 1e-4 when None). Alike coils are solved once. Works without leads too, where the layout
     found no room for them: the contacts then see the winding alone, and a note says so. Raises ValueError for a method
     that does not exist or does not serve the shape. R is within 3 % up to 10 MHz, within 1 % for a tolerance below
-    3e-3; `copper_temperature` (degrees Celsius) sets the conductivity of every track and barrel.
+    3e-3; `temperature` (degrees Celsius; the spec's where None) sets the conductivity of every track, barrel and metal.
     """
+    temperature = layout.spec.requirements.temperature if temperature is None else temperature
+    layout = replace(layout, spec=warmed(layout.spec, temperature))
     spec = layout.spec
     first = layout.coils[0]
     geometry = winding_geometry(spec.coil, first)
@@ -83,7 +85,7 @@ def estimate(
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
     matrix = inductance_matrix(inductance, geometries)
     assembly = assemble(spec)
-    conductivity = conductivity_at(copper_temperature)
+    conductivity = conductivity_at(temperature)
     loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
     nearest = _nearest(geometry, assembly)
     spirals = equivalent_spirals(geometry, first)
@@ -121,6 +123,7 @@ def estimate(
             scatter_note(spec),
         ),
         normal_force=spec.requirements.normal_force,
+        temperature=temperature,
     )
 
 

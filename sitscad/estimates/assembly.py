@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from sitscad.mechanics.elastomer import Compression, compress
 from sitscad.physics.current_spectrum import CurrentSpectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.near_metal import CrowdingNearMetal
+from sitscad.physics.resistance import conductivity_at
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
 
@@ -68,6 +70,24 @@ def assemble(spec: SensorSpec) -> Assembly:
     if behind is not None:
         gaps["behind_the_board"] = behind
     return Assembly(tuple(states), gaps, compression, tuple(_notes(spec, compression)), spread)
+
+
+def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
+    """The spec with its metals' conductivities at a temperature (degrees Celsius) in place of those at 20 C."""
+    parts: dict[str, Any] = {}
+    if spec.target is not None:
+        parts["target"] = replace(spec.target, material=_warm(spec.target.material, temperature))
+    if spec.shield is not None:
+        parts["shield"] = replace(spec.shield, material=_warm(spec.shield.material, temperature))
+    if spec.mount is not None and spec.mount.jaw is not None:
+        jaw = replace(spec.mount.jaw, material=_warm(spec.mount.jaw.material, temperature))
+        parts["mount"] = replace(spec.mount, jaw=jaw)
+    return replace(spec, **parts) if parts and temperature != 20.0 else spec
+
+
+def _warm(material: Conductor, temperature: float) -> Conductor:
+    warm = conductivity_at(temperature, material.conductivity, material.temperature_coefficient)
+    return replace(material, conductivity=warm)
 
 
 def _plate(material: Conductor, thickness: float = math.inf) -> Plate:

@@ -179,7 +179,9 @@ class Design:
         """The electrical estimate of the panel's coupon, which lies in free air; None where there is no coupon."""
         import sitscad
 
-        return sitscad.estimate(self.panel.coupon) if self.panel is not None and self.panel.coupon is not None else None
+        if self.panel is None or self.panel.coupon is None:
+            return None
+        return sitscad.estimate(self.panel.coupon, temperature=20.0)  # it is measured on the bench
 
     @cached_property
     def forced(self) -> str:

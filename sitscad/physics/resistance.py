@@ -25,7 +25,7 @@ def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVIT
     """
     factor = 1.0 + coefficient * (temperature - 20.0)
     if not factor > 0.0:
-        raise ValueError(f"a copper temperature of {temperature:g} C is out of range")
+        raise ValueError(f"a temperature of {temperature:g} C is out of range")
     return conductivity / factor
 
 

@@ -64,7 +64,10 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("of that, leads and tail", lambda c: quantity(c.lead_inductance, "H")),
         *((f"- {LEAD_PARTS.get(name, name)}", _part(name)) for name in _part_names(estimates)),
         ("terminal inductance with its own capacitance", lambda c: quantity(c.apparent_inductance, "H")),
-        ("winding resistance, direct current, 20 C", lambda c: quantity(c.resistance_dc, "ohm")),
+        (
+            f"winding resistance, direct current, {estimates.temperature:g} C",
+            lambda c: quantity(c.resistance_dc, "ohm"),
+        ),
         ("winding resistance, sensor frequency", lambda c: quantity(c.resistance_ac, "ohm")),
         ("contact to contact, direct current", lambda c: quantity(c.terminal_resistance_dc, "ohm")),
         ("tank capacitance, in all", lambda c: quantity(c.capacitance, "F")),

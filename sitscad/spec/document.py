@@ -67,6 +67,7 @@ Force = Quantity("force", "0 N", "10 kN")
 ShearModulus = Quantity("pressure", "100 Pa", "100 MPa")
 BulkModulus = Quantity("pressure", "1 MPa", "100 GPa")
 Conductivity = Quantity("conductivity", "0 S/m", "100 MS/m")
+Temperature = Quantity("temperature", "-60 degC", "200 degC")
 TemperatureCoefficient = Quantity("temperature coefficient", "-0.1 1/K", "0.1 1/K")
 PanelGap = Quantity("length", "0.5 mm", "20 mm")
 Rail = Quantity("length", "3 mm", "30 mm")
@@ -291,6 +292,7 @@ class RequirementsDocument(Section):
     normal_force: float | None = key(Force, "to be borne, like 4.8 N", None)
     shear_force: float | None = key(Force, "to be borne, like 1 N", None)
     bandwidth: float | None = key(Rate, "of the force signal, like 100 Hz", None)
+    temperature: float = key(Temperature, "of the sensor in use: copper and metal are computed there", "20 degC")
 
 
 class SpecDocument(Section):

@@ -31,6 +31,7 @@ _SI = {
     "pressure": "Pa",
     "conductivity": "S/m",
     "angle": "rad",
+    "temperature": "degC",
     "temperature coefficient": "1/K",
 }
 

@@ -210,11 +210,12 @@ class ReadoutSpec:
 
 @dataclass(frozen=True)
 class Requirements:
-    """What the sensor must bear and follow: forces in newtons, bandwidth in hertz."""
+    """What the sensor must bear and follow: forces in newtons, bandwidth in hertz, temperature in degrees Celsius."""
 
     normal_force: float | None = None
     shear_force: float | None = None
     bandwidth: float | None = None
+    temperature: float = 20.0
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def test_direct_current_cuts_corners():
 
 def test_warm_copper_resists_more_and_crowds_less():
     layout = laid_out()
-    cold, warm = estimate(layout), estimate(layout, copper_temperature=60.0)
+    cold, warm = estimate(layout), estimate(layout, temperature=60.0)
     factor = 1.0 + 3.93e-3 * 40.0
     assert conductivity_at(60.0) == pytest.approx(COPPER / factor)
     for before, after in zip(cold.coils, warm.coils, strict=True):
@@ -82,6 +82,23 @@ def test_warm_copper_resists_more_and_crowds_less():
         assert 1.0 < ratio < factor
     with pytest.raises(ValueError, match="out of range"):
         conductivity_at(-300.0)
+
+
+def test_the_temperature_of_the_spec_warms_copper_and_metals():
+    text = """sitscad: 1
+name: warm
+coil: {shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+target: {size: 8, thickness: 0.02, material: copper}
+elastomer: {size: 8, thickness: 1, material: ecoflex-00-30}
+"""
+    cold = estimate(lay_out(load_text(text)))
+    warm = estimate(lay_out(load_text(text + "requirements: {temperature: 37 degC}\n")))
+    factor = 1.0 + 3.93e-3 * 17.0
+    assert (cold.temperature, warm.temperature) == (20.0, 37.0)
+    assert warm.coils[0].resistance_dc == pytest.approx(cold.coils[0].resistance_dc * factor, rel=1e-9)
+    # a thin sheet that is warm holds less of the field back
+    assert warm.coils[0].states["rest"].inductance > cold.coils[0].states["rest"].inductance
+    assert warm.coils[0].states["free"].inductance == pytest.approx(cold.coils[0].states["free"].inductance, rel=1e-3)
 
 
 def test_thicker_plating_lowers_the_barrels_resistance():

@@ -11,7 +11,7 @@ import pytest
 
 from sitscad.spec import presets, templates
 from sitscad.spec.load import load, load_text
-from sitscad.spec.positions import gap
+from sitscad.spec.positions import gap, named
 from sitscad.spec.rules import SPEC_RULES
 from sitscad.spec.turns import is_whole, most_turns, nearest_turns
 
@@ -190,7 +190,7 @@ def test_a_coil_may_touch_the_spacing_exactly():
     ],
 )
 def test_gaps_between_coils(shape, size, offset, expected):
-    assert gap(shape, size, (0, 0), offset) == pytest.approx(expected)
+    assert gap(shape, size, *named(((0, 0), offset))) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
