@@ -11,7 +11,9 @@ from sitscad.checks.readings import (
     in_sigmas,
     is_assembled,
     near_limit,
+    nothing_estimated,
     other_states,
+    overdamped_tank,
     readings_of,
     sigmas_between,
     source_of_limit,
@@ -30,7 +32,10 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
     floor = ldc1614.limit("inductance_min")
     yield from undecided(subject, "inductance")
     worst = worst_of(subject, "inductance", min)
-    if worst is None or worst.value >= floor:
+    if worst is None:
+        yield from nothing_estimated(subject)
+        return
+    if worst.value >= floor:
         yield from near_limit(worst, floor, "H", "inductance", "a few more turns make it safe", "coil.turns")
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
@@ -87,6 +92,7 @@ def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
 def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
     """The smallest R_P over all coils and states: what the driver can sustain, and what the data sheet specifies."""
     yield from undecided(subject, "parallel_resistance")
+    yield from overdamped_tank(subject)
     worst = worst_of(subject, "parallel_resistance", min)
     if worst is None:
         return
@@ -128,6 +134,8 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
         yield from _high_current_amplitude(subject)
         return
     yield from undecided(subject, "amplitude")
+    if readout.drive_code is None:
+        return
     high, optimum = ldc1614.limit("amplitude_max"), ldc1614.limit("amplitude_optimum_min")
     stable = ldc1614.limit("amplitude_stable_min")
     largest, smallest = worst_of(subject, "amplitude", max, True), worst_of(subject, "amplitude", min, True)
@@ -271,6 +279,9 @@ def tank_capacitor(subject: Subject) -> Iterator[Verdict]:
     """The capacitor within the range of TI's reference designs."""
     value = subject.estimates.readout.capacitance
     low, high = ldc1614.limit("capacitor_min"), ldc1614.limit("capacitor_max")
+    if not math.isfinite(value):
+        yield Undecided("no capacitor was chosen: no state of the coils could be estimated")
+        return
     if not low <= value <= high:
         yield Complaint(
             f"the tank capacitor is {show(value, 'F', 3)}; TI's reference coils work with {show(low, 'F')} to "

@@ -114,6 +114,40 @@ def failed_states(subject: Subject, words: str) -> Iterator[Undecided]:
         yield Undecided(f"the {words} {STATE_WORDS.get(state, state)} is unknown: {reason}")
 
 
+def nothing_estimated(subject: Subject) -> Iterator[Verdict]:
+    """A design of which no state has numbers is no design to order; an overdamped tank is SIT203's to judge."""
+    for coil in subject.estimates.coils:
+        reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
+        if reasons and not coil.overdamped:
+            yield Complaint(
+                f"coil {coil.name} has no state that could be estimated; {reasons[0]}",
+                "a coil of more usual proportions: tracks no thicker than wide and further apart, metal further away",
+                "coil",
+                severity=Severity.ERROR,
+            )
+            return
+
+
+def overdamped_tank(subject: Subject) -> Iterator[Verdict]:
+    """The state that is furthest from oscillating."""
+    found = [(value, coil.name, state) for coil in subject.estimates.coils for state, value in coil.overdamped.items()]
+    if not found:
+        return
+    value, name, state = min(found)
+    now = subject.estimates.readout.capacitance
+    yield Complaint(
+        f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
+        f"{show(now, 'F', 3)}",
+        f"Q grows with the root of L/C: a capacitor of {show(now * (value / 10.0) ** 2, 'F', 2)} would give about 10; "
+        "or wider tracks, more turns",
+        "readout.capacitance",
+        value,
+        1.0,
+        None,
+        Severity.ERROR,
+    )
+
+
 def worst_of(subject: Subject, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:
     """The reading that `choose` (min or max) picks by value; None where there is none."""
     found = readings_of(subject, attribute, working)

@@ -16,7 +16,7 @@ def input_frequency(subject: Subject) -> Iterator[Verdict]:
     """f_IN below a quarter of f_REF, with the divider that 8.75 MHz and more need."""
     readout = subject.estimates.readout
     worst = worst_of(subject, "frequency", max)
-    if worst is None:
+    if worst is None or readout.input_divider is None:
         yield Undecided("no sensor frequency was estimated")
         return
     if not ldc1614.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
@@ -38,6 +38,9 @@ def input_frequency(subject: Subject) -> Iterator[Verdict]:
 def scan_rate(subject: Subject) -> Iterator[Verdict]:
     """The scan rate that the timing gives, against the wanted one."""
     readout, wanted = subject.estimates.readout, subject.spec.readout.scan_rate
+    if not math.isfinite(readout.scan_rate):
+        yield Undecided("no scan rate was estimated")
+        return
     if readout.scan_rate < wanted * (1.0 - 1e-6):
         yield Complaint(
             f"the fastest scan of {_coils(subject)} takes {show(1.0 / readout.scan_rate, 's', 3)} "

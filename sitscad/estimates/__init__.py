@@ -94,15 +94,18 @@ def estimate(
     circuits, failed = _working(_circuits(layout, winding, spectrum, matrix, assembly, shares))
     resonance = min(_self_resonance(circuit) for circuit in circuits)
     capacitor, reason = choose_capacitor(circuits, spec.readout, resonance)
-    readout = settle(circuits, spec.readout, capacitor, reason)
     tank = Tank(capacitor, spec.readout)
+    damped = _overdamped(circuits, tank)
+    failed |= {state: _damped_words(value, capacitor) for state, value in damped.items()}
+    circuits = [_without(circuit, damped) for circuit in circuits]
+    readout = settle(circuits, spec.readout, capacitor, reason)
     slopes = inductance_slopes(geometry, winding.spirals, first, spec)
     coils = []
     for coil, circuit in zip(layout.coils, circuits, strict=True):
         states = state_estimates(circuit, tank, readout)
         moved = Slopes(sigmas(spec), slopes, _modulus_moves(spectrum, assembly, states, shares.of(coil.name, PRESSED)))
         states = {name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()}
-        coils.append(_coil_estimate(coil, circuit, tank, states, winding, failed))
+        coils.append(_coil_estimate(coil, circuit, tank, states, winding, failed, damped))
     return Estimates(
         coils=tuple(coils),
         inductance_matrix=tuple(tuple(float(value) for value in row) for row in matrix),
@@ -195,23 +198,55 @@ def _working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, 
     """The circuits without the states in which the model fails, and why each of those is missing."""
     failed: dict[str, str] = {}
     for circuit in circuits:
+        free = circuit.terminal(FREE, PROBE)[0]
         for state in circuit.reflections:
-            free = circuit.terminal(FREE, PROBE)[0]
             inductance, resistance = circuit.terminal(state, PROBE)
-            if inductance <= LEAST_SHARE * free or resistance <= 0.0:
+            if not circuit.loss.is_resolved(PROBE):
+                failed[state] = UNRESOLVED
+            elif state == FREE and not (inductance > 0.0 and resistance > 0.0):
+                failed[state] = (
+                    f"no numbers for this state: {show(inductance, 'H', 3)} and {show(resistance, 'ohm', 3)} come out, "
+                    "which no coil has"
+                )
+            elif not (inductance > LEAST_SHARE * free and resistance > 0.0):
                 failed[state] = (
                     f"no numbers for this state: the half-space model fails there (it takes {show(free, 'H', 3)} down "
                     f"to {show(inductance, 'H', 3)}); the metal is too near for so small a coil"
                 )
-    kept = [
-        replace(
-            circuit,
-            reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
-            neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
-        )
-        for circuit in circuits
-    ]
-    return kept, failed
+    return [_without(circuit, failed) for circuit in circuits], failed
+
+
+UNRESOLVED = (
+    "no numbers for this state: the current within the tracks cannot be resolved, for they are far nearer to each "
+    "other than they are thick or wide"
+)
+"""Why a state has no numbers where `ProximityLoss.is_resolved` is not."""
+
+
+def _without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
+    return replace(
+        circuit,
+        reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
+        neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
+    )
+
+
+def _overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
+    """The states in which some coil's tank does not oscillate, and its quality factor."""
+    found: dict[str, float] = {}
+    for circuit in circuits:
+        for state in circuit.reflections:
+            at = tank.oscillation(circuit, state)
+            if not at.exists:
+                found[state] = min(found.get(state, math.inf), at.quality_factor)
+    return found
+
+
+def _damped_words(quality: float, capacitor: float) -> str:
+    return (
+        f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does not "
+        "oscillate"
+    )
 
 
 PROBE = 5e6
@@ -295,8 +330,9 @@ def _coil_estimate(
     states: Mapping[str, StateEstimate],
     winding: _Winding,
     failed: Mapping[str, str],
+    damped: Mapping[str, float],
 ) -> CoilEstimate:
-    free = states[FREE]
+    free = states.get(FREE, NO_STATE)
     return CoilEstimate(
         name=coil.name,
         centre=(coil.centre.x, coil.centre.y),
@@ -306,7 +342,7 @@ def _coil_estimate(
         terminal_inductance=free.inductance,
         lead_inductance=circuit.leads.inductance,
         resistance_dc=circuit.resistance,
-        resistance_ac=circuit.winding_resistance(free.frequency),
+        resistance_ac=circuit.winding_resistance(free.frequency) if FREE in states else math.nan,
         terminal_resistance_dc=circuit.resistance + circuit.leads.resistance,
         capacitance=tank.capacitance(circuit),
         self_capacitance=circuit.self_capacitance,
@@ -320,7 +356,12 @@ def _coil_estimate(
         winding_capacitance=circuit.winding_capacitance,
         apparent_inductance=free.apparent_inductance,
         failed_states=failed,
+        overdamped=damped,
     )
+
+
+NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
+"""Stands for a free state that has no numbers."""
 
 
 def _cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> list[CrossCheck]:

@@ -141,13 +141,15 @@ class Tank:
         )
 
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
-        """Where the tank runs in a state; inductance and loss are those at that very frequency."""
+        """Where the tank runs in a state, if anywhere; inductance and loss are those at that very frequency."""
         network, delay = self.network(circuit), ldc1614.limit("drive_delay")
         frequency = resonance_frequency(
             circuit.inductance + circuit.leads.inductance + self.in_series()[0], self.capacitance(circuit)
         )
         found = oscillate(network, *circuit.terminal(state, frequency), delay)
         for _ in range(12):
+            if not found.exists:
+                break
             before = found.frequency
             found = oscillate(network, *circuit.terminal(state, before), delay, before)
             if abs(found.frequency - before) <= 1e-9 * before:
@@ -163,6 +165,8 @@ def working_states(circuit: CoilCircuit) -> list[str]:
 
 def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:
     """Every state of a coil with its tank and the converter's settings."""
+    if readout.drive_code is None or readout.rcount is None:
+        return {}
     found = {}
     for state in circuit.reflections:
         at = tank.oscillation(circuit, state)
@@ -189,6 +193,8 @@ def choose_capacitor(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self
     """
     if readout.capacitance is not None:
         return readout.capacitance, "given in the spec"
+    if not any(circuit.reflections for circuit in circuits):
+        return math.nan, "none chosen: no state of the coils could be estimated"
     distinct = _distinct(circuits)
     scored = [(_trespass(distinct, Tank(value, readout), self_resonance), value) for value in preferred_values()]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
@@ -210,6 +216,10 @@ def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
     return [one for group in alike.values() for one in (group if len(group) == 1 else (group[0], group[-1]))]
 
 
+OVERDAMPED = 1e3
+"""Trespass of a state in which the tank does not oscillate: more than any other."""
+
+
 @dataclass(frozen=True)
 class _Windows:
     highest: float
@@ -219,20 +229,27 @@ class _Windows:
 
 def _trespass(
     circuits: Sequence[CoilCircuit], tank: Tank, self_resonance: float
-) -> tuple[tuple[float, bool], _Windows]:
+) -> tuple[tuple[float, bool], _Windows | None]:
     frequencies, resistances, working = [], [], []
+    damped = 0
     for circuit in circuits:
         for state in circuit.reflections:
             found = tank.oscillation(circuit, state)
+            if not found.exists:
+                damped += 1
+                continue
             frequencies.append(found.frequency)
             if state in working_states(circuit):
                 working.append(found.parallel_resistance)
             resistances.append(found.parallel_resistance)
+    if not working:
+        return (OVERDAMPED * damped, True), None
     code = ldc1614.drive_code(max(working))
     swing = ldc1614.amplitude(min(working), code), ldc1614.amplitude(max(working), code)
     ceiling = min(FREQUENCY_MARGIN * ldc1614.limit("sensor_frequency_max"), 0.75 * self_resonance)
     over = (
-        100.0 * _beyond(max(frequencies), ceiling)
+        OVERDAMPED * damped
+        + 100.0 * _beyond(max(frequencies), ceiling)
         + 3.0 * _beyond(ldc1614.limit("parallel_resistance_min"), min(resistances))
         + 1.0 * _beyond(max(resistances), ldc1614.limit("parallel_resistance_max"))
         + 2.0 * _beyond(ldc1614.limit("amplitude_optimum_min"), swing[0])
@@ -247,7 +264,9 @@ def _beyond(value: float, limit: float) -> float:
     return max(0.0, math.log(value / limit)) if limit > 0.0 else math.inf
 
 
-def _reason(value: float, trespass: tuple[float, bool], windows: _Windows) -> str:
+def _reason(value: float, trespass: tuple[float, bool], windows: _Windows | None) -> str:
+    if windows is None:
+        return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
     found = (
         f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}, "
         f"{windows.swing[0]:.2f} to {windows.swing[1]:.2f} V in the working states"
@@ -259,9 +278,11 @@ def _reason(value: float, trespass: tuple[float, bool], windows: _Windows) -> st
 
 
 def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
-    """Drive code, dividers and counts for all coils and states with that capacitor."""
+    """Drive code, dividers and counts for all coils and states with that capacitor; None and NaN where none is left."""
     tank = Tank(capacitor, readout)
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
+    if not found:
+        return _unset(readout, capacitor, reason, len(circuits))
     working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
     code = ldc1614.drive_code(max(working))
     channels = len(circuits)
@@ -295,4 +316,25 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         switch_time=ldc1614.switch_time(reference),
         read_back_time=ldc1614.read_back_time(min(channels, int(ldc1614.limit("channels")))),
         supply_current=ldc1614.supply_current(current, rcount, settle_count, reference, channels),
+    )
+
+
+def _unset(readout: ReadoutSpec, capacitor: float, reason: str, channels: int) -> ReadoutEstimate:
+    # A converter for which no state of the coils gives settings.
+    divider = ldc1614.reference_divider(readout.clock, channels)
+    return ReadoutEstimate(
+        capacitance=capacitor,
+        capacitance_reason=reason,
+        drive_code=None,
+        drive_current=math.nan,
+        reference_divider=divider,
+        reference_frequency=readout.clock / divider,
+        input_divider=None,
+        rcount=None,
+        settle_count=None,
+        dwell_time=math.nan,
+        scan_rate=math.nan,
+        high_current=False,
+        capacitor_tolerance=ldc1614.limit("capacitor_tolerance"),
+        read_back_time=ldc1614.read_back_time(min(channels, int(ldc1614.limit("channels")))),
     )

@@ -57,7 +57,8 @@ class CoilEstimate:
     `inductance_error` is the relative bound of the winding's value; `capacitance` the whole tank's, `self_capacitance`
     that of winding, leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by
     name. `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the
-    model fails: such a state is absent from `states`. SI units.
+    model fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state
+    are NaN. `overdamped` are the quality factors of those whose tank does not oscillate. SI units.
     """
 
     name: str
@@ -82,6 +83,7 @@ class CoilEstimate:
     winding_capacitance: float | None = None
     apparent_inductance: float | None = None
     failed_states: Mapping[str, str] = field(default_factory=dict)
+    overdamped: Mapping[str, float] = field(default_factory=dict)
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
         """Change of inductance (H/N) and of frequency (Hz/N) from rest to pressed by that force (N): the secant."""
@@ -98,17 +100,18 @@ class ReadoutEstimate:
 
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
     at 400 kHz; `supply_current` (A) the converter's with the drive; `capacitor_tolerance` is the part's, relative.
+    Where no coil has a state left, what follows from states is None or NaN.
     """
 
     capacitance: float
     capacitance_reason: str
-    drive_code: int
+    drive_code: int | None
     drive_current: float
     reference_divider: int
     reference_frequency: float
-    input_divider: int
-    rcount: int
-    settle_count: int
+    input_divider: int | None
+    rcount: int | None
+    settle_count: int | None
     dwell_time: float
     scan_rate: float
     high_current: bool

@@ -89,7 +89,8 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
     area = sides.section[:, 1] * sides.section[:, 2]
     whole = float(np.sum((sides.length / area)[sides.key >= 0])) / conductivity
     times = whole / math.fsum(part.direct for part in parts)
-    return ProximityLoss(found.direct * times, found.rates, found.strengths * times, found.direct_change * times)
+    return ProximityLoss(found.direct * times, found.rates, found.strengths * times, found.direct_change * times,
+                         found.unresolved * times)  # fmt: skip
 
 
 def _group_losses(sides: _Sides, index: NDArray[np.intp], cuts: int, conductivity: float, modes: ModeSet,

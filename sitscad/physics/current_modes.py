@@ -21,6 +21,12 @@ from sitscad.physics.mean_distance import gauss
 
 Array = NDArray[np.float64]
 
+TRUSTED = 1e-3
+"""Share of a resistance that may rest on negative relaxation times: rounding leaves 1e-20."""
+
+AT_ONCE = 4_000_000
+"""Distances of points that are held in memory at once."""
+
 FIELD_POINTS = 5
 """Points across a track at which the field of distant currents is taken at most: it is smooth."""
 
@@ -50,13 +56,14 @@ def suited_modes(width: float, thickness: float, gap: float, depth: float, fine:
     """Modes for tracks (m) at a skin depth: R within 1 % when `fine`, else 3 %.
 
     Legendre polynomials resolve a boundary layer of width / order^2: the orders follow the square root of width over
-    depth. The points follow that too, and half the width over `gap` (m), the least distance of tracks.
+    depth, and of thickness over depth. The points follow them (a Gauss rule takes orders above its number of points for
+    lower ones) and the width over `gap` (m), the least distance of tracks.
     """
     across = math.ceil((2.2 if fine else 1.8) * math.sqrt(width / depth))
-    through = math.ceil((2.2 if fine else 0.9) * math.sqrt(thickness / depth))
-    across, through = min(max(across, 6 if fine else 5), 24), min(max(through, 2), 5)
-    near = math.ceil((3.0 if fine else 2.0) + width / gap)
-    return ModeSet(across, through, (min(max(across, near), 32), 3 if fine else 2))
+    through = math.ceil((2.2 if fine else 1.5) * math.sqrt(thickness / depth))
+    across, through = min(max(across, 6 if fine else 5), 24), min(max(through, 2), 12)
+    near, deep = math.ceil((3.0 if fine else 2.0) + width / gap), math.ceil(1.0 + thickness / gap)
+    return ModeSet(across, through, (min(max(across, near), 32), max(through + 1, min(deep, 16))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,18 +72,25 @@ class ProximityLoss:
 
     `rates` are relaxation times (s), `strengths` the squared couplings (ohm s2): R = R0 + w2 s / (1 + w2 tau2),
     L = L0 - w2 s tau / (1 + w2 tau2), summed over the modes. `direct_change` (H) is what L0 differs by from the
-    inductance of evenly spread current, because direct current crowds to the inside of a bend.
+    inductance of evenly spread current, because direct current crowds to the inside of a bend. `unresolved`
+    (ohm s2) is what of the strengths belongs to negative relaxation times, which no real track has.
     """
 
     direct: float
     rates: Array
     strengths: Array
     direct_change: float = 0.0
+    unresolved: float = 0.0
 
     def resistance_ratio(self, frequency: float) -> float:
         """R(f) / R(0) of the winding at a frequency (Hz)."""
         omega = 2.0 * math.pi * frequency
         return 1.0 + float(np.sum(omega**2 * self.strengths / (1.0 + (omega * self.rates) ** 2))) / self.direct
+
+    def is_resolved(self, frequency: float) -> bool:
+        """Whether modes and points were enough for R at a frequency (Hz): see `unresolved`."""
+        doubt = (2.0 * math.pi * frequency) ** 2 * self.unresolved
+        return doubt <= TRUSTED * self.direct * self.resistance_ratio(frequency)
 
     def inductance_change(self, frequency: float) -> float:
         """L(f) less the inductance of evenly spread current (H), never positive."""
@@ -93,6 +107,7 @@ def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
         np.concatenate([part.rates for part in kept]),
         np.concatenate([part.strengths for part in kept]),
         math.fsum(part.direct_change for part in kept),
+        math.fsum(part.unresolved for part in kept),
     )
 
 
@@ -186,7 +201,8 @@ class ModeSystem:
     def loss(self, steps: int) -> ProximityLoss:
         """R and L at every frequency by a Lanczos run."""
         rates, strengths = _lanczos(self.matrix, self.project(self.coupling), steps, self.project)
-        return ProximityLoss(self.direct, rates, strengths, self.change)
+        below = float(np.sum(strengths[rates < 0.0]))
+        return ProximityLoss(self.direct, np.maximum(rates, 0.0), strengths, self.change, below)
 
 
 def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
@@ -237,18 +253,20 @@ def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: M
 
 def _mutual_logs(cut: Cut, modes: ModeSet) -> Array:
     # <P_m ln(distance / unit) P_n> of all tracks (n, modes, n, modes).
-    x, z = points_of(cut, modes)
+    x, z = (table / cut.unit for table in points_of(cut, modes))
     count, points = x.shape
-    squared = np.subtract.outer(x.ravel() / cut.unit, x.ravel() / cut.unit)
-    np.square(squared, out=squared)
-    squared += np.subtract.outer(z.ravel() / cut.unit, z.ravel() / cut.unit) ** 2
-    table = squared.reshape(count, points, count, points)
-    own = np.arange(count)
-    table[own, :, own, :] = 1.0
-    np.log(np.maximum(squared, 1e-30), out=squared)
     projection = _projection(modes)
-    half = table @ (0.5 * projection.T)
-    mutual = np.einsum("mp,ipjn->imjn", projection, half, optimize=True)
+    mutual = np.empty((count, len(modes.orders), count, len(modes.orders)))
+    step = max(1, AT_ONCE // (count * points**2))
+    for low in range(0, count, step):
+        rows = np.arange(low, min(low + step, count))
+        squared = np.subtract.outer(x[rows].ravel(), x.ravel())
+        np.square(squared, out=squared)
+        squared += np.subtract.outer(z[rows].ravel(), z.ravel()) ** 2
+        table = squared.reshape(rows.size, points, count, points)
+        table[rows - low, :, rows, :] = 1.0
+        np.log(np.maximum(squared, 1e-30), out=squared)
+        mutual[rows] = np.einsum("mp,ipjn->imjn", projection, table @ (0.5 * projection.T), optimize=True)
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
         index = np.nonzero((cut.width == width) & (cut.thickness == thickness))[0]
         block = log_block(thickness / width, modes).copy()
@@ -290,7 +308,7 @@ def _lanczos(matrix: Array, vector: Array, steps: int, project: Callable[[Array]
         basis[k + 1] = image / size
     small = np.diag(diagonal) + np.diag(beside[: len(diagonal) - 1], 1) + np.diag(beside[: len(diagonal) - 1], -1)
     values, vectors = np.linalg.eigh(small)
-    return np.maximum(values, 0.0), norm**2 * vectors[0] ** 2
+    return values, norm**2 * vectors[0] ** 2
 
 
 @lru_cache(maxsize=16)

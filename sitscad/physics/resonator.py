@@ -63,13 +63,19 @@ class Network:
 class Oscillation:
     """Where a tank runs: frequency (Hz), parallel resistance at the pins (ohm), quality factor.
 
-    `coil_share` is the amplitude at the coil's contacts over that at the pins.
+    `coil_share` is the amplitude at the coil's contacts over that at the pins. An overdamped tank runs nowhere: then
+    `exists` is False and all but the quality factor (root of L/C over R) is NaN.
     """
 
     frequency: float
     parallel_resistance: float
     quality_factor: float
     coil_share: float
+    exists: bool = True
+
+
+LOWEST_SHARE = 0.05
+"""Of the plain resonance: a phase that is met only below it is that of direct current, where every tank conducts."""
 
 
 def oscillate(
@@ -81,10 +87,10 @@ def oscillate(
     1/(2 pi sqrt(L C)) sqrt(1 - 1/Q^2 - delay/(Q sqrt(L C))), with 5 ns there. Solved by the secant rule from the plain
     resonance (or from `start`, Hz), the lowest one where a cable makes several.
     """
-    if start is None:
-        whole = network.coil_side + network.converter_side + network.capacitor
-        start = resonance_frequency(inductance + (0.0 if network.capacitor_at_coil else network.inductance), whole)
-    omega = 2.0 * math.pi * start
+    whole = network.coil_side + network.converter_side + network.capacitor
+    in_tank = inductance + (0.0 if network.capacitor_at_coil else network.inductance)
+    plain = resonance_frequency(in_tank, whole)
+    omega = 2.0 * math.pi * (plain if start is None else start)
 
     def phase(at: float) -> float:
         found, _ = network.admittance(at, inductance, resistance)
@@ -99,6 +105,9 @@ def oscillate(
         before, low = after, high
         after += max(-0.1 * after, min(0.1 * after, step))
         high = phase(after)
+    if abs(high) > 1e-6 or after < LOWEST_SHARE * 2.0 * math.pi * plain:
+        loss = resistance + (0.0 if network.capacitor_at_coil else network.resistance)
+        return Oscillation(math.nan, math.nan, quality_factor(in_tank, loss, plain), math.nan, False)
     found, share = network.admittance(after, inductance, resistance)
     beyond, _ = network.admittance(after * (1.0 + 1e-6), inductance, resistance)
     quality = 0.5 * (beyond.imag - found.imag) / (1e-6 * found.real)

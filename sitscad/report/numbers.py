@@ -182,17 +182,21 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
         ["tank capacitor", quantity(r.capacitance, "F")],
         ["why this one", str(r.capacitance_reason)],
         *([["its tolerance, assumed", f"{100.0 * r.capacitor_tolerance:g} %"]] if r.capacitor_tolerance else []),
-        ["drive current", f"{quantity(r.drive_current, 'A')} (code {r.drive_code})"],
+        ["drive current", f"{quantity(r.drive_current, 'A')} (code {_count(r.drive_code)})"],
         ["reference clock", f"{quantity(r.reference_frequency, 'Hz')} (divider {r.reference_divider})"],
-        ["input divider", str(r.input_divider)],
-        ["RCOUNT", str(r.rcount)],
-        ["SETTLECOUNT", str(r.settle_count)],
+        ["input divider", _count(r.input_divider)],
+        ["RCOUNT", _count(r.rcount)],
+        ["SETTLECOUNT", _count(r.settle_count)],
         ["time on one coil", quantity(r.dwell_time, "s")],
         *_timing_rows(r),
         ["scans of all coils a second", quantity(r.scan_rate, "")],
         ["high-current drive", "yes" if r.high_current else "no"],
         *([["supply current, about", quantity(r.supply_current, "A", 3)]] if r.supply_current else []),
     ]
+
+
+def _count(value: int | None) -> str:
+    return NONE if value is None else str(value)
 
 
 def _timing_rows(r: ReadoutEstimate) -> list[list[str]]:

@@ -109,7 +109,7 @@ def _converter(layout: Layout, estimates: Sized) -> Iterator[Item]:
     yield Item(
         "capacitor",
         coils,
-        show(chosen, "F") if chosen is not None else "none found",
+        show(chosen, "F") if chosen is not None and math.isfinite(chosen) else "none found",
         "C0G",
         "",
         f"one a coil, {place}" + (f"; {reason}" if reason else ""),

@@ -168,9 +168,9 @@ def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
     if panel.coupon is None:
         yield f"There is no coupon: {panel.no_coupon}."
         return
-    if estimates is None:
+    coil = estimates.coils[0] if estimates is not None else None
+    if coil is None or "free" not in coil.states:
         return
-    coil = estimates.coils[0]
     inductance = coil.states["free"].inductance
     yield (
         f"A coupon, lying free (no metal within three coil diameters), should measure {show(inductance, 'H')} between "

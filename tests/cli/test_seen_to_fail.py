@@ -1,6 +1,7 @@
 """Specs and calls that once crashed, hung or read nonsense: each now gets an answer."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -74,3 +75,44 @@ def test_a_coil_without_contacts_does_not_verify(tmp_path):
     sitscad.build(sitscad.load(spec), tmp_path / "out", only=("gerber", "kicad"), force=True)
     found = sitscad.verify(tmp_path / "out/seen")
     assert not found.ok and any("no way out" in difference for difference in found.differences)
+
+
+DAMPED = COIL.replace("0.1", "0.05") + "readout: {device: ldc1614, capacitance: 1 uF}\n"
+
+
+def test_an_overdamped_tank_is_said_to_be_one(tmp_path):
+    """It was estimated to run at 1e-10 mHz, and rules for low frequencies gave advice on that."""
+    result = checked(DAMPED, tmp_path)
+    (finding,) = [finding for finding in result.findings if finding.rule == "SIT203"]
+    assert "overdamped" in finding.message and finding.severity.value == "error"
+    assert not {"SIT202", "SIT305"} & {finding.rule for finding in result.findings}
+    (coil,) = sitscad.estimate(sitscad.lay_out(sitscad.load(tmp_path / "seen.yaml"))).coils
+    assert not coil.states and "overdamped: Q 0." in coil.failed_states["free"]
+
+
+@pytest.mark.parametrize("command", [["check"], ["estimate"], ["estimate", "--format", "json"], ["build", "--force"]])
+@pytest.mark.parametrize("cause", ["damped", "unresolved"])
+def test_no_state_with_numbers_is_a_finding_and_no_traceback(tmp_path, monkeypatch, command, cause):
+    monkeypatch.chdir(tmp_path)
+    if cause == "unresolved":
+        monkeypatch.setattr("sitscad.physics.current_modes.TRUSTED", -1.0)
+    text = DAMPED if cause == "damped" else COIL + "target: {size: 8}\nelastomer: {thickness: 1}\n"
+    (tmp_path / "seen.yaml").write_text(f"sitscad: 1\nname: seen\n{text}", encoding="utf-8")
+    words = [*command, "--only", "firmware,report"] if command[0] == "build" else command
+    done = CliRunner().invoke(cli, [*words, "seen.yaml"])
+    assert done.exception is None or isinstance(done.exception, SystemExit)
+    assert not re.search(r"\bnan\b", done.output, re.IGNORECASE)
+    if command[0] == "check":
+        assert ("SIT203 error" if cause == "damped" else "SIT201 error") in done.output
+
+
+def test_a_large_coil_of_very_thick_copper_has_numbers(tmp_path):
+    """70 mm, 8 turns of 1.5 mm in 0.35 mm copper: too few points for the modes' orders made every state fail."""
+    stackup = "fpc: {stackup: [{copper: 350 um}, {dielectric: 0.1}, {copper: 350 um}]}\n"
+    spec = tmp_path / "seen.yaml"
+    coil = "coil: {shape: circle, outer_diameter: 70, turns: 8, trace_width: 1.5, trace_spacing: 1.5}\n"
+    spec.write_text(f"sitscad: 1\nname: seen\n{coil}{stackup}", encoding="utf-8")
+    (found,) = sitscad.estimate(sitscad.lay_out(sitscad.load(spec))).coils
+    assert not found.failed_states
+    # a skin of 22 um all round would be 6.6 times the direct current's; neighbours about double that
+    assert 8.0 < found.resistance_ac / found.resistance_dc < 16.0

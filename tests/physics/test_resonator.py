@@ -12,6 +12,26 @@ from hypothesis import strategies as st
 from sitscad.physics.resonator import Network, apparent_inductance, oscillate, resonance_frequency
 
 PLAIN = Network(0.0, 0.0, 220e-12, False)
+
+
+@pytest.mark.parametrize("quality", [0.02, 0.5, 0.9, 0.999])
+@pytest.mark.parametrize("delay", [0.0, 5e-9])
+def test_an_overdamped_tank_runs_nowhere(quality, delay):
+    """Equation 1's root has no real value: 1e-10 mHz and a parallel resistance of 2 mohm used to come out."""
+    found = oscillate(PLAIN, 2e-6, math.sqrt(2e-6 / 220e-12) / quality, delay)
+    assert not found.exists
+    assert math.isnan(found.frequency) and math.isnan(found.parallel_resistance)
+    assert found.quality_factor == pytest.approx(quality)
+
+
+@pytest.mark.parametrize("quality", [1.02, 1.2, 2.0])
+def test_a_heavily_damped_tank_still_runs(quality):
+    found = oscillate(PLAIN, 2e-6, math.sqrt(2e-6 / 220e-12) / quality)
+    plain = resonance_frequency(2e-6, 220e-12)
+    assert found.exists
+    assert found.frequency == pytest.approx(plain * math.sqrt(1.0 - 1.0 / quality**2), rel=1e-6)
+
+
 coils = st.tuples(st.floats(0.5e-6, 20e-6), st.floats(8.0, 60.0))
 
 
