@@ -16,6 +16,9 @@ MU_0 = 4e-7 * math.pi
 
 STRAIN_ERROR = 0.5
 TARGET_LENGTH_TOLERANCE = 0.2
+MAGNETIC = 10.0
+"""Relative permeability, and skin depths over thickness, from which on a target is a magnet and no conductor."""
+
 SLENDERNESS = 0.25
 """Thickness over width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target was seen to stay level."""
 
@@ -69,6 +72,14 @@ def target_thickness(subject: Subject) -> Iterator[Verdict]:
             "target.material",
         )
         return
+    if target.material.relative_permeability >= MAGNETIC:
+        deep = skin_depth(min(frequencies), target.material.conductivity, target.material.relative_permeability)
+        if deep > MAGNETIC * target.thickness:
+            yield Undecided(
+                f"skin depths say nothing about {target.material.name}: it hardly conducts, and senses by drawing the "
+                "field in; its permeability and thickness are in the estimate"
+            )
+            return
     depth = skin_depth(min(frequencies), target.material.conductivity, target.material.relative_permeability)
     ratio = target.thickness / depth
     if ratio < 3.0:

@@ -21,7 +21,7 @@ from sitscad.estimates.leads import (
 from sitscad.estimates.losses import losses_near_metal, winding_losses, winding_resistance
 from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.own_capacitance import self_capacitance
-from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates
+from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
 from sitscad.estimates.uncertainty import Slopes, inductance_slopes, scatter_note, sigmas, spread
 from sitscad.estimates.values import (
     CoilEstimate,
@@ -111,7 +111,7 @@ def estimate(
     return Estimates(
         coils=tuple(coils),
         inductance_matrix=tuple(tuple(float(value) for value in row) for row in matrix),
-        readout=readout,
+        readout=with_margin(readout, [state for coil in coils for state in coil.states.values()]),
         compression=assembly.compression,
         gaps=assembly.gaps,
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),

@@ -7,11 +7,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.estimates.assembly import Surroundings
 from sitscad.physics.constants import MU0
-from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share, share_error
+from sitscad.physics.eddy_target import Plate as Layer
+from sitscad.physics.eddy_target import reflection
+from sitscad.physics.finite_plate import (
+    CoaxialRings,
+    Plate,
+    magnetic_share,
+    magnetic_share_error,
+    plate_share,
+    share_error,
+)
 from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
+
+Array = NDArray[np.float64]
 
 FREQUENCY = 5e6
 """The frequency (Hz) whose skin depth sets how far the field enters the target: the share hardly depends on it."""
@@ -45,15 +57,46 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     places = np.array([placement.centre for placement in spec.array.placements])
     places = np.round(np.abs(places - places.mean(axis=0)), 9)
     distinct, member = np.unique(places, axis=0, return_inverse=True)
-    plate, depth = _plate(spec.target)
-    shares = {}
+    shares, error, magnetic = {}, 0.0, False
     for name, gap, below in covered:
         floor = -math.inf if below is None else -below.distance
-        found = np.minimum(plate_share(plate, rings, distinct, gap + depth, floor), 1.0)
+        found, uncertain, draws = _shares(spec.target, rings, distinct, gap, floor)
+        error, magnetic = max(error, uncertain), magnetic or draws
         for placement, row in zip(spec.array.placements, member.ravel(), strict=True):
             shares[placement.name, name] = float(found[row])
-    notes = _notes(spec, shares, [name for name, _, _ in covered], share_error(plate, rings))
+    notes = _notes(spec, shares, [name for name, _, _ in covered], error, magnetic)
     return TargetShares(shares, tuple(notes))
+
+
+PURE = 0.99
+"""How much like a perfect conductor (1) or a perfect magnet (0, by one less this) a target must be to count as one."""
+
+
+def _shares(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> tuple[Array, float, bool]:
+    # Shares at the places, their relative error, and whether the target draws the field in rather than keeping it out.
+    like = _like_a_conductor(target, float(rings.radii.mean()) + gap)
+    conductor, depth = _plate(target)
+    magnet = Plate(conductor.shape, target.size, target.thickness)
+    if like >= PURE:
+        found = plate_share(conductor, rings, places, gap + depth, floor)
+        return np.minimum(found, 1.0), share_error(conductor, rings), False
+    drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
+    error = magnetic_share_error(magnet, rings)
+    if like <= 1.0 - PURE:
+        return drawn, error, True
+    # Between the two nothing was compared: somewhere between both shares, half their distance unsure in the middle.
+    kept = np.minimum(plate_share(conductor, rings, places, gap + depth, floor), 1.0)
+    found = like * kept + (1.0 - like) * drawn
+    unsure = 2.0 * like * (1.0 - like) * float(np.max(np.abs(kept - drawn) / found))
+    return found, like * share_error(conductor, rings) + (1.0 - like) * error + unsure, like < 0.5
+
+
+def _like_a_conductor(target: Target, distance: float) -> float:
+    # 1 where the reflection of a wave as long as the distance (m) is that of a conductor, 0 where a magnet's.
+    metal = target.material
+    layer = Layer(metal.conductivity, metal.relative_permeability, target.thickness)
+    factor = complex(reflection(np.array([1.0 / distance]), FREQUENCY, [layer])[0])
+    return 0.5 * (1.0 - factor.real / abs(factor)) if abs(factor) > 1e-9 else 1.0
 
 
 def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
@@ -76,7 +119,7 @@ def _corner(coil: CoilSpec) -> float:
 
 
 def _plate(target: Target) -> tuple[Plate, float]:
-    # A good conductor is a perfect one whose faces lie half a skin depth deeper; a magnetic one draws the field in.
+    # A good conductor is a perfect one whose faces lie half a skin depth deeper.
     metal = target.material
     depth = 0.25 * target.thickness
     if metal.conductivity > 0.0:
@@ -87,7 +130,9 @@ def _plate(target: Target) -> tuple[Plate, float]:
     return Plate(shape, size, target.thickness - 2.0 * depth), depth
 
 
-def _notes(spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Sequence[str], error: float) -> list[str]:
+def _notes(
+    spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Sequence[str], error: float, magnetic: bool
+) -> list[str]:
     if min(shares.values()) > 0.995:
         return []
     said = []
@@ -95,8 +140,9 @@ def _notes(spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Se
         values = [share for (_, where), share in shares.items() if where == state]
         low, high = min(values), max(values)
         said.append(f"{low:.2f}" + (f" to {high:.2f}" if high - low > 0.005 else "") + f" {state}")
+    whose = "a magnetic plate (its poles need room)" if magnetic else "a finite plate"
     notes = [
-        f"the target is a finite plate: it changes a coil's inductance by {', '.join(said)} of what an endless plate "
+        f"the target is {whose}: it changes a coil's inductance by {', '.join(said)} of what an endless plate "
         f"would, each +- {100.0 * error:.0f} %; its loss is taken to scale alike, which is an approximation (currents "
         "crowd at the edges)"
     ]

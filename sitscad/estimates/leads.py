@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -90,7 +90,16 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
         parts["vias"] += via_inductance(length, via.drill)
     total = math.fsum(strip.resistance for strip in strips) + barrels
     inductance = math.fsum(parts.values())
-    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), tuple(strips), barrels, parts)
+    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _joined(strips), barrels, parts)
+
+
+def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:
+    # Stretches of one cross-section and surroundings as one: their resistance rises alike.
+    whole: dict[Strip, list[float]] = {}
+    for strip in strips:
+        if strip.resistance > 0.0:
+            whole.setdefault(replace(strip, resistance=0.0), []).append(strip.resistance)
+    return tuple(replace(strip, resistance=math.fsum(parts)) for strip, parts in whole.items())
 
 
 def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from sitscad.estimates.assembly import NoReflection, Reflection
 from sitscad.estimates.idle import Circuit
@@ -187,7 +187,7 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
 def choose_capacitor(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self_resonance: float) -> tuple[float, str]:
     """The tank capacitor (F) and why: the spec's, or of E12 the one with the least trespass on the windows.
 
-    Windows, over all coils and states: frequency up to 95 % of 10 MHz (and 0.8 of self-resonance), parallel resistance
+    Windows, over all coils and states: frequency up to 95 % of 10 MHz (and 0.75 of self-resonance), parallel resistance
     from the data sheet's 1.0 kohm, amplitude 1.2 to 1.8 V in the working states with one drive code, capacitor from
     100 pF. Among those that keep them the highest parallel resistance is taken, which is the highest frequency.
     """
@@ -246,7 +246,8 @@ def _trespass(
         return (OVERDAMPED * damped, True), None
     code = ldc1614.drive_code(max(working))
     swing = ldc1614.amplitude(min(working), code), ldc1614.amplitude(max(working), code)
-    ceiling = min(FREQUENCY_MARGIN * ldc1614.limit("sensor_frequency_max"), 0.75 * self_resonance)
+    strict = ldc1614.limit("self_resonance_fraction_strict")
+    ceiling = min(FREQUENCY_MARGIN * ldc1614.limit("sensor_frequency_max"), strict * self_resonance)
     over = (
         OVERDAMPED * damped
         + 100.0 * _beyond(max(frequencies), ceiling)
@@ -317,6 +318,19 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         read_back_time=ldc1614.read_back_time(min(channels, int(ldc1614.limit("channels")))),
         supply_current=ldc1614.supply_current(current, rcount, settle_count, reference, channels),
     )
+
+
+SIGMAS = 2.0
+"""Standard deviations of manufacture by which a sensor may run faster than estimated and the input divider still do."""
+
+
+def with_margin(readout: ReadoutEstimate, states: Sequence[StateEstimate]) -> ReadoutEstimate:
+    """The settings with the input divider that fast specimens need too: at the frequency and two sigma more."""
+    if readout.input_divider is None:
+        return readout
+    highest = [state.frequency + (SIGMAS * state.spread.frequency if state.spread else 0.0) for state in states]
+    dividers = [ldc1614.input_divider(frequency, readout.reference_frequency) for frequency in highest]
+    return replace(readout, input_divider=max(readout.input_divider, *dividers))
 
 
 def _unset(readout: ReadoutSpec, capacitor: float, reason: str, channels: int) -> ReadoutEstimate:

@@ -60,8 +60,8 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
     it m / (k r) J_m instead, and both for the slope. Harmonic 0 is the current sheet; the others are ends and single
     turns. The part along the wave vanishes for a closed circuit; kept, the result is the Neumann integral with the
     images of the open path, as the inductance in free air is (Sommerfeld's horizontal potential). The even current in
-    the track's cross-section enters as sinc(k w / 2) across and sinh(k t / 2) / (k t / 2) through. `harmonics` is the
-    highest that is wanted, None for what the distance asks.
+    the track's cross-section enters as the mean over it: sinc(k w / 2) with the bend's share across, and
+    sinh(k t / 2) / (k t / 2) through. `harmonics` is the highest that is wanted, None for what the distance asks.
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
     highest = _harmonics(layers, nearest) if harmonics is None else harmonics
@@ -89,15 +89,30 @@ def _spiral_waves(layer: SpiralLayer, k: Array, highest: int) -> ComplexArray:
     values, slopes = _bessel_slopes(k[:, None] * r, highest)
     radial = -layer.sense * layer.pitch / (2.0 * math.pi) * turn
     around, inwards = (np.einsum("mkr,mr->mk", slopes, part) for part in (turn * r, radial))
-    other, beside = (np.einsum("mkr,mr->mk", values, part * m) / k for part in (turn, radial / r))
-    waves = np.stack([1j * around - beside, 1j * inwards + other])
-    return np.asarray(layer.circulation * waves * track_waves(k, layer))
+    plain, beside = (np.einsum("mkr,mr->mk", values, part) for part in (turn, radial / r))
+    across, bent = _width_waves(k, layer.width)
+    order = m * across / k
+    waves = np.stack([1j * (around * across - plain * bent) - beside * order, 1j * inwards * across + plain * order])
+    return np.asarray(layer.circulation * waves * _thickness_waves(k, layer.thickness))
 
 
-def track_waves(k: Array, track: SpiralLayer | PolylineTrack) -> Array:
+def track_waves(k: Array, track: PolylineTrack) -> Array:
     """How much of each wave (1/m) an even current in a track's cross-section has, over that of its centre line."""
-    up = np.maximum(0.5 * k * track.thickness, 1e-9)
-    return np.asarray(np.sinc(k * track.width / (2.0 * math.pi)) * np.sinh(up) / up)
+    return _width_waves(k, track.width)[0] * _thickness_waves(k, track.thickness)
+
+
+def _width_waves(k: Array, width: float) -> tuple[Array, Array]:
+    # The mean of cos(k x) over the width, and half that of x sin(k x): r J_m'(k r) is r times a wave, so its mean
+    # over the width is not quite that of a wave; by the equation y'' + k^2 y = -k J_m that it obeys it lacks so much
+    # of J_m.
+    half = 0.5 * k * width
+    even = np.sinc(half / math.pi)
+    return np.asarray(even), np.asarray(0.5 * (even - np.cos(half)) / k)
+
+
+def _thickness_waves(k: Array, thickness: float) -> Array:
+    up = np.maximum(0.5 * k * thickness, 1e-9)
+    return np.asarray(np.sinh(up) / up)
 
 
 def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:

@@ -120,18 +120,16 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
 
 @dataclass(frozen=True, eq=False)
 class _Reduced:
-    # A cut in a subspace of its modes: relaxation times, drive in free air, waves of the subspace, of the whole current
-    # and of its part that is not even.
+    # A cut in a subspace of its modes: relaxation times, drive in free air, and the waves of the subspace, of the whole
+    # current and, last, of its part that is not even.
     rates: Array
     drive: Array
-    modes: tuple[Array, Array]
-    source: tuple[Array, Array]
-    shift: tuple[Array, Array]
+    waves: tuple[Array, Array]
 
     def change(self, frequency: float, waves: _Waves) -> complex:
-        image, driven = waves.join(self.modes, self.modes), waves.join(self.modes, self.source)
-        uneven = 2.0 * waves.join(self.shift, self.source) - waves.join(self.shift, self.shift)
-        with_metal = _response(self.rates + image, self.drive + driven, frequency)
+        seen = waves.join(self.waves, self.waves)
+        uneven = 2.0 * seen[-1, -2] - seen[-1, -1]
+        with_metal = _response(self.rates + seen[:-2, :-2], self.drive + seen[:-2, -2], frequency)
         return complex(uneven + with_metal - _response(self.rates, self.drive, frequency))
 
 
@@ -156,10 +154,8 @@ def _reduced(cut: _ReflectedCut, waves: _Waves) -> _Reduced:
     values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
     # Points too few for the highest modes leave some that would store less than no energy.
     basis = basis @ vectors
-    return _Reduced(
-        np.diag(np.maximum(values, 0.0)), basis.T @ system.coupling, (cut.up @ basis, cut.down @ basis), source,
-        (cut.up @ system.shift, cut.down @ system.shift),
-    )  # fmt: skip
+    kept = np.column_stack([basis, system.source, system.shift])
+    return _Reduced(np.diag(np.maximum(values, 0.0)), basis.T @ system.coupling, (cut.up @ kept, cut.down @ kept))
 
 
 def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array) -> Array:

@@ -116,3 +116,31 @@ def test_a_large_coil_of_very_thick_copper_has_numbers(tmp_path):
     assert not found.failed_states
     # a skin of 22 um all round would be 6.6 times the direct current's; neighbours about double that
     assert 8.0 < found.resistance_ac / found.resistance_dc < 16.0
+
+
+def target_of(material, tmp_path):
+    spec = tmp_path / "seen.yaml"
+    parts = f"target: {{size: 8, thickness: 0.2, material: {material}}}\nelastomer: {{thickness: 1}}\n"
+    spec.write_text(f"sitscad: 1\nname: seen\n{COIL}{parts}", encoding="utf-8")
+    read = sitscad.load(spec)
+    return sitscad.check(read), sitscad.estimate(sitscad.lay_out(read))
+
+
+def test_ferrite_is_not_judged_by_skin_depths(tmp_path):
+    """SIT305 asked for 0.4 m of ferrite, and its share of an endless plate's effect was that of a conductor."""
+    result, found = target_of("ferrite", tmp_path)
+    assert "SIT305" not in [finding.rule for finding in result.findings]
+    assert any("SIT305" in str(row) and "ferrite" in str(row) for row in result.not_checked)
+    (coil,) = found.coils
+    assert coil.states["rest"].inductance > coil.states["free"].inductance
+    (note,) = [note for note in found.notes if note.startswith("the target is")]
+    assert "magnetic" in note and "+- 22 %" in note
+
+
+def test_a_magnetic_steel_is_less_sure_than_copper(tmp_path):
+    unsure = {}
+    for material in ("stainless-17-4ph", "copper"):
+        (note,) = [note for note in target_of(material, tmp_path)[1].notes if note.startswith("the target is")]
+        unsure[material] = int(re.search(r"each \+- (\d+) %", note).group(1))
+    assert unsure["copper"] == 3
+    assert unsure["stainless-17-4ph"] >= 2 * unsure["copper"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,8 @@ from sitscad.layout import lay_out
 from sitscad.physics.proximity import winding_loss
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.spec.load import load_text
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_the_curve_is_the_function_that_it_stands_for():
@@ -53,3 +56,15 @@ def test_a_chosen_capacitor_says_what_its_tolerance_does():
     assert any(readout.capacitance == pytest.approx(value) for value in preferred_values())
     assert readout.capacitor_tolerance == 0.05
     assert "+-2.5 % of frequency" in readout.capacitance_reason
+
+
+@pytest.mark.parametrize(("clock", "divider"), [("30 MHz", 2), ("40 MHz", 1)])
+def test_the_input_divider_suits_fast_specimens_too(clock, divider):
+    """7.484 MHz of 7.5 MHz that a 30 MHz clock allows undivided: two sigma of manufacture are 0.2 MHz."""
+    text = (ROOT / "templates/grasper_4layer.yaml").read_text(encoding="utf-8")
+    found = estimate(lay_out(load_text(text.replace("clock: 40 MHz", f"clock: {clock}"), "t.yaml")))
+    states = [state for coil in found.coils for state in coil.states.values()]
+    ceiling = 0.25 * found.readout.reference_frequency
+    assert all(state.frequency < ceiling for state in states)
+    assert any(state.frequency + 2.0 * state.spread.frequency > ceiling for state in states) == (divider == 2)
+    assert found.readout.input_divider == divider

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sitscad.physics.bessel import bessel_orders, j0, j1, spherical_bessel_orders
-from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share
+from sitscad.physics.finite_plate import CoaxialRings, Plate, magnetic_share, plate_share
 
 COIL = CoaxialRings(np.tile(np.linspace(0.9e-3, 1.95e-3, 7), 2), np.repeat([-20e-6, -120e-6], 7), np.ones(14))
 ALONE = CoaxialRings(np.array([2e-3]), np.zeros(1), np.ones(1))
@@ -99,3 +99,25 @@ def test_bessel_functions_obey_their_identities():
     spherical = spherical_bessel_orders(x, 3)
     assert np.abs(spherical[0] - np.sin(x) / x).max() < 1e-12
     assert np.abs(spherical[1] - (np.sin(x) / x**2 - np.cos(x) / x)).max() < 1e-9
+
+
+@pytest.mark.parametrize("floor", [-math.inf, -1e-3])
+def test_a_large_magnetic_plate_is_an_endless_one(floor):
+    shares = magnetic_share(disc(120e-3), COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 1e-3, floor)
+    assert shares == pytest.approx(1.0, abs=0.01)
+
+
+def test_magnetic_poles_need_room():
+    """In the share of a small disc the radius stands to the fifth for poles, to the third for currents."""
+    place = np.zeros((1, 2))
+    for make, power in ((magnetic_share, 5.0), (plate_share, 3.0)):
+        one, other = (float(make(disc(d, 1e-9), ALONE, place, 1e-3)[0]) for d in (0.1e-3, 0.2e-3))
+        assert math.log2(other / one) == pytest.approx(power, abs=0.1)
+    shares = [float(magnetic_share(disc(d), COIL, place, 1e-3)[0]) for d in (2e-3, 4e-3, 8e-3, 16e-3, 32e-3)]
+    assert np.all(np.diff(shares) > 0.0)
+
+
+def test_what_a_magnetic_plate_lacks_goes_on_smoothly_where_functions_end():
+    shares = np.array([float(magnetic_share(disc(d), COIL, np.zeros((1, 2)), 1e-3)[0]) for d in (18e-3, 20e-3, 24e-3)])
+    slopes = np.diff(np.log(1.0 - shares)) / np.diff(np.log([18.0, 20.0, 24.0]))
+    assert slopes == pytest.approx(-3.0, abs=0.6)

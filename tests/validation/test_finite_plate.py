@@ -7,9 +7,17 @@ import math
 import numpy as np
 import pytest
 from box_of_loops import box_change, converged_change, endless_change
+from box_of_poles import pole_share
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share, share_error
+from sitscad.physics.finite_plate import (
+    CoaxialRings,
+    Plate,
+    magnetic_share,
+    magnetic_share_error,
+    plate_share,
+    share_error,
+)
 
 
 def coil(outer, turns, pitch, width, heights):
@@ -86,6 +94,32 @@ def test_a_thin_box_is_the_sheet():
     sheet = plate_share(Plate("rectangle", (4.5e-3, 4.2e-3), 20e-6), CoaxialRings(radii, heights, np.ones_like(radii)),
                         np.array([[BETWEEN, 0.0]]), 1e-3)[0]  # fmt: skip
     assert sheet == pytest.approx(box / endless_change(radii, heights, 1e-3), rel=0.03)
+
+
+# coil, sides, thickness, offset and gap of a magnetic plate in coil diameters
+MAGNETS = [
+    (BENCH, (1.0, 1.0), 0.1, 0.0, 0.15), (BENCH, (1.0, 1.0), 0.1, 0.5, 0.4), (BENCH, (1.5, 1.5), 0.1, 0.0, 0.4),
+    (JAW, (1.5, 1.5), 0.2, 0.5, 0.15), (JAW, (1.0, 1.0), 0.2, 0.0, 0.4), (BENCH, (0.6, 0.6), 0.1, 0.0, 0.4),
+    (BENCH, (1.0, 2.0), 0.1, 0.5, 0.4), (BENCH, (1.0, 2.0), 0.2, 0.0, 0.15),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", MAGNETS)
+def test_a_magnetic_plate_has_the_share_of_a_box_of_poles(case):
+    # Ferrite was given a conductor's share, +- 3 %: double of what a plate of the coil's size does over its middle.
+    (radii, heights), sides, thickness, offset, gap = case
+    size = 2.0 * radii.max()
+    sides, thickness, offset, gap = (size * np.asarray(value) for value in (sides, thickness, offset, gap))
+    coarse, better = (pole_share(sides, thickness, offset, radii, heights, gap, *n) for n in ((16, 4), (24, 6)))
+    reference = 3.0 * better - 2.0 * coarse
+    assert better == pytest.approx(reference, rel=0.05)
+    plate, rings = Plate("rectangle", tuple(sides), thickness), CoaxialRings(radii, heights, np.ones_like(radii))
+    ours = magnetic_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
+    error = magnetic_share_error(plate, rings)
+    assert ours == pytest.approx(reference, rel=error)
+    if offset == 0.0 and max(sides) <= size:
+        conductor = plate_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
+        assert conductor > 1.3 * reference
 
 
 THESIS = {

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from half_space_reference import RingFilaments
-from windings import MM, UM, bench, coil, four_layers
+from windings import MM, UM, coil, four_layers
 
 from sitscad.physics import near_metal, proximity
 from sitscad.physics.current_spectrum import polyline_spectrum, spiral_spectrum
@@ -82,7 +82,7 @@ def test_inductance_and_resistance_close_to_metal(name, gap, metal):
         reference = by_filaments(name, gap, metal, frequency)
         ours, free = by_modes(COILS[name][0], gap, metal, frequency)
         omega = 2.0 * math.pi * frequency
-        assert ours.imag / omega == pytest.approx(reference.imag / omega, abs=4e-3 * free)
+        assert ours.imag / omega == pytest.approx(reference.imag / omega, abs=2.5e-3 * free)
         assert ours.real == pytest.approx(reference.real, rel=0.04 if gap < 0.2e-3 else 0.03)
 
 
@@ -114,7 +114,7 @@ def test_all_frequencies_close_to_metal(frequency):
         reference = by_filaments(name, 0.1e-3, STEEL, frequency)
         ours, free = by_modes(COILS[name][0], 0.1e-3, STEEL, frequency, 0.01)
         assert ours.real == pytest.approx(reference.real, rel=0.02)
-        assert ours.imag == pytest.approx(reference.imag, abs=2.0 * math.pi * frequency * 4e-3 * free)
+        assert ours.imag == pytest.approx(reference.imag, abs=2.0 * math.pi * frequency * 2e-3 * free)
 
 
 def test_far_metal_changes_nothing_of_the_crowding():
@@ -142,6 +142,28 @@ def test_the_subspace_is_large_enough_and_never_larger_than_the_space(turns, mon
     assert usual == pytest.approx(everything, rel=3e-3)
 
 
+@pytest.mark.parametrize("frequency", [1e5, 5e6])
+def test_metal_on_both_sides_against_filaments(frequency):
+    # copper above, steel below, and all their echoes
+    layers, cells, count = COILS["crossing"]
+    roof, floor = Reflector(0.2e-3, (Plate(COPPER),)), Reflector(0.3e-3, (Plate(STEEL),))
+    reference = 0j
+    for rings in filaments("crossing", cells):
+        seen = rings.between_metals((0.2e-3, COPPER), (-0.3e-3, STEEL), frequency)
+        reference += rings.impedance(seen, frequency) / count
+    resolution = proximity.suited_resolution(layers, COPPER, 0.03)
+    cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
+    loss = proximity.winding_loss(layers, COPPER, 0.03)
+    free = float(spiral_inductance_matrix(layers).sum())
+    change, added = reflected_impedance(spiral_spectrum(layers, 0.2e-3), frequency, roof, floor)
+    more = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.2e-3).change(frequency, roof, floor)
+    omega = 2.0 * math.pi * frequency
+    inductance = free + loss.inductance_change(frequency) + change + more.real
+    resistance = loss.direct * loss.resistance_ratio(frequency) + added - omega * more.imag
+    assert inductance == pytest.approx(reference.imag / omega, abs=2.5e-3 * free)
+    assert resistance == pytest.approx(reference.real, rel=0.03)
+
+
 def test_metal_on_both_sides_acts_like_a_perfect_mirror_and_its_echoes():
     # Symmetrical walls and a coil in the middle: either wall alone changes less than both, and sides may be swapped.
     layers = COILS["three"][0]
@@ -153,14 +175,24 @@ def test_metal_on_both_sides_acts_like_a_perfect_mirror_and_its_echoes():
     assert abs(crowding.change(5e6, one, one)) > abs(crowding.change(5e6, one, None))
 
 
-@pytest.mark.parametrize("gap", [0.05e-3, 0.2e-3, 1e-3])
-def test_the_spectrum_of_a_spiral_is_that_of_its_images(gap):
-    # Neumann's integral between the spiral and its mirror image: fractional turns, ends and slope included
-    for layer in (bench()[0], coil(4 * MM, 2.5, 100 * UM, 100 * UM, (0.0,), (18 * UM,))[0]):
-        image = replace(layer, z=2.0 * gap)
-        exact = -spiral_inductance_matrix([layer, image])[0, 1]
-        ours, _ = reflected_impedance(spiral_spectrum([layer], gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
-        assert ours == pytest.approx(exact, rel=2e-3)
+# layers, turns, width (um) and by how much of its value a change may differ: what the harmonics of ends and fractional
+# turns add was missing (half a turn read 50 to 70 % low, one and a half 11 to 22 %, 6.5 turns 0.7 to 1.5 %), and the
+# bend of wide tracks (0.4 %).
+FRACTIONAL = [(1, 0.5, 100, 0.016), (1, 1.5, 100, 4e-3), (1, 2.25, 400, 3e-3), (1, 6.5, 400, 1e-3),
+              (2, 2.25, 400, 1e-3), (3, 0.5, 100, 4e-3), (3, 1.5, 400, 1e-3), (3, 6.5, 100, 5e-4),
+              (1, 12.0, 100, 1e-3)]  # fmt: skip
+
+
+@pytest.mark.parametrize("gap", [0.1e-3, 0.5e-3, 2e-3])
+@pytest.mark.parametrize(("count", "turns", "width", "tolerance"), FRACTIONAL)
+def test_the_spectrum_of_a_spiral_is_that_of_its_images(count, turns, width, tolerance, gap):
+    # Neumann's integral between the spirals and their mirror images: fractional turns, ends and slope included
+    heights = tuple(-60 * UM * k for k in range(count))
+    layers = coil(8 * MM, turns, width * UM, 100 * UM, heights, (18 * UM,) * count)
+    images = [replace(layer, z=2.0 * gap - layer.z) for layer in layers]
+    exact = -spiral_inductance_matrix([*layers, *images])[:count, count:].sum()
+    ours, _ = reflected_impedance(spiral_spectrum(layers, gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
+    assert ours == pytest.approx(exact, rel=tolerance)
 
 
 def half_turns(count, half=1.5 * MM, pitch=200 * UM):
