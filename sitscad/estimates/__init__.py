@@ -81,7 +81,7 @@ def estimate(
     inductance = chosen.solve(geometry)
     assert inductance is not None
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
-    matrix = inductance_matrix(inductance, geometries)
+    matrix, matrix_errors = inductance_matrix(inductance, chosen.error(geometry), geometries)
     assembly = assemble(spec)
     conductivity = conductivity_at(copper_temperature)
     loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
@@ -106,6 +106,7 @@ def estimate(
     return Estimates(
         coils=tuple(coils),
         inductance_matrix=tuple(tuple(float(value) for value in row) for row in matrix),
+        inductance_matrix_error=tuple(tuple(float(value) for value in row) for row in matrix_errors),
         readout=readout,
         compression=assembly.compression,
         gaps=assembly.gaps,
