@@ -83,7 +83,7 @@ def estimate(
     inductance = chosen.solve(geometry)
     assert inductance is not None
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
-    matrix = inductance_matrix(inductance, geometries)
+    matrix, matrix_errors = inductance_matrix(inductance, chosen.error(geometry), geometries)
     assembly = assemble(spec)
     conductivity = conductivity_at(temperature)
     loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
@@ -112,6 +112,7 @@ def estimate(
         coils=tuple(coils),
         inductance_matrix=tuple(tuple(float(value) for value in row) for row in matrix),
         readout=with_margin(readout, [state for coil in coils for state in coil.states.values()]),
+        inductance_matrix_error=tuple(tuple(float(value) for value in row) for row in matrix_errors),
         compression=assembly.compression,
         gaps=assembly.gaps,
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),

@@ -143,8 +143,9 @@ class CrossCheck:
 @dataclass(frozen=True)
 class Estimates:
     """Everything electrical about a layout. `inductance_matrix` (H) is for currents entering each coil at its outer end
-    on layer 1; `gaps` are distances in metres by name; `notes` say what the numbers leave out; `normal_force` (N) is
-    the one of the pressed state, `temperature` (degrees Celsius) the one of copper and metals.
+    on layer 1, `inductance_matrix_error` (H) what its elements can be off by at most; `gaps` are distances in metres by
+    name; `notes` say what the numbers leave out; `normal_force` (N) is the one of the pressed state, `temperature`
+    (degrees Celsius) the one of copper and metals.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -156,6 +157,7 @@ class Estimates:
     notes: tuple[str, ...]
     normal_force: float | None = None
     temperature: float = 20.0
+    inductance_matrix_error: tuple[tuple[float, ...], ...] = ()
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
@@ -167,6 +169,7 @@ class Estimates:
             "coils": [_coil_document(coil) | _sensitivity_document(coil, self.normal_force) for coil in self.coils],
             "temperature_C": self.temperature,
             "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
+            "inductance_matrix_error_H": [[_number(value) for value in row] for row in self.inductance_matrix_error],
             "readout": _readout_document(self.readout),
             "gaps_m": {name: _number(value) for name, value in self.gaps.items()},
             "cross_checks": [

@@ -247,7 +247,11 @@ def _table(
     return across, strand_clearance(across, height, widths, thicknesses, strands)
 
 
-def sampled_mutual_inductance(first: tuple[Array, Array], second: tuple[Array, Array], chunk: int = 400_000) -> float:
+def sampled_mutual_inductance(
+    first: tuple[Array, Array],
+    second: tuple[Array, Array],
+    chunk: int = 200_000,
+) -> float:
     """Mutual inductance (H) of two filamentary curves far apart against the spacing of their nodes.
 
     Each curve is (points (n, 3), elements dl (n, 2)) in metres, the elements already weighted by the quadrature.
@@ -255,12 +259,16 @@ def sampled_mutual_inductance(first: tuple[Array, Array], second: tuple[Array, A
     (p, dp), (q, dq) = first, second
     middle = 0.5 * (p.mean(axis=0) + q.mean(axis=0))
     p, q = p - middle, q - middle
+    squares, other_squares = np.sum(p * p, axis=1), np.sum(q * q, axis=1)
     rows = max(1, chunk // max(1, len(q)))
     total = 0.0
     for k in range(0, len(p), rows):
-        part = p[k : k + rows]
-        square = np.sum(part * part, axis=1)[:, None] + np.sum(q * q, axis=1) - 2.0 * (part @ q.T)
-        total += float(np.sum((dp[k : k + rows] @ dq.T) / np.sqrt(square)))
+        part = slice(k, k + rows)
+        distance = p[part] @ (-2.0 * q.T)
+        distance += squares[part, None]
+        distance += other_squares
+        np.sqrt(distance, out=distance)
+        total += float(np.sum((dp[part] @ dq.T) / distance))
     return MU0 / (4.0 * math.pi) * total
 
 

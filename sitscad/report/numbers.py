@@ -283,4 +283,16 @@ def _matrix(estimates: Estimates, colour: bool) -> str:
     if len(estimates.coils) < 2:
         return ""
     names = ["", *(coil.name for coil in estimates.coils)]
-    return _titled("Inductance matrix of the windings", table(names, matrix_rows(estimates)), colour)
+    lines = table(names, matrix_rows(estimates))
+    return _titled("Inductance matrix of the windings", [*lines, *_mutual_error(estimates)], colour)
+
+
+def _mutual_error(estimates: Estimates) -> list[str]:
+    pairs = zip(estimates.inductance_matrix, estimates.inductance_matrix_error, strict=False)
+    shares = [
+        error / abs(value)
+        for i, (values, errors) in enumerate(pairs)
+        for j, (value, error) in enumerate(zip(values, errors, strict=True))
+        if i != j and value
+    ]
+    return [f"mutual ones to {max(shares):.1g} of their value, at most"] if shares else []

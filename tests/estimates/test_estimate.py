@@ -243,6 +243,9 @@ def test_json_is_the_contract(mounted):
     for state in coil["states"].values():
         assert {"inductance_H", "resistance_ohm", "frequency_Hz", "parallel_resistance_ohm"} <= state.keys()
     assert len(document["inductance_matrix_H"]) == len(document["coils"]) == 2
+    (own, mutual), _ = document["inductance_matrix_error_H"]
+    assert 0.0 < mutual < 1e-3 * abs(document["inductance_matrix_H"][0][1])
+    assert own == document["coils"][0]["inductance_error"] * document["inductance_matrix_H"][0][0]
 
 
 def test_shield_before_the_jaw_and_jaw_alone():

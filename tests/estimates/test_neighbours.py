@@ -28,14 +28,16 @@ def spiral_geometry():
     theta = np.linspace(0.0, sweep, 200_001)
     radius = 1.7e-3 - 200 * UM / (2 * math.pi) * theta
     area = 2 * np.trapezoid(0.5 * radius**2, theta)
-    return WindingGeometry(SimpleNamespace(shape="circle", turns=6.0), layers, ()), float(area)
+    spec = SimpleNamespace(shape="circle", turns=6.0, trace_width=100 * UM, layers=(1, 2))
+    return WindingGeometry(spec, layers, ()), float(area)
 
 
 def square_geometry():
     side = 3e-3
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * side / 2
     drawn = track([(tuple(a), tuple(b)) for a, b in pairwise(corners)], 100 * UM, 35 * UM, 0.0)
-    return WindingGeometry(SimpleNamespace(shape="square", turns=1.0), (), (), (drawn,)), side**2
+    spec = SimpleNamespace(shape="square", turns=1.0, trace_width=100 * UM, layers=(1,))
+    return WindingGeometry(spec, (), (), (drawn,)), side**2
 
 
 def placed(x, y=0.0):
@@ -46,15 +48,17 @@ def placed(x, y=0.0):
 def test_far_coils_reach_the_dipole_limit(made):
     geometry, area = made()
     distance = 0.3
-    matrix = inductance_matrix(1e-6, [(placed(0.0), geometry), (placed(distance), geometry)])
+    matrix, _ = inductance_matrix(1e-6, 1e-4, [(placed(0.0), geometry), (placed(distance), geometry)])
     assert matrix[0, 1] == pytest.approx(-MU0 * area**2 / (4 * math.pi * distance**3), rel=2e-3)
 
 
 def test_equal_displacements_have_equal_inductance_and_the_matrix_is_positive():
     geometry, _ = spiral_geometry()
     coils = [(placed(x), geometry) for x in (-4.5e-3, 0.0, 4.5e-3)]
-    matrix = inductance_matrix(0.4e-6, coils)
+    matrix, errors = inductance_matrix(0.4e-6, 1e-4, coils)
     assert np.array_equal(matrix, matrix.T)
     assert matrix[0, 1] == matrix[1, 2]
     assert abs(matrix[0, 2]) < abs(matrix[0, 1])
     assert np.linalg.eigvalsh(matrix).min() > 0.0
+    assert np.allclose(np.diag(errors), 0.4e-10) and np.array_equal(errors, errors.T)
+    assert 0.0 < errors[0, 2] < errors[0, 1] < 1e-3 * abs(matrix[0, 1])

@@ -1,0 +1,266 @@
+"""Mutual inductance of windings that lie side by side: strands sampled as finely as the other winding's distance asks.
+
+Every side, arc or spiral turn is halved until it is no longer than it is far from the other winding, and gets a few
+Gauss points a part. Straight sides that nearly touch are left to `tracks`, where a pair of filaments is closed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.filaments import sampled_mutual_inductance
+from sitscad.physics.mean_distance import gauss
+from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.track_strands import Track
+from sitscad.physics.tracks import tracks_mutual_inductance
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+POINTS = 6
+"""Gauss points a part."""
+
+LONG = 0.75
+"""Largest length of a part over its distance from the other winding: the integrand is smooth to 1e-8 of its pair."""
+
+BEND = 1.6
+"""Largest angle (rad) of a curved part."""
+
+TOUCHING = 0.06
+"""Distance, in the longest side, below which pairs of straight sides are closed: sampling them would cost more."""
+
+WIDE = 0.003
+"""Track width over the winding's radius from which two strands a track are taken: one misses its square."""
+
+NEAR = 0.2
+"""Track width over the least distance of the windings' centre lines from which three strands are taken."""
+
+THICK = 2e-3
+"""Spread of the heights through both coppers, over the least distance, from which one is taken at two heights."""
+
+HALVINGS = 14
+"""A part is halved so often at most: windings that cross are not what this is for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Pieces of one kind of all layers of a winding. Metres and radians.
+
+    Straight (n, 8): start, end, and the mitres by which they move per metre to the left. Curved (n, 7): centre x, y,
+    radius and azimuth at the start, direction (+1 counter-clockwise), angle, fall of the radius per radian. `heights`
+    (n) are mid-planes, `thicknesses` (n) the copper's.
+    """
+
+    rows: Array
+    heights: Array
+    thicknesses: Array
+    width: float
+
+    @property
+    def is_curved(self) -> bool:
+        """Whether the rows are of the curved kind."""
+        return self.rows.shape[1] == 7
+
+    @property
+    def lengths(self) -> Array:
+        """Length (m) of every piece, that of a spiral turn by its start."""
+        if self.is_curved:
+            return np.asarray(self.rows[:, 2] * self.rows[:, 5])
+        return np.hypot(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 3] - self.rows[:, 1])
+
+    def moved(self, dx: float, dy: float) -> Pieces:
+        """The pieces moved by (dx, dy) metres."""
+        step = [dx, dy, 0.0, 0.0, 0.0, 0.0, 0.0] if self.is_curved else [dx, dy, dx, dy, 0.0, 0.0, 0.0, 0.0]
+        return replace(self, rows=self.rows + np.array(step))
+
+    def points(self, index: Index, s: Array, left: float) -> tuple[Array, Array]:
+        """Points and derivatives (k, m, 2) at fractions s (k, m) of pieces (k), `left` metres off the centre line."""
+        rows = self.rows[index][:, None, :]
+        if not self.is_curved:
+            start, end = rows[..., :2] + left * rows[..., 4:6], rows[..., 2:4] + left * rows[..., 6:]
+            return start + s[..., None] * (end - start), np.broadcast_to(end - start, (*s.shape, 2))
+        centre, (radius, azimuth, direction, angle, fall) = rows[..., :2], np.moveaxis(rows[..., 2:], 2, 0)
+        turned = angle * s
+        r, a = radius - fall * turned, azimuth + direction * turned
+        outward = np.stack([np.cos(a), np.sin(a)], axis=-1)
+        forward = direction[..., None] * np.stack([-outward[..., 1], outward[..., 0]], axis=-1)
+        step = r[..., None] * forward - fall[..., None] * outward
+        speed = np.hypot(r, fall)
+        normal = np.stack([-step[..., 1], step[..., 0]], axis=-1) / speed[..., None]
+        # a parallel curve is shorter on the inner side, by its curvature
+        shorter = 1.0 - left * direction * (r * r + 2.0 * fall * fall) / speed**3
+        return centre + r[..., None] * outward + left * normal, step * (shorter * angle)[..., None]
+
+    def distance(self, where: Array) -> Array:
+        """Least distance (m) in the plane of points (k, 2) from the centre lines."""
+        if not len(self.rows):
+            return np.full(len(where), np.inf)
+        p = where[:, None, :]
+        found = self._from_curves(p) if self.is_curved else self._from_sides(p)
+        return np.asarray(found.min(axis=1))
+
+    def _from_sides(self, p: Array) -> Array:
+        start, step = self.rows[:, :2], self.rows[:, 2:4] - self.rows[:, :2]
+        s = np.clip(np.sum((p - start) * step, axis=-1) / np.sum(step * step, axis=-1), 0.0, 1.0)
+        away = p - start - s[..., None] * step
+        return np.hypot(away[..., 0], away[..., 1])
+
+    def _from_curves(self, p: Array) -> Array:
+        x, y, radius, azimuth, direction, angle, fall = self.rows.T
+        dx, dy = p[..., 0] - x, p[..., 1] - y
+        turned = direction * (np.arctan2(dy, dx) - azimuth) % (2.0 * math.pi)
+        beside = np.abs(np.hypot(dx, dy) - (radius - fall * turned))
+        ends = [
+            np.hypot(dx - r * np.cos(a), dy - r * np.sin(a))
+            for r, a in ((radius, azimuth), (radius - fall * angle, azimuth + direction * angle))
+        ]
+        return np.where(turned <= angle, beside, np.minimum(*ends))
+
+
+def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces]:
+    """The straight and the curved pieces of a winding's layers; the tracks have one width."""
+    sides = [np.concatenate([t.starts, t.ends, t.before, t.after], axis=1) for t in tracks]
+    arcs = [np.concatenate([t.arcs, np.zeros((len(t.arcs), 1))], axis=1) for t in tracks]
+    return _joined(sides, tracks), _joined(arcs, tracks)
+
+
+def spiral_pieces(layers: Sequence[SpiralLayer]) -> Pieces:
+    """The half turns of round layers, walked along the current; the layers have one width."""
+    return _joined([_half_turns(layer) for layer in layers], layers)
+
+
+def _half_turns(layer: SpiralLayer) -> Array:
+    count, slope = max(1, math.ceil(2.0 * layer.turns)), layer.pitch / (2.0 * math.pi)
+    step = layer.span / count
+    theta = step * np.arange(count)
+    if not layer.inward:
+        theta = layer.span - theta
+    walk = 1.0 if layer.inward else -1.0
+    one = np.ones(count)
+    return np.stack([0.0 * one, 0.0 * one, layer.radius - slope * theta, layer.angle + layer.sense * theta,
+                     walk * layer.sense * one, step * one, walk * slope * one], axis=1)  # fmt: skip
+
+
+def _joined(rows: Sequence[Array], layers: Sequence[Track | SpiralLayer]) -> Pieces:
+    heights = np.concatenate([np.full(len(r), layer.z) for r, layer in zip(rows, layers, strict=True)])
+    thicknesses = np.concatenate([np.full(len(r), layer.thickness) for r, layer in zip(rows, layers, strict=True)])
+    return Pieces(np.concatenate(rows), heights, thicknesses, layers[0].width)
+
+
+@dataclass(frozen=True)
+class SideBySide:
+    """Mutual inductance (H) of two windings, and their tracks' width over the least distance of their centre lines."""
+
+    inductance: float
+    nearness: float
+
+
+def spirals_side_by_side(
+    first: Sequence[SpiralLayer], second: Sequence[SpiralLayer], displacement: tuple[float, float]
+) -> SideBySide:
+    """Two round windings in one plane, the second one's centre `displacement` (m) from the first one's."""
+    mutual, least = _sampled(spiral_pieces(first), spiral_pieces(second).moved(*displacement))
+    return SideBySide(mutual, first[0].width / least)
+
+
+def tracks_side_by_side(
+    first: Sequence[Track], second: Sequence[Track], displacement: tuple[float, float]
+) -> SideBySide:
+    """Two windings of sides and arcs in one plane, the second one moved by `displacement` (m)."""
+    sides, arcs = track_pieces(first)
+    other_sides, other_arcs = (pieces.moved(*displacement) for pieces in track_pieces(second))
+    found = [_sampled(arcs, other_arcs), _sampled(arcs, other_sides), _sampled(sides, other_arcs)]
+    least = _least_between_sides(sides, other_sides)
+    if len(sides.rows) and len(other_sides.rows) and least < TOUCHING * _longest(sides, other_sides):
+        found.append((_closed(first, second, displacement), least))
+    else:
+        found.append(_sampled(sides, other_sides))
+    mutual = math.fsum(value for value, _ in found)
+    return SideBySide(mutual, first[0].width / min(least, *(distance for _, distance in found)))
+
+
+def _closed(first: Sequence[Track], second: Sequence[Track], displacement: tuple[float, float]) -> float:
+    one, other = ([replace(t, arcs=t.arcs[:0]) for t in tracks] for tracks in (first, second))
+    return math.fsum(tracks_mutual_inductance(p, q.shifted(*displacement), (2, 2)) for p in one for q in other)
+
+
+def _longest(one: Pieces, other: Pieces) -> float:
+    return max(float(one.lengths.max()), float(other.lengths.max()))
+
+
+def _least_between_sides(one: Pieces, other: Pieces) -> float:
+    # Of two sides that do not cross, one has an end that is nearest.
+    if not len(one.rows) or not len(other.rows):
+        return math.inf
+    ends, other_ends = (np.concatenate([p.rows[:, :2], p.rows[:, 2:4]]) for p in (one, other))
+    return min(float(other.distance(ends).min()), float(one.distance(other_ends).min()))
+
+
+def _sampled(one: Pieces, other: Pieces) -> tuple[float, float]:
+    """Mutual inductance (H) of two sets of pieces, and their least distance (m)."""
+    if not len(one.rows) or not len(other.rows):
+        return 0.0, math.inf
+    (parts, least), (other_parts, _) = _parts(one, other), _parts(other, one)
+    aside = math.sqrt(float(np.mean(one.thicknesses**2) + np.mean(other.thicknesses**2)) / 12.0)
+    lifts = (0.0,) if aside < THICK * least else (-aside, aside)
+    total = 0.0
+    for left, share in _offsets(one, least):
+        curve = _points(one, parts, left, (0.0,))
+        for other_left, other_share in _offsets(other, least):
+            mutual = sampled_mutual_inductance(curve, _points(other, other_parts, other_left, lifts))
+            total += share * other_share * mutual
+    return total, least
+
+
+def _offsets(pieces: Pieces, least: float) -> tuple[tuple[float, float], ...]:
+    """Distances (m) of strands to the left of the centre line, and their shares: as many as its width asks for."""
+    size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
+    count = 3 if pieces.width > NEAR * least else 2 if pieces.width > WIDE * size else 1
+    nodes, weights = gauss(count)
+    return tuple((0.5 * pieces.width * float(x), 0.5 * float(w)) for x, w in zip(nodes, weights, strict=True))
+
+
+def _parts(own: Pieces, other: Pieces) -> tuple[tuple[Index, Array, Array], float]:
+    """Piece, low end and length (as fractions of it) of the parts into which pieces are halved; the least distance (m)
+    of a part's middle from the other winding.
+    """
+    index = np.arange(len(own.rows))
+    low, step = np.zeros(len(index)), np.ones(len(index))
+    lengths = own.lengths
+    kept: list[tuple[Index, Array, Array]] = []
+    least = math.inf
+    for halving in range(HALVINGS):
+        middle, _ = own.points(index, (low + 0.5 * step)[:, None], 0.0)
+        away = other.distance(middle[:, 0])
+        least = min(least, float(away.min()))
+        long = lengths[index] * step > LONG * np.maximum(away, 0.25 * own.width)
+        if own.is_curved:
+            long |= own.rows[index, 5] * step > BEND
+        if halving == HALVINGS - 1:
+            long[:] = False
+        kept.append((index[~long], low[~long], step[~long]))
+        index, half = np.repeat(index[long], 2), np.repeat(0.5 * step[long], 2)
+        low = np.repeat(low[long], 2) + np.tile([0.0, 1.0], int(long.sum())) * half
+        step = half
+        if not index.size:
+            break
+    first, second, third = zip(*kept, strict=True)
+    return (np.concatenate(first), np.concatenate(second), np.concatenate(third)), least
+
+
+def _points(
+    pieces: Pieces, parts: tuple[Index, Array, Array], left: float, lifts: tuple[float, ...]
+) -> tuple[Array, Array]:
+    # Points (n, 3) and elements (n, 2), shared out to the heights above and below the mid-planes.
+    index, low, step = parts
+    nodes, weights = gauss(POINTS)
+    where, slope = pieces.points(index, low[:, None] + step[:, None] * 0.5 * (1.0 + nodes), left)
+    element = slope * (0.5 / len(lifts) * step[:, None] * weights)[..., None]
+    height = np.repeat(pieces.heights[index], POINTS)[:, None]
+    points = [np.concatenate([where.reshape(-1, 2), height + lift], axis=1) for lift in lifts]
+    return np.concatenate(points), np.tile(element.reshape(-1, 2), (len(lifts), 1))

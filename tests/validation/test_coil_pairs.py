@@ -1,0 +1,79 @@
+"""The stated bound of the mutual inductance of two coils against the volume integral, on random pairs of every shape.
+
+The references are data (coil_pairs.csv, by coil_pairs.py). The constants of the bound were chosen on the pairs of
+numbers below 51; those from there on were integrated afterwards and judge it.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import coil_pairs
+import designs
+import numpy as np
+import pytest
+
+from sitscad.estimates.neighbours import mutual_error, side_by_side
+from sitscad.estimates.windings import WindingGeometry
+from sitscad.geometry.path import Point
+
+REFERENCES = coil_pairs.read()
+JUDGES = 51
+"""Number of the first pair that the bound was not chosen on."""
+
+
+def compared(rows):
+    """(error, bound, reference), all in henries, of some lines of the file."""
+    found = []
+    for row in rows:
+        two = coil_pairs.pair(row["family"], int(row["number"]))
+        placed = [
+            (SimpleNamespace(centre=Point(*centre)), WindingGeometry(coil.spec, coil.spirals, (), coil.drawn))
+            for coil, centre in ((two.first, (0.0, 0.0)), (two.second, two.centre))
+        ]
+        mutual, exact = side_by_side(*placed), float(row["mutual_inductance_H"])
+        found.append((abs(mutual.inductance - exact), mutual_error(mutual, two.first.spec), abs(exact)))
+    return found
+
+
+def of_family(family, first=0):
+    return [r for r in REFERENCES if r["family"] == family and int(r["number"]) >= first]
+
+
+@pytest.mark.parametrize("family", designs.FAMILIES)
+def test_the_bound_holds_on_pairs_that_it_was_not_chosen_on(family):
+    rows = of_family(family, JUDGES)
+    assert len(rows) >= 4
+    for row, (error, bound, _) in zip(rows, compared(rows), strict=True):
+        assert error <= bound, row["number"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", designs.FAMILIES)
+def test_the_bound_holds_on_all_pairs_and_says_something(family):
+    """Half of the errors lie below 5e-6 of the mutual inductance, half of the bounds below 5e-5."""
+    found = compared(of_family(family))
+    assert all(error <= bound for error, bound, _ in found)
+    assert np.median([error / exact for error, _, exact in found]) < 5e-6
+    assert np.median([bound / exact for _, bound, exact in found]) < 5e-5
+
+
+def test_the_file_holds_the_pairs_of_today():
+    for row in REFERENCES:
+        if int(row["number"]) < 3:
+            two = coil_pairs.pair(row["family"], int(row["number"]))
+            assert [f"{1e3 * x:.7g}" for x in two.centre] == [row["centre_x_mm"], row["centre_y_mm"]]
+            assert f"{two.rotation:.7g}" == row["rotation_rad"]
+
+
+def test_the_references_are_good_to_a_few_millionths():
+    """Every fifth pair was integrated again with finer points: the column `error`."""
+    again = [abs(float(row["error"])) for row in REFERENCES if row["error"]]
+    assert len(again) >= 60 and np.median(again) < 1e-6 and max(again) < 1e-5
+
+
+def test_a_reference_can_be_computed_again():
+    two = coil_pairs.pair("hexagon", 2)
+    row = next(r for r in REFERENCES if (r["family"], r["number"]) == ("hexagon", "2"))
+    found = coil_pairs.exact(two, coil_pairs.resolution(two))
+    assert found == pytest.approx(float(row["mutual_inductance_H"]), rel=1e-9)
