@@ -1,9 +1,10 @@
-"""A KiCad 9 project of the flexible circuit: board, rules, and a library with its one footprint."""
+"""A KiCad 9 project of the flexible circuit: board, rules, and a library of footprints: its contacts, and its coils."""
 
 from __future__ import annotations
 
 from sitscad.layout.board import Layout
 from sitscad.writers.kicad_board import board
+from sitscad.writers.kicad_coil import coil_footprints
 from sitscad.writers.kicad_footprint import FOOTPRINT_NAME, library_footprint
 from sitscad.writers.kicad_rules import custom_rules, project
 from sitscad.writers.kicad_sexpr import quoted
@@ -22,13 +23,14 @@ def render(layout: Layout) -> dict[str, bytes]:
         f"kicad/{name}.kicad_pcb": board(layout),
         f"kicad/{name}.kicad_dru": custom_rules(layout),
     }
-    if layout.pads:
-        files[f"kicad/{name}.pretty/{FOOTPRINT_NAME}.kicad_mod"] = library_footprint(layout)
+    library = ({FOOTPRINT_NAME: library_footprint(layout)} if layout.pads else {}) | coil_footprints(layout)
+    files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
+    if library:
         files["kicad/fp-lib-table"] = _library_table(name)
     return {path: text.encode("utf-8") for path, text in files.items()}
 
 
 def _library_table(name: str) -> str:
     uri = quoted(f"${{KIPRJMOD}}/{name}.pretty")
-    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "The contacts of {name}"))'
+    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "The contacts and coils of {name}"))'
     return f"(fp_lib_table\n  (version 7)\n  {row}\n)\n"

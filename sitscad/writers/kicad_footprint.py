@@ -1,4 +1,7 @@
-"""The contacts of the tail (or the solder pads) as a footprint, on the board and in the project's own library."""
+"""The contacts of the tail (or the solder pads) as a footprint, on the board and in the project's own library.
+
+It names no 3-D model: the contacts are printed copper, and the connector that takes them is not on this board.
+"""
 
 from __future__ import annotations
 
