@@ -16,11 +16,12 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Place:
-    """A point on the board in metres, with the copper layer (1 is the top one) where that matters."""
+    """A point on the board in metres, with the copper layer (1 is the top one) and the nets where these matter."""
 
     x: float
     y: float
     layer: int | None = None
+    nets: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -47,21 +47,21 @@ def copper_to_edge(subject: Subject) -> Iterator[Verdict]:
     rules, layout = subject.spec.fpc.rules, subject.layout
     edge = from_rows([row for row, _ in path_rows(layout.outline)])
     worst: dict[str, tuple[float, Complaint]] = {}
-    copper = _copper(subject)
+    copper = copper_in(subject)
     for index, gap in _edge_gaps(copper, edge, rules.copper_to_edge):
         item, layer = copper.items[copper.item[index]], int(copper.layer[index])
         if isinstance(item, Pad) and layout.spec.fpc.tail is not None:
             continue
-        what = f"{_name(item)} on layer {layer}"
+        what = f"{name_of(item)} on layer {layer}"
         if gap < worst.get(what, (np.inf,))[0]:
-            worst[what] = (gap, _edge_complaint(subject, what, gap, copper.pieces.start[index], layer))
+            worst[what] = (gap, _edge_complaint(subject, what, gap, copper.pieces.start[index], layer, item.net))
     yield from (complaint for _, complaint in worst.values())
 
 
 def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
     """Every hole's wall to copper that does not belong to it, on every layer."""
     rules = subject.spec.fpc.rules
-    for near in drill_nearness(_copper(subject), rules.drill_to_copper - ALLOWED_SHORTFALL):
+    for near in drill_nearness(copper_in(subject), rules.drill_to_copper - ALLOWED_SHORTFALL):
         yield Complaint(
             f"a hole of {_net(near)} comes within {um(max(0.0, near.gap))} of {_foreign(near)} on layer {near.layer}; "
             f"{rules.name} asks {um(rules.drill_to_copper)} from hole to copper",
@@ -71,7 +71,7 @@ def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
             rules.drill_to_copper,
             "m",
             source=source_of(subject, "drill_to_copper"),
-            place=Place(near.x, near.y, near.layer),
+            place=Place(near.x, near.y, near.layer, near.nets),
         )
 
 
@@ -102,7 +102,9 @@ def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
             for item, gap, point in _bared(subject, number, region.outline):
-                yield _opening_complaint(subject, item, gap, Place(float(point[0]), float(point[1]), number))
+                yield _opening_complaint(
+                    subject, item, gap, Place(float(point[0]), float(point[1]), number, (item.net,))
+                )
 
 
 def no_room(rule: str) -> Callable[[Subject], Iterator[Verdict]]:
@@ -117,7 +119,8 @@ def no_room(rule: str) -> Callable[[Subject], Iterator[Verdict]]:
 # ----------------------------------------------------------------------------------------------------------- distances
 
 
-def _copper(subject: Subject) -> Copper:
+def copper_in(subject: Subject) -> Copper:
+    """The copper of the design, made once for all rules."""
     return subject.once("copper", lambda: copper_of(subject.layout))
 
 
@@ -126,7 +129,7 @@ def _near_copper(subject: Subject) -> tuple[Nearness, ...]:
     rules, coil = subject.spec.fpc.rules, subject.spec.coil
     spacing = rules.trace_spacing - ALLOWED_SHORTFALL
     winding = min(rules.trace_spacing, coil.trace_spacing) - ALLOWED_SHORTFALL
-    return subject.once("near copper", lambda: tuple(too_near(_copper(subject), spacing, winding)))
+    return subject.once("near copper", lambda: tuple(too_near(copper_in(subject), spacing, winding)))
 
 
 def _edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
@@ -148,7 +151,7 @@ def _smallest(one: Primitives, other: Primitives, within: float) -> float:
 
 def _bared(subject: Subject, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Floats]]:
     """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
-    copper, asked = _copper(subject), subject.spec.fpc.rules.coverlay_opening_to_trace
+    copper, asked = copper_in(subject), subject.spec.fpc.rules.coverlay_opening_to_trace
     edge, corners = from_rows([row for row, _ in path_rows(opening)]), opening.flattened(1e-6)
     worst: dict[int, tuple[float, int]] = {}
     for index, gap in _edge_gaps(copper, edge, asked):
@@ -180,7 +183,7 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 # -------------------------------------------------------------------------------------------------------------- words
 
 
-def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int) -> Complaint:
+def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, net: str) -> Complaint:
     rules = subject.spec.fpc.rules
     return Complaint(
         f"{what} comes within {um(max(0.0, gap))} of the board's edge; {rules.name} asks {um(rules.copper_to_edge)}",
@@ -190,14 +193,14 @@ def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, laye
         rules.copper_to_edge,
         "m",
         source=source_of(subject, "copper_to_edge"),
-        place=Place(float(point[0]), float(point[1]), layer),
+        place=Place(float(point[0]), float(point[1]), layer, (net,)),
     )
 
 
 def _opening_complaint(subject: Subject, item: Trace | Via, gap: float, place: Place) -> Complaint:
     rules = subject.spec.fpc.rules
     return Complaint(
-        f"{_name(item)} on layer {place.layer} comes within {um(max(0.0, gap))} of an opening of the coverlay; "
+        f"{name_of(item)} on layer {place.layer} comes within {um(max(0.0, gap))} of an opening of the coverlay; "
         f"{rules.name} asks {um(rules.coverlay_opening_to_trace)}",
         "bare copper beside the contact: lengthen the tail or move the track",
         "fpc.tail",
@@ -222,7 +225,7 @@ def _worst_of_each_kind(subject: Subject, found: Sequence[Nearness], key: str) -
 def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) -> Complaint:
     asked = near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
-    names = _name(near.one), _name(near.other)
+    names = name_of(near.one), name_of(near.other)
     what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
     more = f" (and in {places - 1} more)" if places > 1 else ""
     return Complaint(
@@ -233,7 +236,7 @@ def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) 
         asked,
         "m",
         source=source_of(subject, "trace_spacing"),
-        place=Place(near.x, near.y, near.layer),
+        place=Place(near.x, near.y, near.layer, near.nets),
     )
 
 
@@ -241,7 +244,8 @@ def _kind(item: Item) -> str:
     return item.role.value if isinstance(item, Trace) else type(item).__name__.lower()
 
 
-def _name(item: Item) -> str:
+def name_of(item: Item) -> str:
+    """A piece of copper in words."""
     if isinstance(item, Via):
         return f"a via of {item.net}"
     if isinstance(item, Pad):
@@ -250,7 +254,7 @@ def _name(item: Item) -> str:
 
 
 def _foreign(near: Nearness) -> str:
-    return _name(near.other if isinstance(near.one, Via) else near.one)
+    return name_of(near.other if isinstance(near.one, Via) else near.one)
 
 
 def _net(near: Nearness) -> str:

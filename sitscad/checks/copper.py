@@ -32,6 +32,9 @@ ALONG = 1.0 / math.sin(math.pi / 8.0)
 """Pieces of one conductor are a bend, not a clearance, while the way between them along the conductor is less than this
 many times the centre distance that they need: legs that part at 45 degrees or more then never count."""
 
+DETOUR = 1.5
+"""A way along the conductor this many times the way across is a turn back (right angle 1.41, half circle 1.57)."""
+
 ROUNDING = 1e-9
 
 _SPLITS = 4
@@ -98,6 +101,11 @@ class Nearness:
         """Copper to copper (m); negative where the pieces overlap."""
         return self.distance - self.half_one - self.half_other
 
+    @property
+    def nets(self) -> tuple[str, ...]:
+        """The nets of both pieces."""
+        return tuple(sorted({self.one.net, self.other.net}))
+
 
 @dataclass(frozen=True)
 class _Stand:
@@ -159,6 +167,25 @@ def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
     yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], half, np.full(len(bad), clearance))
 
 
+def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
+    """Pieces of one conductor so near to one another along it that they count as joined, with an open gap of less than
+    `spacing` (m) between them: where the way along the conductor is `DETOUR` times the centre distance and more.
+
+    Legs that meet in a corner are no notch, whatever their angle.
+    """
+    i, j = _pairs(copper, spacing)
+    i, j = np.where(copper.first[i] <= copper.first[j], (i, j), (j, i))
+    heading, arriving = copper.pieces.tangents
+    back = (heading[i] * arriving[j]).sum(axis=1) < 0.0
+    keep = (copper.chain[i] == copper.chain[j]) & (copper.first[j] > copper.last[i] + ROUNDING) & back
+    i, j = i[keep], j[keep]
+    asked = np.full(len(i), spacing)
+    gap = _gaps(copper, i, j, asked, along=DETOUR)
+    bad = np.flatnonzero((gap > ROUNDING) & (gap < spacing - ROUNDING))
+    bad = bad[_gaps(copper, i[bad], j[bad], asked[bad]) >= spacing - ROUNDING]  # what is farther along is a clearance
+    yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
+
+
 def _pairs(copper: Copper, clearance: float) -> tuple[Indices, Indices]:
     """Index pairs of pieces on one layer whose boxes come within the clearance of one another."""
     boxes, reach = copper.pieces.boxes, copper.half + clearance / 2.0
@@ -170,7 +197,9 @@ def _pairs(copper: Copper, clearance: float) -> tuple[Indices, Indices]:
     return pairs[:, 0], pairs[:, 1]
 
 
-def _gaps(copper: Copper, i: Indices, j: Indices, asked: Floats, half: Floats | None = None) -> Floats:
+def _gaps(
+    copper: Copper, i: Indices, j: Indices, asked: Floats, half: Floats | None = None, along: float = ALONG
+) -> Floats:
     """Copper to copper (m) of pairs of pieces, without what is joined along one conductor; infinite where all is."""
     half = copper.half if half is None else half
     widths = half[i] + half[j]
@@ -178,7 +207,7 @@ def _gaps(copper: Copper, i: Indices, j: Indices, asked: Floats, half: Floats | 
     in_order = (copper.first[i] + copper.last[i]) <= (copper.first[j] + copper.last[j])
     earlier, later = np.where(in_order, i, j), np.where(in_order, j, i)
     way = np.maximum(0.0, copper.first[later] - copper.last[earlier])
-    joined = ALONG * (asked + copper.half[i] + copper.half[j]) + copper.reach[i] + copper.reach[j]
+    joined = along * (asked + copper.half[i] + copper.half[j]) + copper.reach[i] + copper.reach[j]
     joined = np.where(copper.chain[i] == copper.chain[j], joined, 0.0)
     far = np.flatnonzero(way >= joined)
     gap[far] = distances(copper.pieces.take(i[far]), copper.pieces.take(j[far])) - widths[far]

@@ -32,6 +32,24 @@ def trace_width(subject: Subject) -> Iterator[Verdict]:
             "m",
             source=source_of(subject, "trace_width"),
         )
+    yield from _drawn_width(subject)
+
+
+def _drawn_width(subject: Subject) -> Iterator[Complaint]:
+    """Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason."""
+    rules, coil = subject.spec.fpc.rules, subject.spec.coil
+    for trace in subject.layout.traces:
+        if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
+            yield Complaint(
+                f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {um(trace.width)} wide; "
+                f"{rules.name} makes {um(rules.trace_width)} and wider",
+                key="fpc.rules",
+                measured=trace.width,
+                limit=rules.trace_width,
+                unit="m",
+                source=source_of(subject, "trace_width"),
+                place=Place(*trace.path.start, trace.layer, (trace.net,)),
+            )
 
 
 def trace_spacing(subject: Subject) -> Iterator[Verdict]:
@@ -87,7 +105,7 @@ def via_drill(subject: Subject) -> Iterator[Verdict]:
                 limit=rules.via_drill,
                 unit="m",
                 source=source_of(subject, "via_drill"),
-                place=Place(*via.centre),
+                place=Place(*via.centre, nets=(via.net,)),
             )
 
 
@@ -105,7 +123,7 @@ def annular_ring(subject: Subject) -> Iterator[Verdict]:
                 rules.annular_ring,
                 "m",
                 source=source_of(subject, "annular_ring"),
-                place=Place(*via.centre),
+                place=Place(*via.centre, nets=(via.net,)),
             )
 
 
@@ -125,7 +143,11 @@ def hole_to_hole(subject: Subject) -> Iterator[Verdict]:
                     rules.hole_to_hole,
                     "m",
                     source=source_of(subject, "hole_to_hole"),
-                    place=Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0),
+                    place=Place(
+                        (via.centre.x + other.centre.x) / 2.0,
+                        (via.centre.y + other.centre.y) / 2.0,
+                        nets=tuple(sorted({via.net, other.net})),
+                    ),
                 )
 
 
@@ -218,7 +240,7 @@ def source_of(subject: Subject, field: str) -> str:
 FABRICATION_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT101", "trace-width", Severity.ERROR,
-        "The coil's track is at least as wide as the fabricator makes.",
+        "The coil's track, and every other one, is at least as wide as the fabricator makes.",
         "A narrower track is over-etched: it breaks, or its resistance is anybody's guess.",
         "Widen coil.trace_width (fewer turns fit), or name a finer fabricator in fpc.rules.",
         FABRICATOR, apply=trace_width,

@@ -104,6 +104,7 @@ class Rule:
 
 SEVERITIES: dict[str, str] = {
     "SIT103": "warning, error if binding",
+    "SIT123": "note or warning for tracks, error",
     "SIT203": "warning, error below the strongest drive",
     "SIT204": "note for the bare coil, warning, error outside what is stable",
     "SIT206": "warning, error beyond 0.8",

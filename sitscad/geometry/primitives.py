@@ -47,6 +47,18 @@ class Primitives:
         return _between(self, first, last)
 
     @property
+    def tangents(self) -> tuple[Floats, Floats]:
+        """Unit vectors (n, 2) along each piece where it starts and where it ends; zero for a point."""
+        return self._tangent(self.start), self._tangent(self.end)
+
+    def _tangent(self, at: Floats) -> Floats:
+        out = at - self.centre
+        turning = np.column_stack([-out[:, 1], out[:, 0]]) * np.sign(self.sweep)[:, None]
+        along = np.where((self.radius > 0.0)[:, None], turning, self.end - self.start)
+        size = np.hypot(along[:, 0], along[:, 1])
+        return along / np.where(size > 0.0, size, 1.0)[:, None]
+
+    @property
     def boxes(self) -> Floats:
         """Bounding boxes (n, 4): x_min, y_min, x_max, y_max; for arcs of ends and every axis crossing."""
         low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)

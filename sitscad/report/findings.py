@@ -180,7 +180,8 @@ def finding_json(finding: Finding) -> dict[str, Any]:
     if finding.sigma is not None:
         entry["sigma"] = finding.sigma
     if finding.place is not None:
-        entry["place"] = {"x_m": finding.place.x, "y_m": finding.place.y, "layer": finding.place.layer}
+        place = finding.place
+        entry["place"] = {"x_m": place.x, "y_m": place.y, "layer": place.layer, "nets": list(place.nets)}
     return entry
 
 

@@ -9,7 +9,7 @@ from sitscad.report.findings import CheckedSpec, as_json, as_text, printable
 
 TEXT = "sitscad: 1\nname: x\ncoil:\n\tturns: 6.5\n"
 ERROR = Finding("SIT201", "floor", Severity.ERROR, "too weak", "more turns", "coil.turns", 4, 2, 1.4e-7, 2e-7, "H")
-NOTE = Finding("SIT305", "gap", Severity.NOTE, "mind it", place=Place(1e-3, 0.0, 2))
+NOTE = Finding("SIT305", "gap", Severity.NOTE, "mind it", place=Place(1e-3, 0.0, 2, ("C1",)))
 SKIPPED = tuple(NotChecked(rule, "no mount") for rule in ("SIT301", "SIT302"))
 CHECKED = CheckedSpec("a b.yaml", TEXT, (ERROR, NOTE), SKIPPED)
 
@@ -60,7 +60,7 @@ def test_json_numbers_round_trip_and_what_is_not_finite_is_null():
     document = json.loads(as_json([CheckedSpec("x", "", (numbers, NOTE))]))
     first, second = document["specs"][0]["findings"]
     assert (first["measured"], first["limit"]) == (0.1 + 0.2, None)
-    assert second["place"] == {"x_m": 1e-3, "y_m": 0.0, "layer": 2}
+    assert second["place"] == {"x_m": 1e-3, "y_m": 0.0, "layer": 2, "nets": ["C1"]}
     assert second["line"] is None
 
 

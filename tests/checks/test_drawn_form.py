@@ -1,0 +1,177 @@
+"""The rules of the drawn form fire on copper spoilt by hand, at its place, and are silent on the layout as it was."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+
+from sitscad.checks.loops import closed_loops
+from sitscad.finding import Severity
+from sitscad.geometry.path import Arc, Path, Point, circle, polyline
+from sitscad.geometry.region import Region
+from sitscad.layout import lay_out
+from sitscad.layout.board import Pad, Role, Trace, Via
+from sitscad.spec.load import load_text
+
+UM, MM = 1e-6, 1e-3
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """A board of two coils of two layers with a tail that bends."""
+    coil = {"shape": "circle", "outer_diameter": 7, "turns": 12, "layers": 2, "trace_width": 0.1, "trace_spacing": 0.1}
+    document = {
+        "sitscad": 1,
+        "name": "bench",
+        "coil": coil,
+        "array": {"pattern": "line", "count": 2, "pitch": 8},
+        "fpc": {"tail": {"length": 30, "connector": "zif-0.5mm", "layers": 2, "bend": "static"}},
+    }
+    return lay_out(load_text(json.dumps(document, indent=1), "bench.yaml"))
+
+
+def with_track(layout, points, width=100 * UM, layer=1, net="C1"):
+    return replace(layout, traces=(*layout.traces, Trace(polyline(points), width, layer, net, Role.LEAD)))
+
+
+def only(layout, path, width=100 * UM):
+    """The first coil as one track along a path, and nothing else."""
+    track = Trace(path, width, 1, "C1", Role.LEAD)
+    coil = replace(layout.coils[0], series=(track,))
+    return replace(layout, coils=(coil,), traces=(track,), vias=(), pads=())
+
+
+def test_the_layout_as_it_was_is_clean(judge, bench):
+    assert [judge(f"SIT{number}", bench.spec, bench) for number in (101, 120, 121, 122, 124)] == [[]] * 5
+
+
+def test_a_track_drawn_too_narrow(judge, bench):
+    thin = replace(bench.traces[4], width=80 * UM)
+    (found,) = judge("SIT101", bench.spec, replace(bench, traces=(thin, *bench.traces[1:])))
+    assert (
+        found.severity is Severity.ERROR
+        and found.measured == pytest.approx(80 * UM)
+        and found.limit == pytest.approx(100 * UM)
+    )
+    assert (found.place.x, found.place.y, found.place.layer) == (*thin.path.start, 1) and found.place.nets == ("C1",)
+
+
+@pytest.mark.parametrize(("degrees", "fires"), [(30, True), (89, True), (90, False), (135, False)])
+def test_acute_angle(judge, bench, degrees, fires):
+    corner = Point(2 * MM, 1 * MM)
+    end = Point(
+        2 * MM + 0.5 * MM * math.cos(math.radians(degrees)), 1 * MM + 0.5 * MM * math.sin(math.radians(degrees))
+    )
+    found = judge("SIT120", bench.spec, only(bench, polyline([Point(3 * MM, 1 * MM), corner, end])))
+    assert bool(found) == fires
+    if fires:
+        assert found[0].measured == pytest.approx(degrees) and found[0].unit == "degrees"
+        assert (found[0].place.x, found[0].place.y) == pytest.approx(corner) and found[0].place.nets == ("C1",)
+
+
+def test_acute_angle_between_a_line_and_an_arc_and_between_two_tracks(judge, bench):
+    """A line that leaves an arc backwards; the same corner under a via pad is no wedge."""
+    arc = Arc(Point(1 * MM, 0.0), Point(0.0, 1 * MM), Point(0.0, 0.0))
+    along, back = (
+        polyline([Point(0.0, 1 * MM), Point(-1 * MM, 1 * MM)]),
+        polyline([Point(0.0, 1 * MM), Point(1 * MM, 0.8 * MM)]),
+    )
+    assert judge("SIT120", bench.spec, only(bench, Path((*arc_path(arc), *along)))) == []
+    (found,) = judge("SIT120", bench.spec, only(bench, Path((*arc_path(arc), *back))))
+    assert found.measured == pytest.approx(math.degrees(math.atan(0.2)))
+    one, two = only(bench, arc_path(arc)), Trace(back, 100 * UM, 1, "C1", Role.LEAD)
+    both = replace(one, traces=(*one.traces, two))
+    assert len(judge("SIT120", bench.spec, both)) == 1
+    covered = replace(both, vias=(Via(Point(0.0, 1 * MM), 0.2 * MM, 0.45 * MM, "C1"),))
+    assert judge("SIT120", bench.spec, covered) == []
+
+
+def arc_path(arc):
+    return Path((arc,))
+
+
+@pytest.mark.parametrize(("apart", "fires"), [(0.15, True), (0.19, True), (0.2, False), (0.3, False)])
+def test_sliver_in_a_narrow_turn_back(judge, bench, apart, fires):
+    """Two legs that lie `apart` mm from one another, joined at their end."""
+    legs = polyline([Point(0.0, 0.0), Point(0.15 * MM, 0.0), Point(0.15 * MM, apart * MM), Point(0.0, apart * MM)])
+    assert judge("SIT108", bench.spec, only(bench, legs)) == []
+    found = judge("SIT121", bench.spec, only(bench, legs))
+    assert bool(found) == fires
+    if fires:
+        assert found[0].measured == pytest.approx(apart * MM - 100 * UM) and found[0].place.layer == 1
+
+
+def test_no_sliver_in_a_rounded_right_angle(judge, bench):
+    bend = Arc(Point(0.0, 0.0), Point(0.12 * MM, 0.12 * MM), Point(0.0, 0.12 * MM))
+    legs = Path((*polyline([Point(-1 * MM, 0.0), bend.start]), bend, *polyline([bend.end, Point(0.12 * MM, 1 * MM)])))
+    assert judge("SIT121", bench.spec, only(bench, legs)) == []
+
+
+def test_a_ring_round_a_coil_is_a_shorted_turn(judge, bench):
+    centre = bench.coils[0].centre
+    ring = Trace(circle(centre, 3.7 * MM), 100 * UM, 2, "GUARD", Role.LEAD)
+    (found,) = judge("SIT122", bench.spec, replace(bench, traces=(*bench.traces, ring)))
+    assert "round coil C1: a shorted turn" in found.message and found.place.nets == ("GUARD",)
+    assert found.place.layer == 2 and Point(found.place.x, found.place.y).distance(centre) == pytest.approx(3.7 * MM)
+    open_ring = replace(ring, path=Path(circle(centre, 3.7 * MM).segments[:1]))
+    assert judge("SIT122", bench.spec, replace(bench, traces=(*bench.traces, open_ring))) == []
+
+
+def test_a_bridge_between_turns_is_a_shorted_turn(judge, bench):
+    """A track from the middle of one turn to the middle of the next closes a turn round the coil, once round."""
+    turn, centre = next(t for t in bench.traces if t.role is Role.WINDING), bench.coils[0].centre
+    far = [p for p in turn.path.flattened(1e-7) if abs(p.y - centre.y) < 0.1 * MM and p.x < centre.x - 2 * MM]
+    one, two = min(far, key=lambda p: p.x), max(far, key=lambda p: p.x)
+    spoilt = with_track(bench, [one, two], net=turn.net)
+    (loop,) = closed_loops(spoilt)
+    assert abs(loop.turns_round(centre)) == pytest.approx(round(abs(loop.turns_round(centre)))) and loop.area > 20e-6
+    (found,) = judge("SIT122", bench.spec, spoilt)
+    assert "round coil C1" in found.message
+
+
+def test_a_loop_through_two_vias_beside_the_coils(judge, bench):
+    a, b = Point(14 * MM, 0.0), Point(15 * MM, 0.0)
+    vias = tuple(Via(p, 0.2 * MM, 0.45 * MM, "C2") for p in (a, b))
+    top = with_track(replace(bench, vias=(*bench.vias, *vias)), [a, b], net="C2")
+    assert judge("SIT122", bench.spec, top) == []
+    both = with_track(top, [a, Point(14.5 * MM, 1 * MM), b], layer=2, net="C2")
+    (found,) = judge("SIT122", bench.spec, both)
+    assert "0.5 mm2" in found.message and found.place.nets == ("C2",)
+
+
+def test_what_lies_in_the_bend(judge, bench):
+    (note,) = judge("SIT123", bench.spec, bench)
+    start, end = bench.bend_zone
+    assert note.severity is Severity.NOTE and start < note.place.x < end
+    assert note.measured == pytest.approx(end - note.place.x) and note.measured > note.limit > 0
+    middle = Point((start + end) / 2, 0.0)
+    via = replace(bench, vias=(*bench.vias, Via(middle, 0.2 * MM, 0.45 * MM, "C1")))
+    found = [f for f in judge("SIT123", bench.spec, via) if f.severity is Severity.ERROR]
+    assert len(found) == 1 and "via of C1" in found[0].message and found[0].place.x == middle.x
+    pad = replace(bench, pads=(*bench.pads, Pad(middle, (1 * MM, 0.3 * MM), 1, "C2", "C2.A", 9)))
+    assert any("contact C2.A" in f.message for f in judge("SIT123", bench.spec, pad))
+    x0 = end - 0.5 * MM
+    outline = polyline(
+        [Point(x0, -1e-3), Point(end + 4e-3, -1e-3), Point(end + 4e-3, 1e-3), Point(x0, 1e-3), Point(x0, -1e-3)]
+    )
+    plate = replace(bench, stiffener=replace(bench.stiffener, outline=Region(outline)))
+    (stiff,) = [f for f in judge("SIT123", bench.spec, plate) if f.severity is Severity.ERROR]
+    assert "stiffener" in stiff.message and stiff.measured == pytest.approx(0.5 * MM)
+
+
+def test_a_bend_without_straight_tracks_is_a_warning(judge, bench):
+    start, _ = bench.bend_zone
+    (found,) = judge("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
+    assert found.severity is Severity.WARNING and "lengthen the tail" in found.hint
+
+
+def test_contacts_with_the_fabricators_tolerance(judge, bench):
+    fpc = bench.spec.fpc
+    wide = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 60 * UM})
+    layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=wide)))
+    (found,) = judge("SIT124", layout.spec, layout)
+    assert found.severity is Severity.NOTE and "240 um to 360 um" in found.message and found.key == "fpc.tail.connector"
+    assert judge("SIT124", layout.spec, replace(layout, stiffener=replace(bench.stiffener, thickness=1 * MM))) == []
