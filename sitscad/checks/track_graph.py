@@ -1,18 +1,19 @@
-"""Closed loops in the copper as drawn: the tracks as a graph over all layers, whatever net they are said to have."""
+"""The copper as drawn as a graph over all layers, whatever net it is said to have: its closed loops and loose ends."""
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from sitscad.geometry.path import Path, Point, Segment
 from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.board import Layout, Trace
+from sitscad.layout.board import Layout, Pad, Trace
 
 CHORD = 10e-6
 """Arcs are followed within this distance (m), where a loop's area is concerned."""
@@ -62,11 +63,28 @@ class _Edge:
         return _between(self.trace.path, self.first, self.last)
 
 
-def closed_loops(layout: Layout) -> Iterator[Loop]:
-    """Every loop that a track closes: at ends that meet, at ends that run into another track, through vias and pads."""
+@dataclass(frozen=True)
+class TrackGraph:
+    """A layout's tracks between the nodes where they meet: ends, ends that run into another track, vias and pads."""
+
+    layout: Layout
+
+    @cached_property
+    def node_of(self) -> Callable[[Point, int], Node]:
+        """The node of a point on a layer."""
+        return _nodes(self.layout)
+
+    @cached_property
+    def edges(self) -> tuple[_Edge, ...]:
+        """The stretches of track between nodes."""
+        return tuple(_edges(self.layout, self.node_of))
+
+
+def closed_loops(graph: TrackGraph) -> Iterator[Loop]:
+    """Every loop that a track closes."""
     tree: dict[Node, list[tuple[Node, _Edge]]] = defaultdict(list)
     parts = _Parts()
-    for edge in _edges(layout):
+    for edge in graph.edges:
         if parts.join(edge.one, edge.other):
             tree[edge.one].append((edge.other, edge))
             tree[edge.other].append((edge.one, edge))
@@ -74,9 +92,41 @@ def closed_loops(layout: Layout) -> Iterator[Loop]:
             yield _loop(tree, edge)
 
 
-def _edges(layout: Layout) -> Iterator[_Edge]:
+def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
+    """Ends of tracks that meet nothing on their layer, and vias that join nothing: where, copper layer, net."""
+    layout = graph.layout
+    count = Counter(node for edge in graph.edges for node in (edge.one, edge.other))
+    for trace in layout.traces:
+        for point in (trace.path.start, trace.path.end):
+            node = graph.node_of(point, trace.layer)
+            if node[0] > 0 and count[node] < 2 and not _runs_into(layout, trace, point):
+                yield point, trace.layer, trace.net
+    for number, via in enumerate(layout.vias):
+        if count[0, number, 0] < 2:
+            yield via.centre, 1, via.net
+
+
+def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
+    """Contacts of one net that no copper joins: one of the net's first part, and one of each other part."""
+    parts = _Parts()
+    for edge in graph.edges:
+        parts.join(edge.one, edge.other)
+    for net in dict.fromkeys(pad.net for pad in graph.layout.pads):
+        pads = [(i, pad) for i, pad in enumerate(graph.layout.pads) if pad.net == net]
+        roots = {parts.root((-1, i, 0)): pad for i, pad in reversed(pads)}
+        first = pads[0][1]
+        yield from ((first, pad) for pad in roots.values() if pad is not first)
+
+
+def _runs_into(layout: Layout, trace: Trace, point: Point) -> bool:
+    """Whether an end lies on another track of its layer, away from that one's ends."""
+    return any(
+        other is not trace and other.path.distance(point) < other.width / 2 for other in layout.on_layer(trace.layer)
+    )
+
+
+def _edges(layout: Layout, node_of: Callable[[Point, int], Node]) -> Iterator[_Edge]:
     """The tracks between the nodes that they touch."""
-    node_of = _nodes(layout)
     meetings = _meetings(layout)
     for index, trace in enumerate(layout.traces):
         cuts = [
@@ -191,14 +241,15 @@ class _Parts:
     def __init__(self) -> None:
         self._above: dict[Node, Node] = {}
 
-    def _root(self, node: Node) -> Node:
+    def root(self, node: Node) -> Node:
+        """The node that stands for the whole part."""
         while (above := self._above.get(node, node)) != node:
             node = above
         return node
 
     def join(self, one: Node, other: Node) -> bool:
         """Join two nodes; False where they were joined already."""
-        a, b = self._root(one), self._root(other)
+        a, b = self.root(one), self.root(other)
         self._above[a] = b
         return a != b
 
