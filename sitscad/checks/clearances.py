@@ -22,6 +22,7 @@ from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
 from sitscad.layout.board import Pad, Trace, Via
+from sitscad.layout.teardrops import Teardrop
 from sitscad.units import show
 
 ALLOWED_SHORTFALL = 1e-6
@@ -250,6 +251,8 @@ def name_of(item: Item) -> str:
         return f"a via of {item.net}"
     if isinstance(item, Pad):
         return f"contact {item.pin}"
+    if isinstance(item, Teardrop):
+        return f"a teardrop of {item.net}"
     return f"the {item.role.value} of {item.net}"
 
 

@@ -24,6 +24,7 @@ from sitscad.geometry.primitives import (
     to_points,
 )
 from sitscad.layout.board import Coil, Layout, Pad, Role, Trace, Via
+from sitscad.layout.teardrops import Teardrop
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,7 +40,7 @@ ROUNDING = 1e-9
 
 _SPLITS = 4
 
-Item = Trace | Via | Pad
+Item = Trace | Via | Pad | Teardrop
 
 
 class Position(Protocol):
@@ -118,7 +119,7 @@ class _Stand:
 def copper_of(layout: Layout) -> Copper:
     """The copper of a whole layout."""
     stands = dict(_stands(layout))
-    items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.pads)
+    items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.pads, *layout.teardrops)
     rows: list[Row] = []
     columns: list[tuple[int, float, int, float, float, float, int]] = []
     for index, item in enumerate(items):
@@ -177,7 +178,14 @@ def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
     i, j = np.where(copper.first[i] <= copper.first[j], (i, j), (j, i))
     heading, arriving = copper.pieces.tangents
     back = (heading[i] * arriving[j]).sum(axis=1) < 0.0
-    keep = (copper.chain[i] == copper.chain[j]) & (copper.first[j] > copper.last[i] + ROUNDING) & back
+    track = np.array([isinstance(item, Trace) for item in copper.items], dtype=bool)[copper.item]
+    keep = (
+        track[i]
+        & track[j]
+        & (copper.chain[i] == copper.chain[j])
+        & (copper.first[j] > copper.last[i] + ROUNDING)
+        & back
+    )
     i, j = i[keep], j[keep]
     asked = np.full(len(i), spacing)
     gap = _gaps(copper, i, j, asked, along=DETOUR)
@@ -296,6 +304,11 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
         reach = float(np.hypot(*item.size)) / 2.0
         for row, half in _pad_rows(item):
             yield row, half, 0.0, 0.0, reach
+    elif isinstance(item, Teardrop):
+        corners = item.outline.flattened(1e-6)
+        reach = max(item.origin.distance(corner) for corner in corners)
+        for row, _ in path_rows(item.outline):
+            yield row, 0.0, 0.0, 0.0, reach
     else:
         way = 0.0
         for row, length in path_rows(item.path):
@@ -326,6 +339,22 @@ def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
                 yield id(item), _Stand(number, way)
             way += element.path.length if isinstance(element, Trace) else 0.0
         yield from _contact_stands(layout, coil, number, way)
+    yield from _teardrop_stands(layout)
+
+
+def _teardrop_stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
+    """A teardrop stands where its track begins or ends."""
+    ways: dict[tuple[object, ...], _Stand] = {}
+    for number, coil in enumerate(layout.coils):
+        way = 0.0
+        for element in coil.series:
+            ways[_key(element)] = _Stand(number, way)
+            way += element.path.length if isinstance(element, Trace) else 0.0
+    for drop in layout.teardrops:
+        track = layout.traces[drop.track]
+        stand = ways.get(_key(track))
+        if stand is not None:
+            yield id(drop), _Stand(stand.chain, stand.at + (0.0 if drop.at_start else track.path.length))
 
 
 def _contact_stands(layout: Layout, coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
@@ -12,6 +13,12 @@ from shapely.geometry.base import BaseGeometry
 from sitscad.extraction.artwork import Hole
 from sitscad.extraction.intent import Source
 from sitscad.extraction.nets import ExtractedBoard, ExtractedNet
+
+PAD_EDGE = 1e-6
+"""How far (m) round a flashed pad copper counts as the pad's own."""
+
+SMALLEST_TRACK = 1e-9
+"""Copper beyond the pads that is no more than this (m2) is no track: a square of 30 um."""
 
 
 class Kind(StrEnum):
@@ -27,6 +34,7 @@ class Kind(StrEnum):
     HOLE_OFF_PAD = "hole-off-pad"
     NETLISTS = "netlists-differ"
     COVERED = "covered-contact"
+    DEAD_END = "dead-end"
 
 
 @dataclass(frozen=True)
@@ -56,6 +64,7 @@ def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
         *_vias_without_hole(board),
         *_netlists(board),
         *_covered(board),
+        *_dead_ends(board),
     )
 
 
@@ -139,6 +148,26 @@ def _covered(board: ExtractedBoard) -> Iterator[Difference]:
             place = _place(contact.x, contact.y, contact.layer)
             message = f"contact {contact.pin} at {place} is under the coverlay"
             yield Difference(Kind.COVERED, message, (contact.net,), contact.x, contact.y, contact.layer)
+
+
+def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:
+    """Copper that meets the rest of its net in one place only, so that no current comes through; only of whole nets."""
+    parts = Counter(name for net in board.nets for name in net.names)
+    for net in (net for net in board.nets if net.names and all(parts[name] == 1 for name in net.names)):
+        for piece in net.pieces:
+            joints = sum(
+                piece.layer in hole.layers and shapely.intersects(hole.shape, piece.shape) for hole in net.holes
+            )
+            contacts = [c for c in net.contacts if c.layer == piece.layer and shapely.intersects(c.shape, piece.shape)]
+            if joints + len(contacts) > 1:
+                continue
+            flashes = [f.shape for f in board.artwork.flashes if f.layer == piece.layer]
+            beyond = piece.shape.difference(shapely.union_all(flashes).buffer(PAD_EDGE))
+            if beyond.area > SMALLEST_TRACK:
+                point = beyond.representative_point()
+                place = _place(point.x, point.y, piece.layer)
+                message = f"copper of {', '.join(net.names)} at {place} leads nowhere"
+                yield Difference(Kind.DEAD_END, message, net.names, point.x, point.y, piece.layer)
 
 
 def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:

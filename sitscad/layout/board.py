@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 from sitscad.finding import Finding
 from sitscad.geometry.path import Path, Point
 from sitscad.geometry.region import Region
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.layout.teardrops import Teardrop
 
 
 class Role(StrEnum):
@@ -133,6 +138,13 @@ class Layout:
     def nets(self) -> tuple[str, ...]:
         """The nets, one a coil."""
         return tuple(coil.net for coil in self.coils)
+
+    @cached_property
+    def teardrops(self) -> tuple[Teardrop, ...]:
+        """The teardrops where tracks meet vias and contacts; none where the spec wants none."""
+        from sitscad.layout.teardrops import teardrops
+
+        return teardrops(self)
 
     def on_layer(self, number: int) -> tuple[Trace, ...]:
         """The traces on one copper layer."""

@@ -33,7 +33,7 @@ from sitscad.package.manifest import (
     without_text,
 )
 from sitscad.parts import MissingExtra
-from sitscad.report.findings import CheckedSpec, as_json, checked_spec, to_json
+from sitscad.report.findings import CheckedSpec, as_json, checked_spec, numbered_places, to_json
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writers import WRITERS, Writer
 
@@ -368,12 +368,17 @@ def _report(design: Design, files: dict[str, bytes]) -> dict[str, bytes]:
 def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
     from sitscad.writers import stackup_drawing
-    from sitscad.writers.board_picture import picture
+    from sitscad.writers.board_picture import Mark, picture
 
     layout = design.layout
+    marks = [
+        Mark(finding.place.x, finding.place.y, str(number), finding.severity.value)
+        for number, finding in numbered_places(design.checked.findings)
+        if finding.place is not None
+    ]
     drawn = {
-        "The part that lies on the jaw, seen from the top, to scale.": picture(layout, window=layout.body),
-        "The whole board, to scale.": picture(layout),
+        "The part that lies on the jaw, seen from the top, to scale.": picture(layout, None, layout.body, marks),
+        "The whole board, to scale.": picture(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": stackup_drawing.drawing(layout, "see the package").svg(),
     }
     solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))

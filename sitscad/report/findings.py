@@ -112,6 +112,16 @@ def in_order(findings: Sequence[Finding]) -> list[Finding]:
     return sorted(findings, key=lambda f: (f.line or 0, f.column or 0, f.rule))
 
 
+def by_weight(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings as the report lists them: errors first, then in the order of the spec's text."""
+    return sorted(findings, key=lambda f: (list(Severity).index(f.severity), f.line or 0, f.rule))
+
+
+def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
+    """The findings that have a place on the board, numbered from 1 as report and pictures number them."""
+    return list(enumerate((finding for finding in by_weight(findings) if finding.place is not None), 1))
+
+
 _COLOURS = {"red": "31;1", "yellow": "33;1", "cyan": "36", "green": "32;1", "dim": "2", "bold": "1"}
 SEVERITY_COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cyan"}
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sitscad import __version__
 from sitscad.finding import Finding, Severity
-from sitscad.report.findings import CheckedSpec
+from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.numbers import (
     CROSS_HEAD,
     NONE,
@@ -118,11 +118,12 @@ def _tiles(estimates: Estimates) -> str:
 
 
 def _findings(checked: CheckedSpec) -> str:
-    ordered = sorted(checked.findings, key=lambda f: (ORDER.index(f.severity), f.line or 0, f.rule))
-    return "".join(_finding(checked, finding) for finding in ordered) or "<p>Nothing was found.</p>"
+    numbers = {id(finding): number for number, finding in numbered_places(checked.findings)}
+    articles = (_finding(checked, finding, numbers.get(id(finding))) for finding in by_weight(checked.findings))
+    return "".join(articles) or "<p>Nothing was found.</p>"
 
 
-def _finding(checked: CheckedSpec, finding: Finding) -> str:
+def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
     line = checked.line(finding.line)
     quoted = f"<pre>{finding.line:>4} | {escape(line)}</pre>" if line is not None else ""
     hint = f"<p><b>To mend it:</b> {escape(finding.hint)}</p>" if finding.hint else ""
@@ -136,10 +137,21 @@ def _finding(checked: CheckedSpec, finding: Finding) -> str:
     return (
         f"<article class='finding {finding.severity.value}'><p><span class='kind'>{finding.severity.value} "
         f"{escape(finding.rule)}</span> <span class='soft'>{escape(finding.name)}</span></p>"
-        f"<p>{escape(finding.message)}</p>{quoted}{hint}"
+        f"<p>{escape(finding.message)}</p>{_where(finding, number)}{quoted}{hint}"
         + (f"<p class='soft'>{'; '.join(tail)}</p>" if tail else "")
         + "</article>"
     )
+
+
+def _where(finding: Finding, number: int | None) -> str:
+    """Where on the board a finding stands, with its number in the pictures."""
+    place = finding.place
+    if place is None or number is None:
+        return ""
+    words = [f"x = {place.x * 1e3:.3f} mm, y = {place.y * 1e3:.3f} mm"]
+    words += [f"layer {place.layer}"] if place.layer is not None else []
+    words += [f"net{'s' if len(place.nets) > 1 else ''} {', '.join(place.nets)}"] if place.nets else []
+    return f"<p><b>Place {number}</b> in the pictures: {escape(', '.join(words))}</p>"
 
 
 def _electrical(estimates: Estimates) -> str:

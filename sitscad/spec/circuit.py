@@ -31,6 +31,7 @@ def resolve_fpc(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> FpcS
         panel=_panel(document.panel),
         finish=document.finish,
         copper=document.copper,
+        teardrops=document.teardrops,
     )
 
 

@@ -202,6 +202,9 @@ class FpcDocument(Section):
     panel: str | PanelDocument = key(
         PanelChoice, "auto: when the part is too small to be made singly; none; or a section", "auto"
     )
+    teardrops: str = key(
+        Choice(("auto", "none")), "auto: tracks widen towards vias and contacts wherever the rules leave room", "auto"
+    )
     finish: str = key(Choice(FINISHES), "of the bare contacts", "enig")
     copper: str = key(Choice(("rolled-annealed", "electrodeposited")), "kind of the foil", "rolled-annealed")
 

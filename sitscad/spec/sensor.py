@@ -110,7 +110,7 @@ class FpcSpec:
     """The flexible printed circuit: stack-up, the fabricator's rules, the tail (none: solder pads at the outline).
 
     ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
-    ``copper`` is ``rolled-annealed`` or ``electrodeposited``.
+    ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``.
     """
 
     stackup: Stackup
@@ -119,6 +119,7 @@ class FpcSpec:
     panel: PanelSpec = PanelSpec()
     finish: str = "enig"
     copper: str = "rolled-annealed"
+    teardrops: str = "none"
 
 
 @dataclass(frozen=True)

@@ -86,6 +86,15 @@ def _copper(layout: Layout, layer: int) -> Iterator[str]:
         for _, item in group:
             yield from _drawn(item)
         yield "%TD*%"
+    yield from _teardrops(layout, layer)
+
+
+def _teardrops(layout: Layout, layer: int) -> Iterator[str]:
+    """The teardrops of a layer as regions, each with its net."""
+    for drop in layout.teardrops:
+        if drop.layer == layer:
+            yield from ("%TA.AperFunction,Conductor*%", f"%TO.N,{drop.net}*%", "G36*")
+            yield from (*stroke(drop.outline), "G37*", "%TD*%")
 
 
 def _contact_function(layout: Layout) -> str:

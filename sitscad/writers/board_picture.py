@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
+from typing import NamedTuple
 from xml.sax.saxutils import escape
 
 from sitscad.geometry.path import Arc, Path, Point, bounding_box
@@ -36,15 +37,32 @@ def render(layout: Layout) -> dict[str, bytes]:
     }
 
 
-def picture(layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None) -> str:
+class Mark(NamedTuple):
+    """A place to point at: metres on the board, the number or word beside it, and what it is (a key of `MARKS`)."""
+
+    x: float
+    y: float
+    text: str
+    kind: str
+
+
+MARKS = {"error": "#d00000", "warning": "#b35900", "note": "#0050b3"}
+"""The colours of marks."""
+
+
+def picture(
+    layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None, marks: Iterable[Mark] = ()
+) -> str:
     """A picture of the layout as SVG text.
 
     ``layers`` are the copper layers to show (from 1 at the top; all where left out), ``window`` is what to show of the
-    plane, (x0, y0, x1, y1) in metres (the whole board where left out); a margin is added around it.
+    plane, (x0, y0, x1, y1) in metres (the whole board where left out); a margin is added around it. ``marks`` are drawn
+    over it, those that the window shows.
     """
     shown = sorted(set(layers)) if layers is not None else list(range(1, layout.copper_layers + 1))
     view = _View(window or bounding_box([layout.outline]), WIDTH)
-    legend = _legend(layout, shown, view)
+    pointed_at = [mark for mark in marks if view.shows(mark.x)]
+    legend = _legend(layout, shown, view, pointed_at)
     height = view.height + 30.0 * len(legend) + 20.0
     title = escape(f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top")
     parts = [
@@ -55,6 +73,7 @@ def picture(layout: Layout, layers: Iterable[int] | None = None, window: Window 
         f"<svg width='{_n(WIDTH)}' height='{_n(view.height)}' viewBox='0 0 {_n(WIDTH)} {_n(view.height)}'>",
         *_board(layout, shown, view),
         *_labels(layout, view),
+        *_marks(pointed_at, view),
         "</svg>",
         *(f"<g transform='translate(0 {_n(view.height + 10.0 + 30.0 * i)})'>{row}</g>" for i, row in enumerate(legend)),
         "</svg>",
@@ -126,6 +145,8 @@ def _copper(layout: Layout, layer: int, view: _View) -> Iterator[str]:
     for trace in layout.on_layer(layer):
         yield f"<path d='{view.path(trace.path)}' stroke-width='{_n(trace.width * view.scale)}'/>"
     yield "</g>"
+    for drop in (drop for drop in layout.teardrops if drop.layer == layer):
+        yield f"<path d='{view.path(drop.outline)}' fill='{colour}' opacity='0.8'/>"
     for pad in (pad for pad in layout.pads if pad.layer == layer):
         (w, h), (x, y) = pad.size, pad.centre
         size = f"width='{_n(w * view.scale)}' height='{_n(h * view.scale)}'"
@@ -180,10 +201,40 @@ def _free_place(layout: Layout, centre: Point, step: float) -> Point:
     return max(places, key=lambda p: round(min((p.distance(via.centre) for via in layout.vias), default=0.0), 9))
 
 
+def _marks(marks: list[Mark], view: _View) -> Iterator[str]:
+    """A ring at each place, with its text beside it; places that would hide one another share a ring."""
+    groups: list[list[Mark]] = []
+    for mark in marks:
+        near = (
+            g for g in groups if math.hypot(view.x(g[0].x) - view.x(mark.x), view.y(g[0].y) - view.y(mark.y)) < 26.0
+        )
+        group = next(near, None)
+        if group is None:
+            groups.append([mark])
+        else:
+            group.append(mark)
+    taken: list[tuple[float, float, float]] = []
+    for group in groups:
+        kind = next(kind for kind in MARKS if any(mark.kind == kind for mark in group))
+        x, y, text = view.x(group[0].x), view.y(group[0].y), ", ".join(mark.text for mark in group)
+        left = x - 18.0 - 12.0 * len(text) if x > WIDTH - 120.0 else x + 18.0
+        height = y - 12.0
+        while any(left < end and start < left + 12.0 * len(text) and abs(height - h) < 22.0 for start, end, h in taken):
+            height -= 22.0
+        taken.append((left, left + 12.0 * len(text), height))
+        ring = f"<circle cx='{_n(x)}' cy='{_n(y)}' r='13' fill='none'"
+        yield (
+            f"<g class='mark-{kind}'>{ring} stroke='#ffffff' stroke-width='6'/>"
+            f"{ring} stroke='{MARKS[kind]}' stroke-width='3'/>"
+            f"<text x='{_n(left)}' y='{_n(height)}' {FONT} font-size='22' font-weight='bold' "
+            f"fill='{MARKS[kind]}' stroke='#ffffff' stroke-width='5' paint-order='stroke'>{escape(text)}</text></g>"
+        )
+
+
 # The legend: rows of text and swatches under the drawing.
 
 
-def _legend(layout: Layout, shown: list[int], view: _View) -> list[str]:
+def _legend(layout: Layout, shown: list[int], view: _View, marks: list[Mark]) -> list[str]:
     """The scale bar, then a key for everything that the window shows."""
     plate, bend = layout.stiffener, layout.bend_zone
     keys = [(_swatch(_colour(layer)), f"copper {layer}") for layer in shown]
@@ -199,6 +250,7 @@ def _legend(layout: Layout, shown: list[int], view: _View) -> list[str]:
         keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
     if bend is not None and view.shows(bend[0]):
         keys.append((_dashes(BEND, "4 4"), "bend zone"))
+    keys += [(_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)]
     return [_scale_bar(layout, view), *_rows(keys)]
 
 
@@ -241,6 +293,10 @@ def _colour(layer: int) -> str:
 
 def _swatch(colour: str) -> str:
     return f"<rect y='4' width='26' height='14' fill='{colour}'/>"
+
+
+def _ring(colour: str) -> str:
+    return f"<circle cx='13' cy='11' r='8' fill='none' stroke='{colour}' stroke-width='3'/>"
 
 
 def _dashes(colour: str, dashes: str) -> str:

@@ -20,6 +20,7 @@ from sitscad.writers.kicad_sexpr import (
     length,
     millimetres,
     node,
+    polygon_points,
     quoted,
     stroked,
     uuid_of,
@@ -56,6 +57,7 @@ def board(layout: Layout) -> str:
         children.append(board_footprint(layout, nets, sheet))
     children += [*_graphics(layout, sheet), *_tracks(layout, nets, sheet)]
     children += [_via(via, i, layout, nets, sheet) for i, via in enumerate(layout.vias)]
+    children += _teardrops(layout, nets, sheet)
     children += [*_groups(layout), "(embedded_fonts no)"]
     return node("kicad_pcb", *children) + "\n"
 
@@ -190,6 +192,16 @@ def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: G
         f"(via {xy('at', grid(via.centre), sheet)} (size {length(via.pad)}) (drill {length(via.drill)}) "
         f'(layers "F.Cu" "B.Cu") (net {nets[via.net]}) {identity(layout.spec.name, "via", index)})'
     )
+
+
+def _teardrops(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> list[str]:
+    """The teardrops as filled polygons of their nets: KiCad would make others, and not under these rules."""
+    layers = copper_names(layout.copper_layers)
+    return [
+        f"(gr_poly {polygon_points(drop.outline, sheet)} (stroke (width 0) (type solid)) (fill yes) "
+        f"(layer {quoted(layers[drop.layer - 1])}) (net {nets[drop.net]}) {identity(layout.spec.name, 'teardrop', i)})"
+        for i, drop in enumerate(layout.teardrops)
+    ]
 
 
 def _groups(layout: Layout) -> Iterator[str]:

@@ -69,6 +69,15 @@ def test_a_gap_cut_by_clear_polarity_is_an_open(two_nets, tmp_path):
     assert kinds(two_nets, tmp_path) == [Kind.OPEN]
 
 
+def test_a_winding_that_is_bypassed_leads_nowhere(two_nets, tmp_path):
+    """A track that hangs on one hole only carries no current: the net is whole, and yet half a coil is missing."""
+    two_nets.layers[0] += track("C1", (5, 0), (5, 2))
+    two_nets.layers[1] = via("C1", 5, 0) + via("C1", 5, 2) + track("C1", (5, 0), (5, 1))
+    (found,) = compare(extract(two_nets.write(tmp_path)))
+    assert (found.kind, found.nets, found.layer) == (Kind.DEAD_END, ("C1",), 2)
+    assert found.x == pytest.approx(5e-3, abs=6e-5) and 0.1e-3 < found.y < 1.1e-3
+
+
 def test_a_missing_hole_is_named_and_opens_the_net(two_nets, tmp_path):
     del two_nets.holes[1]
     differences = compare(extract(two_nets.write(tmp_path)))

@@ -9,9 +9,9 @@ from html.parser import HTMLParser
 import pytest
 
 import sitscad
-from sitscad.finding import Finding, NotChecked, Severity
-from sitscad.report.findings import CheckedSpec, checked_spec
-from sitscad.report.page import render
+from sitscad.finding import Finding, NotChecked, Place, Severity
+from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
+from sitscad.report.page import _findings, render
 
 SPEC = """\
 sitscad: 1
@@ -144,3 +144,16 @@ def test_absent_numbers_are_dashes_and_never_nan(design):
 
 def test_the_same_design_gives_the_same_page(design):
     assert _page(design) == _page(design)
+
+
+def test_places_are_numbered_as_in_the_pictures():
+    """Errors first; a finding without a place has no number, and the page says where each number stands."""
+    warning = Finding("SIT120", "acute-angle", Severity.WARNING, "sharp", place=Place(2e-3, -1e-3, 2, ("C1", "C2")))
+    plain = Finding("SIT201", "low", Severity.ERROR, "nowhere")
+    error = Finding("SIT108", "copper-spacing", Severity.ERROR, "near", place=Place(1.5e-3, 0.25e-3))
+    findings = (warning, plain, error)
+    assert numbered_places(findings) == [(1, error), (2, warning)]
+    text = _findings(CheckedSpec("a.yaml", "", findings))
+    assert "<b>Place 1</b> in the pictures: x = 1.500 mm, y = 0.250 mm</p>" in text
+    assert "<b>Place 2</b> in the pictures: x = 2.000 mm, y = -1.000 mm, layer 2, nets C1, C2</p>" in text
+    assert text.count("in the pictures") == 2 and text.index("near") < text.index("sharp")

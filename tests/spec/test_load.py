@@ -186,7 +186,7 @@ def test_a_coil_may_touch_the_spacing_exactly():
         ("racetrack", (8, 4), (4, 5), 1),
         ("racetrack", (8, 4), (9, 0), 1),
         ("octagon", (4, 4), (5, 0), 1),
-        ("hexagon", (4, 4), (0, 5), 5 * math.cos(math.pi / 6) - 4),
+        ("hexagon", (4, 4), (0, 5), 5 - 4 / math.cos(math.pi / 6)),  # corner to corner
     ],
 )
 def test_gaps_between_coils(shape, size, offset, expected):

@@ -82,10 +82,10 @@ def image(file: GerberFile) -> shapely.Geometry:
 
 
 def net_of(item) -> str:
-    """The net of one object, from its attribute."""
-    return item.attrs[".N"][0]
+    """The net of one object, from its attribute; "" of a region, of which gerbonara keeps no attributes."""
+    return "" if isinstance(item, Region) else item.attrs[".N"][0]
 
 
 def function_of(item) -> tuple[str, ...]:
-    """The aperture function of one object."""
-    return dict(item.aperture.attrs)[".AperFunction"]
+    """The aperture function of one object; none of a region."""
+    return () if isinstance(item, Region) else dict(item.aperture.attrs)[".AperFunction"]

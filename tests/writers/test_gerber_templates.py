@@ -10,7 +10,7 @@ from gerber_shapes import area_of, function_of, image, net_of, read
 from gerbonara import ExcellonFile
 from gerbonara.ipc356 import Netlist
 from layouts import order_set
-from shapely.geometry import LineString, Point, box
+from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import unary_union
 
 from sitscad.layout import lay_out
@@ -51,6 +51,8 @@ def test_copper_area_agrees_with_the_layout(template, laid_out):
         for pad in (pad for pad in layout.pads if pad.layer == layer):
             (x, y), (w, h) = pad.centre, pad.size
             shapes.append(box(*(c / MM for c in (x - w / 2, y - h / 2, x + w / 2, y + h / 2))))
+        drops = [drop.outline for drop in layout.teardrops if drop.layer == layer]
+        shapes += [Polygon([(p.x / MM, p.y / MM) for p in outline.flattened(1e-8)]) for outline in drops]
         expected = unary_union(shapes)
         assert image(file).area == pytest.approx(expected.area, rel=5e-4)
         assert image(file).symmetric_difference(expected).area < 1e-3 * expected.area

@@ -159,3 +159,24 @@ def test_librsvg_draws_the_pictures(board, tmp_path):
             picture = tmp_path / "picture.png"
             run = subprocess.run(["rsvg-convert", "-o", picture], input=text, capture_output=True, timeout=60)
             assert run.returncode == 0 and run.stderr == b"" and picture.stat().st_size > 5000
+
+
+def test_marks_stand_at_their_places_and_do_not_hide_one_another(board):
+    """A mark is a ring about its place, one for places that lie together; those outside the window are left out."""
+    x0, y0, x1, y1 = board.body
+    marks = [
+        board_picture.Mark(x0, y0, "1", "warning"),
+        board_picture.Mark(x0, y0 + 1e-5, "2", "error"),
+        board_picture.Mark(x1, y1, "3", "warning"),
+        board_picture.Mark(x1 + 5e-3, 0.0, "4", "note"),
+    ]
+    text = board_picture.picture(board, window=board.body, marks=marks)
+    root = ET.fromstring(text)
+    groups = [g for g in root.iter() if g.get("class", "").startswith("mark-")]
+    assert [(g.get("class"), g[2].text) for g in groups] == [("mark-error", "1, 2"), ("mark-warning", "3")]
+    margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
+    scale = board_picture.WIDTH / (x1 - x0 + 2 * margin)
+    for group, (x, y) in zip(groups, ((margin, y1 - y0 + margin), (x1 - x0 + margin, margin)), strict=True):
+        assert (float(group[0].get("cx")), float(group[0].get("cy"))) == pytest.approx((x * scale, y * scale), abs=0.02)
+    assert ">error, numbered<" in text and ">note, numbered<" not in text
+    assert "mark-" not in board_picture.picture(board)

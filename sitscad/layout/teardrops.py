@@ -1,0 +1,186 @@
+"""Teardrops: copper that widens a track towards the via or contact where it ends, where all distances leave room.
+
+The joint of a thin track and a pad is where a flexible circuit cracks first, and where a drill that is out of register
+breaks the track off. A via's teardrop is the hull of its pad and of the track's width some way off; a contact's is the
+trapezoid from the contact's edge to the track.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sitscad.geometry.path import Line, Path, Point, Segment, closed_polygon
+from sitscad.geometry.primitives import (
+    Primitives,
+    Row,
+    distances,
+    from_rows,
+    line_row,
+    nearest_pairs,
+    path_rows,
+    to_points,
+)
+
+if TYPE_CHECKING:
+    from sitscad.layout.board import Layout, Pad, Trace, Via
+
+REACHES = (1.5, 1.2, 0.9, 0.75)
+"""Lengths that are tried, in diameters of the pad from its centre, or in widths of the contact from its edge."""
+
+INSIDE = 10e-6
+"""How far (m) a contact's teardrop reaches into the contact, so that rounding leaves no slit."""
+
+SLACK = 1e-9
+
+
+@dataclass(frozen=True)
+class Teardrop:
+    """A filled outline on a copper layer, at one end (``origin``) of one of the layout's tracks (its index)."""
+
+    outline: Path
+    layer: int
+    net: str
+    track: int
+    at_start: bool
+    origin: Point
+
+
+def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
+    """The teardrops of a layout, those that keep the fabricator's distances from all copper, holes and the edge."""
+    if layout.spec.fpc.teardrops == "none":
+        return ()
+    found = []
+    surroundings: dict[int, _Surroundings] = {}
+    for index, trace in enumerate(layout.traces):
+        around = surroundings.get(trace.layer) or _Surroundings(layout, trace.layer)
+        surroundings[trace.layer] = around
+        for at_start in (True, False):
+            leg = trace.path.segments[0] if at_start else trace.path.segments[-1].reversed()
+            drops = (
+                Teardrop(outline, trace.layer, trace.net, index, at_start, leg.start)
+                for outline, _ in _outlines(layout, trace, leg)
+                if around.leaves_room(outline, index, leg)
+            )
+            found += list(islice(drops, 1))
+    return tuple(found)
+
+
+def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[tuple[Path, float]]:
+    """Outlines for a track's straight leg that leaves a via or a contact, long ones first, each with its length (m)."""
+    if not isinstance(leg, Line):
+        return
+    via = next((via for via in layout.vias if via.centre.distance(leg.start) < SLACK and via.net == trace.net), None)
+    if via is not None:
+        yield from _of_via(via, leg, trace.width)
+        return
+    for pad in layout.pads:
+        if pad.layer == trace.layer and pad.net == trace.net and _holds(pad, leg.start):
+            yield from _of_contact(pad, leg, trace.width)
+
+
+def _of_via(via: Via, leg: Line, width: float) -> Iterator[tuple[Path, float]]:
+    """The tangents from a pad to a circle as wide as the track, some way along it."""
+    large, small = via.pad / 2, width / 2
+    if small >= large:
+        return
+    ux, uy = (leg.end.x - leg.start.x) / leg.length, (leg.end.y - leg.start.y) / leg.length
+    for reach in (factor * via.pad for factor in REACHES):
+        if reach > leg.length:
+            continue
+        cos = (large - small) / reach
+        sin = math.sqrt(1.0 - cos * cos)
+        sides = [(ux * cos - side * uy * sin, uy * cos + side * ux * sin) for side in (1.0, -1.0)]
+        far = via.centre.shifted(reach * ux, reach * uy)
+        near = [via.centre.shifted(large * x, large * y) for x, y in sides]
+        ends = [far.shifted(small * x, small * y) for x, y in sides]
+        yield closed_polygon([near[0], near[1], ends[1], ends[0]]), reach
+
+
+def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[tuple[Path, float]]:
+    """The trapezoid from the edge of a contact to a track that leaves it square."""
+    height = pad.size[1]
+    if abs(leg.end.y - leg.start.y) > SLACK or width >= height:
+        return
+    side = math.copysign(1.0, leg.end.x - leg.start.x)
+    edge = pad.centre.x + side * pad.size[0] / 2
+    for reach in (factor * height for factor in REACHES):
+        if (leg.end.x - edge) * side < reach:
+            continue
+        base, far, y = edge - side * INSIDE, edge + side * reach, leg.start.y
+        low, high = pad.centre.y - height / 2, pad.centre.y + height / 2
+        corners = [Point(base, low), Point(edge, low), Point(far, y - width / 2), Point(far, y + width / 2)]
+        yield closed_polygon([*corners, Point(edge, high), Point(base, high)]), reach
+
+
+def _holds(pad: Pad, point: Point) -> bool:
+    return abs(point.x - pad.centre.x) <= pad.size[0] / 2 and abs(point.y - pad.centre.y) <= pad.size[1] / 2
+
+
+class _Surroundings:
+    """The copper of a layer, the holes and the edge, with the distance that a teardrop must keep from each piece."""
+
+    def __init__(self, layout: Layout, layer: int) -> None:
+        self._layout = layout
+        rules, spec = layout.spec.fpc.rules, layout.spec.coil
+        rows: list[Row] = []
+        keep: list[float] = []
+        self._owner: list[tuple[str, int]] = []
+        self._net: list[str] = []
+
+        def add(row: Row, distance: float, owner: tuple[str, int], net: str) -> None:
+            rows.append(row)
+            keep.append(distance)
+            self._owner.append(owner)
+            self._net.append(net)
+
+        spacing = max(rules.trace_spacing, min(spec.trace_spacing, rules.trace_spacing))
+        for i, trace in enumerate(layout.traces):
+            if trace.layer == layer:
+                for row, _ in path_rows(trace.path):
+                    add(row, spacing + trace.width / 2, ("trace", i), trace.net)
+        for i, via in enumerate(layout.vias):
+            away = max(via.pad / 2 + spacing, via.drill / 2 + rules.drill_to_copper)
+            add(line_row(*via.centre, *via.centre), away, ("via", i), via.net)
+        for i, pad in enumerate(layout.pads):
+            if pad.layer == layer:
+                (x, y), (width, height) = pad.centre, pad.size
+                half = min(width, height) / 2
+                add(line_row(x - width / 2 + half, y, x + width / 2 - half, y), spacing + half, ("pad", i), pad.net)
+        for row, _ in path_rows(layout.outline):
+            add(row, rules.copper_to_edge, ("edge", 0), "")
+        self._pieces: Primitives = from_rows(rows)
+        self._boxes = self._pieces.boxes
+        self._keep = np.array(keep)
+
+    def leaves_room(self, outline: Path, index: int, leg: Segment) -> bool:
+        """Whether an outline keeps its distance from everything but the track itself, what it ends at, and its next."""
+        edges = from_rows([row for row, _ in path_rows(outline)])
+        pairs = nearest_pairs(edges.boxes, np.zeros(len(edges)), self._boxes, self._keep)
+        if not len(pairs):
+            return True
+        gaps = distances(edges.take(pairs[:, 0]), self._pieces.take(pairs[:, 1]))
+        close = pairs[gaps < self._keep[pairs[:, 1]] - SLACK, 1]
+        return all(self._is_joined(int(piece), index, leg) for piece in set(close.tolist()))
+
+    def _is_joined(self, piece: int, index: int, leg: Segment) -> bool:
+        (kind, number), trace = self._owner[piece], self._layout.traces[index]
+        if kind == "edge" or self._net[piece] != trace.net:
+            return False
+        if kind == "via":
+            return self._layout.vias[number].centre.distance(leg.start) < SLACK
+        if kind == "pad":
+            return _holds(self._layout.pads[number], leg.start)
+        if number == index:
+            return True
+        other = self._layout.traces[number].path
+        if min(p.distance(leg.start) for p in (other.start, other.end)) < SLACK:
+            return True
+        follows = min(p.distance(leg.end) for p in (other.start, other.end)) < SLACK
+        there = np.array([leg.end])
+        return follows and float(to_points(self._pieces.take(np.array([piece])), there)[0]) < trace.width

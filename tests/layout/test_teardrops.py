@@ -1,0 +1,102 @@
+"""Teardrops widen tracks towards vias and contacts, keep all distances, and are left out where there is no room."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path as FilePath
+
+import pytest
+
+from sitscad.geometry.path import Point, enclosed_area, polyline
+from sitscad.layout import lay_out
+from sitscad.layout.board import Role, Trace, Via
+from sitscad.spec.load import load, load_text
+
+TEMPLATES = sorted((FilePath(__file__).parents[2] / "templates").glob("*.yaml"))
+UM, MM = 1e-6, 1e-3
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return lay_out(load(str(next(path for path in TEMPLATES if path.stem == "bench_7mm"))))
+
+
+def wanting(layout, wish):
+    return replace(layout, spec=replace(layout.spec, fpc=replace(layout.spec.fpc, teardrops=wish)))
+
+
+def lone(layout, points, *vias, width=100 * UM):
+    """A board with one track and some vias, and nothing else."""
+    track = Trace(polyline(points), width, 1, "C1", Role.LEAD)
+    return replace(layout, coils=(), traces=(track,), vias=vias, pads=())
+
+
+def test_the_hull_of_a_pad_and_a_track(bench):
+    """The sides are tangents: they stand the radius away from the pad's centre and half a width from the track's."""
+    at, end = Point(14 * MM, 0.0), Point(16 * MM, 0.0)
+    (drop,) = lone(bench, [at, end], Via(at, 0.2 * MM, 0.45 * MM, "C1")).teardrops
+    sides = [s for s in drop.outline if abs(s.end.x - s.start.x) > 0.2 * MM]
+    far = Point(at.x + 1.5 * 0.45 * MM, 0.0)
+    assert [s.distance(at) for s in sides] == pytest.approx([0.225 * MM] * 2)
+    assert [s.distance(far) for s in sides] == pytest.approx([50 * UM] * 2)
+    assert (drop.net, drop.layer, drop.at_start) == ("C1", 1, True) and drop.origin == at
+    assert abs(enclosed_area(drop.outline)) > 0.675 * MM * 100 * UM
+
+
+def test_a_track_as_wide_as_the_pad_or_too_short_has_none(bench):
+    at, via = Point(14 * MM, 0.0), Via(Point(14 * MM, 0.0), 0.2 * MM, 0.45 * MM, "C1")
+    assert lone(bench, [at, at.shifted(2 * MM, 0.0)], via, width=0.45 * MM).teardrops == ()
+    assert lone(bench, [at, at.shifted(0.3 * MM, 0.0)], via).teardrops == ()
+    assert lone(bench, [at, at.shifted(2 * MM, 0.0)], replace(via, net="C2")).teardrops == ()
+
+
+def test_room_decides_how_long_one_is(bench):
+    """A foreign via beside the track shortens the teardrop, and takes it away where it is nearer still."""
+    at, rules = Point(14 * MM, 0.0), bench.spec.fpc.rules
+    own, points = Via(at, 0.2 * MM, 0.45 * MM, "C1"), [at, at.shifted(2 * MM, 0.0)]
+
+    def reach(height):
+        other = Via(at.shifted(0.45 * MM, height), rules.via_drill, rules.via_pad, "C2")
+        drops = lone(bench, points, own, other).teardrops
+        return max((p.x - at.x for drop in drops for p in drop.outline.flattened(1e-6)), default=0.0)
+
+    lengths = [reach(height * MM) for height in (1.0, 0.5, 0.42, 0.38)]
+    assert lengths == sorted(lengths, reverse=True) and lengths[0] > lengths[-1]
+
+
+@pytest.mark.parametrize("template", TEMPLATES, ids=[path.stem for path in TEMPLATES])
+def test_templates_have_teardrops_that_keep_the_rules(template):
+    from sitscad.checks import RULES
+    from sitscad.checks.rules import Subject, apply_rule
+
+    layout = lay_out(load(str(template)))
+    assert layout.spec.fpc.teardrops == "auto" and len(layout.teardrops) >= len(layout.vias)
+    with_none = wanting(layout, "none")
+    assert with_none.teardrops == ()
+    drawn, subject = [f"SIT{n}" for n in (107, 108, 109, 110, 115)], Subject(layout.spec, layout)
+    assert [f for rule in RULES if rule.id in drawn for f in apply_rule(rule, subject)[0]] == []
+    spots = [v.centre for v in layout.vias] + [p.centre for p in layout.pads]
+    for drop in layout.teardrops:
+        reach = max(drop.origin.distance(p) for p in drop.outline.flattened(1e-6))
+        assert min(drop.origin.distance(p) for p in spots) < 1.6 * MM and reach < 4 * MM
+        assert math.isfinite(enclosed_area(drop.outline))
+
+
+def test_the_own_check_sees_a_teardrop_that_is_too_near(bench):
+    """Held against wider rules than it was made for, a teardrop is found as any copper is."""
+    from sitscad.checks.copper import copper_of, too_near
+    from sitscad.layout.teardrops import Teardrop
+
+    copper = copper_of(bench)
+    assert sum(isinstance(item, Teardrop) for item in copper.items) == len(bench.teardrops) > 4
+    near = list(too_near(copper, 250 * UM, 100 * UM))
+    assert any(isinstance(item, Teardrop) for pair in near for item in (pair.one, pair.other))
+    assert not any(pair.gap < 100 * UM - 1 * UM for pair in near if isinstance(pair.one, Teardrop))
+
+
+def test_the_key_is_a_choice():
+    coil = "{shape: circle, outer_diameter: 6, turns: 5, trace_width: 0.1, trace_spacing: 0.1}"
+    text = f"sitscad: 1\nname: a\ncoil: {coil}\n"
+    assert load_text(text, "a.yaml").fpc.teardrops == "auto"
+    assert load_text(text + "fpc: {teardrops: none}\n", "a.yaml").fpc.teardrops == "none"
