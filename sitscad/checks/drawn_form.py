@@ -20,7 +20,7 @@ from sitscad.layout.tail import tail_thickness
 from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.units import show
 
-ACUTE = math.radians(60.0)
+ACUTE = math.radians(59.9)
 """Legs that part at less than this angle (rad) make a wedge in which etchant stays (unverified: workshop practice). Our
 own stubs meet their spirals at 75 degrees and more."""
 

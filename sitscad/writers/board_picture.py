@@ -144,9 +144,9 @@ def _copper(layout: Layout, layer: int, view: _View) -> Iterator[str]:
     yield f"<g class='copper-{layer}' fill='none' stroke='{colour}' {ends} opacity='0.8'>"
     for trace in layout.on_layer(layer):
         yield f"<path d='{view.path(trace.path)}' stroke-width='{_n(trace.width * view.scale)}'/>"
-    yield "</g>"
     for drop in (drop for drop in layout.teardrops if drop.layer == layer):
-        yield f"<path d='{view.path(drop.outline)}' fill='{colour}' opacity='0.8'/>"
+        yield f"<path d='{view.path(drop.outline)}' fill='{colour}' stroke='none'/>"
+    yield "</g>"
     for pad in (pad for pad in layout.pads if pad.layer == layer):
         (w, h), (x, y) = pad.size, pad.centre
         size = f"width='{_n(w * view.scale)}' height='{_n(h * view.scale)}'"
