@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from box_of_loops import box_change, converged_change, endless_change
-from box_of_poles import pole_share
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.finite_plate import (
@@ -104,9 +103,12 @@ MAGNETS = [
 ]  # fmt: skip
 
 
+@pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", MAGNETS)
 def test_a_magnetic_plate_has_the_share_of_a_box_of_poles(case):
     # Ferrite was given a conductor's share, +- 3 %: double of what a plate of the coil's size does over its middle.
+    from box_of_poles import pole_share
+
     (radii, heights), sides, thickness, offset, gap = case
     size = 2.0 * radii.max()
     sides, thickness, offset, gap = (size * np.asarray(value) for value in (sides, thickness, offset, gap))

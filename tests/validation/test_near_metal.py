@@ -74,6 +74,7 @@ def by_modes(layers, gap, metal, frequency, tolerance=0.03, aware=True):
     return z, free
 
 
+@pytest.mark.needs("scipy")
 @pytest.mark.parametrize("metal", [math.inf, COPPER, STEEL])
 @pytest.mark.parametrize("gap", [0.05e-3, 0.1e-3, 0.3e-3, 1e-3])
 @pytest.mark.parametrize("name", COILS)
@@ -86,6 +87,7 @@ def test_inductance_and_resistance_close_to_metal(name, gap, metal):
         assert ours.real == pytest.approx(reference.real, rel=0.04 if gap < 0.2e-3 else 0.03)
 
 
+@pytest.mark.needs("scipy")
 def test_the_filaments_have_converged():
     for name, metal in (("wide", COPPER), ("three", STEEL)):
         coarse, fine = ((18, 2), (36, 4)) if name == "wide" else ((8, 2), (16, 4))
@@ -94,6 +96,7 @@ def test_the_filaments_have_converged():
         assert one.imag == pytest.approx(other.imag, rel=0.01)
 
 
+@pytest.mark.needs("scipy")
 def test_what_was_wrong_without_the_images():
     # 10 mm, 5 turns of 0.5/0.1 mm, 0.1 mm from copper: 24 nH are left, 15 were read; and a quarter of the resistance
     layers = COILS["wide"][0]
@@ -108,6 +111,7 @@ def test_what_was_wrong_without_the_images():
     assert blind.real > 1.2 * aware.real
 
 
+@pytest.mark.needs("scipy")
 @pytest.mark.parametrize("frequency", [1e4, 1e6, 20e6])
 def test_all_frequencies_close_to_metal(frequency):
     for name in ("three", "narrow"):
@@ -142,6 +146,7 @@ def test_the_subspace_is_large_enough_and_never_larger_than_the_space(turns, mon
     assert usual == pytest.approx(everything, rel=3e-3)
 
 
+@pytest.mark.needs("scipy")
 @pytest.mark.parametrize("frequency", [1e5, 5e6])
 def test_metal_on_both_sides_against_filaments(frequency):
     # copper above, steel below, and all their echoes
