@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Placed = tuple[Coil, WindingGeometry]
 """A coil and its winding about its own centre."""
 
-FAR_ERROR, NEAR_ERROR = 1.5e-5, 1e-4
+FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4
 """Relative error of a mutual inductance far away, and what nearness adds to it."""
 
 END_ERROR = 5e-4

@@ -22,13 +22,13 @@ from sitscad.physics.tracks import tracks_mutual_inductance
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-POINTS = 6
+POINTS = 8
 """Gauss points a part."""
 
-LONG = 0.75
-"""Largest length of a part over its distance from the other winding: the integrand is smooth to 1e-8 of its pair."""
+LONG = 1.5
+"""Largest length of a part over its distance from the other winding: eight points are right to 1e-7 of its pair."""
 
-BEND = 1.6
+BEND = 3.2
 """Largest angle (rad) of a curved part."""
 
 TOUCHING = 0.06
@@ -40,7 +40,7 @@ WIDE = 0.003
 NEAR = 0.2
 """Track width over the least distance of the windings' centre lines from which three strands are taken."""
 
-THICK = 2e-3
+THICK = 5e-3
 """Spread of the heights through both coppers, over the least distance, from which one is taken at two heights."""
 
 HALVINGS = 14

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import mpmath
@@ -140,3 +141,71 @@ def test_bessel_against_mpmath():
     x = np.concatenate([np.linspace(0, 12, 97), np.geomspace(12, 1e3, 40)])
     exact = np.array([float(mpmath.besselj(1, float(v))) for v in x])
     assert np.max(np.abs(j1(x) - exact)) < 6e-8
+
+
+def mean_distance_exactly(d, h, w, t):
+    """Mean of ln(distance) of two rectangles by the fourth integral of ln|zeta| at their sixteen corners, 80 digits."""
+    with mpmath.workdps(80):
+
+        def fourth(z):
+            # fourth integral of ln z; polynomials of degree three and less cancel in the sum
+            return mpmath.mpf(0) if z == 0 else z**4 / 24 * (mpmath.log(z) - mpmath.mpf(25) / 12)
+
+        half = [mpmath.mpf(x) / 2 for x in (*w, *t)]
+        total = mpmath.mpf(0)
+        for a, b, c, e in itertools.product((-1, 1), repeat=4):
+            z = mpmath.mpc(abs(d + a * half[0] + b * half[1]), h + c * half[2] + e * half[3])
+            total += a * b * c * e * mpmath.re(fourth(z) * -1)
+        return total / (mpmath.mpf(w[0]) * w[1] * t[0] * t[1])
+
+
+@pytest.mark.parametrize("thinness", [1.0, 1e-2, 1e-4, 1e-8])
+@pytest.mark.parametrize("distance", [1.5, 4.0, 11.0, 13.0, 100.0, 1e4, 1e6])
+def test_the_mean_distance_of_far_and_thin_rectangles_does_not_cancel(distance, thinness):
+    """In double precision the closed form is useless beyond some twelve widths, and earlier for thin strips."""
+    w, t = (1.0, 0.7), (thinness, 0.5 * thinness)
+    exact = mean_distance_exactly(distance, 0.3, w, t)
+    assert float(log_mean_distance(distance, 0.3, w, t)) == pytest.approx(float(exact), abs=2e-7)
+
+
+def bars_exactly(length, start, height, width, thickness):
+    """Mutual inductance of two parallel bars by Hoer and Love's closed volume integral, in 90 digits."""
+    with mpmath.workdps(90):
+
+        def f(x, y, z):
+            r, total = mpmath.sqrt(x * x + y * y + z * z), mpmath.mpf(0)
+            for a, b, c in ((x, y, z), (y, z, x), (z, x, y)):
+                if a or b:
+                    even = a * a * b * b / 4 - a**4 / 24 - b**4 / 24
+                    total += even * c * mpmath.asinh(c / mpmath.sqrt(a * a + b * b))
+                if c and r:
+                    total -= a * b * c**3 / 6 * mpmath.atan(a * b / (c * r))
+            return total + r * (x**4 + y**4 + z**4 - 3 * (x * x * y * y + y * y * z * z + z * z * x * x)) / 60
+
+        def edges(offset, size):
+            size = mpmath.mpf(size)
+            return ((offset - size, 1), (mpmath.mpf(offset), -2), (offset + size, 1))
+
+        total = mpmath.fsum(
+            p * q * r * f(x, y, z)
+            for (x, p), (y, q), (z, r) in itertools.product(edges(0, width), edges(height, thickness),
+                                                            edges(start, length))
+        )  # fmt: skip
+        return float(mpmath.mpf(1e-7) * total / mpmath.mpf(width * thickness) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("length", "start", "height", "width", "thickness"),
+    [
+        (1.0, 0.0, 1.0, 0.01, 1e-3),
+        (1.0, 0.0, 1e3, 0.01, 1e-3),
+        (1.0, 20.0, 0.5, 0.05, 1e-5),
+        (1.0, 0.3, 5.0, 1e-4, 1e-8),
+    ],
+)
+def test_far_and_thin_bars_do_not_cancel(length, start, height, width, thickness):
+    """The sixty-four terms of the bar formula lose all digits in double precision; the tracks' sums must not."""
+    one = PolylineTrack(np.array([[0.0, 0.0], [length, 0.0]]), width, thickness, 0.0)
+    other = PolylineTrack(np.array([[start, 0.0], [start + length, 0.0]]), width, thickness, height)
+    exact = bars_exactly(length, start, height, width, thickness)
+    assert track_mutual_inductance(one, other) == pytest.approx(exact, rel=2e-6)

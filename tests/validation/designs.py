@@ -108,7 +108,7 @@ def resolution(coil: Design, finer: bool = False) -> volume_integral.Points:
     points = volume_integral.Points(along=18 if joined else 12, across=across)
     if not finer:
         return points
-    return replace(points, far=8, along=points.along + 6, inner=9, beside=5, across=points.across + 5, through=5,
+    return replace(points, far=8, along=points.along + 6, inner=12, beside=5, across=points.across + 5, through=5,
                    outline=24, levels=9)  # fmt: skip
 
 

@@ -43,7 +43,7 @@ def of_family(family, first=0):
 @pytest.mark.parametrize("family", designs.FAMILIES)
 def test_the_bound_holds_on_pairs_that_it_was_not_chosen_on(family):
     rows = of_family(family, JUDGES)
-    assert len(rows) >= 4
+    assert len(rows) >= 12
     for row, (error, bound, _) in zip(rows, compared(rows), strict=True):
         assert error <= bound, row["number"]
 
@@ -51,11 +51,11 @@ def test_the_bound_holds_on_pairs_that_it_was_not_chosen_on(family):
 @pytest.mark.slow
 @pytest.mark.parametrize("family", designs.FAMILIES)
 def test_the_bound_holds_on_all_pairs_and_says_something(family):
-    """Half of the errors lie below 5e-6 of the mutual inductance, half of the bounds below 5e-5."""
+    """Half of the errors lie below 5e-6 of the mutual inductance, half of the bounds below 1e-4."""
     found = compared(of_family(family))
     assert all(error <= bound for error, bound, _ in found)
     assert np.median([error / exact for error, _, exact in found]) < 5e-6
-    assert np.median([bound / exact for _, bound, exact in found]) < 5e-5
+    assert np.median([bound / exact for _, bound, exact in found]) < 1e-4
 
 
 def test_the_file_holds_the_pairs_of_today():

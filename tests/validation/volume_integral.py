@@ -20,6 +20,9 @@ from sheet_integral import sides_mutual
 
 MU0_4PI = 1e-7
 
+LEAST_CROWDING = 1e-2
+"""Angle (rad) about a curved filament's nearest point within which its points are not crowded further."""
+
 
 @dataclass(frozen=True)
 class Conductor:
@@ -186,10 +189,12 @@ def _curved_potential(rows, offset, point, dz, count):
     total = closed[..., None] * tangent
     t, weights = rule(count)
     split = np.clip(foot, 0.0, span)
+    # crowded about the nearest point by a sinh, for what is left goes as distance / angle^2 away from it
+    crowding = np.maximum(scale, LEAST_CROWDING)[..., None]
     for edge in (np.zeros_like(foot), np.broadcast_to(span, foot.shape)):
-        reach = (edge - split)[..., None]
-        tau = split[..., None] + reach * t * t
-        jacobian = np.abs(reach) * 2.0 * t * weights
+        reach = np.arcsinh((edge - split)[..., None] / crowding)
+        tau = split[..., None] + crowding * np.sinh(reach * t)
+        jacobian = np.abs(reach) * crowding * np.cosh(reach * t) * weights
         where, element = _polar_points(rows, offset, tau.reshape(len(rows), -1))
         where, element = where.reshape(*tau.shape, 2), element.reshape(*tau.shape, 2)
         distance = np.sqrt(np.sum((where - point[..., None, :]) ** 2, -1) + dz[:, None, None] ** 2 + 1e-30)
@@ -403,7 +408,7 @@ class Points:
 
     far: int = 6
     along: int = 12
-    inner: int = 7
+    inner: int = 9
     filaments: int = 3
     beside: int = 4
     across: int = 9
