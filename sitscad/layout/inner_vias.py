@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,11 +90,8 @@ def place_inner_vias(windings: Sequence[Winding], turns: float, inside: Inside, 
     hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
     keep = hole_keep_out(hole, rules, spacing)
     places = _clear_places(inside, joins[0][0].point, copper, keep, width)
-    options = [_candidates(ends, places, copper, hole, width + spacing) for ends in joins]
-    if len(joins) == 1:
-        first = next(options[0], None)
-        return (first,) if first else None
-    return _choose([_spread_out(list(each)) for each in options], rules, spacing, width)
+    options = [_Candidates(_candidates(ends, places, copper, hole, width + spacing)) for ends in joins]
+    return _at_once(options, rules, spacing, width) or _choose(options, rules, spacing, width)
 
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
@@ -208,6 +206,35 @@ def _spread(path: Path) -> list[Point]:
     return found
 
 
+class _Candidates:
+    """Candidates of a join, worked out when they are asked for: most boards need the first few of hundreds."""
+
+    def __init__(self, source: Iterator[InnerJoin]) -> None:
+        self._source = source
+        self._known: list[InnerJoin] = []
+
+    def __iter__(self) -> Iterator[InnerJoin]:
+        yield from self._known
+        for join in self._source:
+            self._known.append(join)
+            yield join
+
+
+def _at_once(
+    options: Sequence[_Candidates], rules: DesignRules, spacing: float, width: float
+) -> tuple[InnerJoin, ...] | None:
+    """The first candidate of each join that those before it leave room: what the search tries first."""
+    chosen: list[InnerJoin] = []
+    for each in options:
+        near = islice(each, MOST // 3)
+        fits = (j for j in near if all(_all_apart([other], [j], rules, spacing, width).all() for other in chosen))
+        join = next(fits, None)
+        if join is None:
+            return None
+        chosen.append(join)
+    return tuple(chosen)
+
+
 def _spread_out(candidates: list[InnerJoin]) -> list[InnerJoin]:
     """At most `MOST` of them: the first third as they are, the rest thinned out evenly."""
     if len(candidates) <= MOST:
@@ -219,9 +246,10 @@ def _spread_out(candidates: list[InnerJoin]) -> list[InnerJoin]:
 
 
 def _choose(
-    candidates: list[list[InnerJoin]], rules: DesignRules, spacing: float, width: float
+    options: Sequence[_Candidates], rules: DesignRules, spacing: float, width: float
 ) -> tuple[InnerJoin, ...] | None:
     """One candidate a join, none in the way of another: a search in depth over sets of those that are still left."""
+    candidates = [_spread_out(list(each)) for each in options]
     if not all(candidates):
         return None
     count = len(candidates)

@@ -1,9 +1,9 @@
 """Fits the bounds of sitscad/data/inductance_bounds.csv to the references of random_designs.csv, and judges them.
 
-    python tests/validation/fit_bounds.py [--margin 1.45] [--write]
+    python tests/validation/fit_bounds.py [--median 9.7] [--write]
 
 A bound is a product of powers of what `Crowding.features` names. Among those that lie above the error of every design
-times the margin, the linear programme takes the one with the smallest mean logarithm. Powers with a sign that physics
+times a margin, the linear programme takes the one with the smallest mean logarithm. Powers with a sign that physics
 gives keep it, so that a bound does not shrink where tracks come nearer each other or layers are added. Every fit is
 first made on the even designs and judged on the odd ones, and the other way round; the table printed says how often it
 failed there. What is written is fitted to all designs of the small series.
@@ -36,8 +36,11 @@ FLOOR = 2e-7
 
 COLUMNS = ("constant", "inner", "crowded", "fill", "aspect", "size", "turns", "few", "one", "near", "layers", "stacked",
            "stacked_few", "wide_stacked", "corner")  # fmt: skip
-MORE_FOR_ONE = 1.3
+MORE = {"one": 1.3, "more": 1.0}
 """Coils of one layer are a quarter of the designs: their margin is larger by this."""
+
+MOST_MARGIN = 2.0
+"""Largest margin over the errors of the designs that a bound is fitted to."""
 
 FREE = {"constant": None, "corner": None, "turns": -0.2, "one": -0.5, "aspect": -0.3}
 """Smallest power, where it may be negative."""
@@ -96,30 +99,33 @@ def ratios(group: list[Sample], powers: dict[str, float]) -> list[float]:
 def main() -> None:
     """Fit, judge, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--margin", type=float, default=1.45)
+    parser.add_argument("--median", type=float, default=9.7, help="bound over error that half of all designs keep")
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
     every = samples(write_references.read())
     rows = []
     for family, method in dict.fromkeys((s.family, s.method) for s in every):
         unseen: list[float] = []
-        inside: list[float] = []
-        for stack in ("one", "more"):
-            group = [s for s in every if (s.family, s.method, s.stack) == (family, method, stack)]
-            margin = arguments.margin * (MORE_FOR_ONE if stack == "one" else 1.0)
+        groups = {stack: [s for s in every if (s.family, s.method, s.stack) == (family, method, stack)]
+                  for stack in ("one", "more")}  # fmt: skip
+        powers = {stack: fitted(group, MORE[stack]) for stack, group in groups.items()}
+        inside = [ratio for stack, group in groups.items() for ratio in ratios(group, powers[stack])]
+        # a bound grows with its margin, and nothing else in it changes
+        margin = min(MOST_MARGIN, arguments.median / float(np.median(inside)))
+        for stack, group in groups.items():
+            powers[stack]["constant"] += math.log(margin)
             for half in (0, 1):
-                powers = fitted([s for s in group if s.number % 2 == half], margin)
-                unseen += ratios([s for s in group if s.number % 2 != half], powers)
-            powers = fitted(group, margin)
-            inside += ratios(group, powers)
+                of_half = fitted([s for s in group if s.number % 2 == half], margin * MORE[stack])
+                unseen += ratios([s for s in group if s.number % 2 != half], of_half)
             named = {"family": family, "method": method, "stack": stack}
-            source = f"fit_bounds.py: {len(group)} designs, margin {margin:g}"
-            rows.append(named | {n: f"{powers[n]:.4f}" for n in powers} | {"status": "verified", "source": source})
+            source = f"fit_bounds.py: {len(group)} designs, margin {margin * MORE[stack]:.3g}"
+            values = {name: f"{power:.4f}" for name, power in powers[stack].items()}
+            rows.append(named | values | {"status": "verified", "source": source})
         broken = sum(ratio < 1.0 for ratio in unseen)
         print(
             f"{family:10s} {method:16s} {len(unseen):4d} designs: fitted on the other half, {broken:2d} above the "
-            f"bound (least bound/error {min(unseen):.2f}), median {np.median(unseen):.1f}; fitted on all: median "
-            f"{np.median(inside):.1f}"
+            f"bound (least bound/error {min(unseen):.2f}), median {np.median(unseen):.1f}; fitted on all with margin "
+            f"{margin:.2f}: median {margin * float(np.median(inside)):.1f}"
         )
     if arguments.write:
         with TABLE.open("w", encoding="utf-8", newline="") as file:
