@@ -109,6 +109,7 @@ SEVERITIES: dict[str, str] = {
     "SIT204": "note for the bare coil, warning, error outside what is stable",
     "SIT206": "warning, error beyond 0.8",
     "SIT209": "warning, error where no host is fast enough",
+    "SIT211": "note or warning by the coupling across two converters, error for more than eight",
     "SIT212": "note, warning from 5 % up",
     "SIT303": "warning, error if the jaw is measured or the port's spread is passed",
     "SIT304": "warning, error beyond 50 %",

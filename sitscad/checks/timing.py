@@ -11,6 +11,9 @@ from sitscad.finding import Severity
 from sitscad.readout import ldc1614
 from sitscad.units import show
 
+MOST_COUPLING = 2e-3
+"""Of coils of different converters: their tanks pull each other within half of this, about what tolerances part."""
+
 
 def input_frequency(subject: Subject) -> Iterator[Verdict]:
     """f_IN below a quarter of f_REF, with the divider that 8.75 MHz and more need."""
@@ -89,16 +92,44 @@ def bandwidth(subject: Subject) -> Iterator[Verdict]:
 
 
 def channels(subject: Subject) -> Iterator[Verdict]:
-    """One channel a coil."""
-    count, most = len(subject.spec.array.placements), int(ldc1614.limit("channels"))
-    if count > most:
+    """One channel a coil, on as many converters as one I2C bus can address; how coils of two converters are coupled."""
+    names = [placement.name for placement in subject.spec.array.placements]
+    each, most = int(ldc1614.limit("channels")), int(ldc1614.limit("channels") * ldc1614.limit("converters"))
+    if len(names) > most:
         yield Complaint(
-            f"{count} coils, but the LDC1614 has {most} channels, and every coil needs one of its own",
-            f"use at most {most} coils a converter",
+            f"{len(names)} coils, but one I2C bus takes {int(ldc1614.limit('converters'))} LDC1614 of {each} channels, "
+            "and every coil needs a channel of its own",
+            f"use at most {most} coils a sensor",
             "array.count",
-            float(count),
+            float(len(names)),
             float(most),
         )
+    elif len(names) > each:
+        coupling, one, other = _across_converters(subject, each)
+        if not math.isfinite(coupling):
+            yield Undecided("the mutual inductance of the coils was not estimated")
+            return
+        yield Complaint(
+            f"{len(names)} coils take two LDC1614: {names[0]} to {names[each - 1]} at address 0x2A, {names[each]} to "
+            f"{names[-1]} at 0x2B. They oscillate at the same time; {one} and {other} are coupled most, by "
+            f"{100.0 * coupling:.2g} %, while the estimate takes all other coils as grounded",
+            "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
+            "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
+            "array.count",
+            coupling,
+            MOST_COUPLING,
+            severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
+        )
+
+
+def _across_converters(subject: Subject, each: int) -> tuple[float, str, str]:
+    # The largest coupling of two coils of different converters.
+    matrix, coils = subject.estimates.inductance_matrix, subject.estimates.coils
+    return max(
+        (math.sqrt(_coupling_squared(matrix, i, j)), coils[i].name, coils[j].name)
+        for i in range(each)
+        for j in range(each, len(coils))
+    )
 
 
 def idle_neighbour(subject: Subject) -> Iterator[Verdict]:
@@ -182,10 +213,11 @@ TIMING_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT211", "channels", Severity.ERROR,
-        "There is one channel for every coil.",
-        "Each LDC1614 channel has its own pair of pins, and TI documents no shared return.",
-        "At most four coils.",
-        source_of_limit("channels"), apply=channels,
+        "There is one channel for every coil, on at most two converters.",
+        "Each LDC1614 channel has its own pair of pins, and TI documents no shared return. Two converters measure at the "
+        "same time, so that coupled coils of both pull each other's frequency.",
+        "At most four coils, or eight with two converters whose coils stand apart.",
+        source_of_limit("channels") + "; coupled oscillators (derived)", apply=channels,
     ),
     Rule(
         "SIT212", "idle-neighbour", Severity.WARNING,

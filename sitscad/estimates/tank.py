@@ -283,12 +283,13 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     tank = Tank(capacitor, readout)
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
     if not found:
-        return _unset(readout, capacitor, reason, len(circuits))
+        return _unset(readout, capacitor, reason, min(len(circuits), int(ldc1614.limit("channels"))))
     working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
     code = ldc1614.drive_code(max(working))
-    channels = len(circuits)
+    # several converters scan at the same time, each its own coils; the first of them has the most
+    channels = min(len(circuits), int(ldc1614.limit("channels")))
     strong = (
-        channels == 1 and min(working) < ldc1614.limit("parallel_resistance_driveable")
+        len(circuits) == 1 and min(working) < ldc1614.limit("parallel_resistance_driveable")
         and max(working) < ldc1614.limit("parallel_resistance_min")
         and min(working) >= ldc1614.limit("parallel_resistance_high_current")
     )  # fmt: skip
@@ -315,8 +316,9 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         settle_time=ldc1614.settle_time(settle_count, reference),
         conversion_time=ldc1614.conversion_time(rcount, reference),
         switch_time=ldc1614.switch_time(reference),
-        read_back_time=ldc1614.read_back_time(min(channels, int(ldc1614.limit("channels")))),
-        supply_current=ldc1614.supply_current(current, rcount, settle_count, reference, channels),
+        read_back_time=ldc1614.read_back_time(len(circuits)),
+        supply_current=ldc1614.converters(len(circuits))
+        * ldc1614.supply_current(current, rcount, settle_count, reference, channels),
     )
 
 

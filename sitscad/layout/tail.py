@@ -38,6 +38,8 @@ class TailFrame:
     end_gap: float
     trace_width: float
     neck_width: float
+    outermost: float = 0.0
+    """How far from the axis (m) the outermost of the pairs enters the funnel that part in it."""
 
     @property
     def pad_start(self) -> float:
@@ -146,6 +148,9 @@ def stretched(
     spec: SensorSpec, bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[tuple[Point, Point]]
 ) -> TailFrame:
     """The tail, made longer where the pairs, entering at these points, would come down to their lanes too late."""
+    heights = [abs(pair_height(spec, tail, lane)) for lane in lanes]
+    outwards = [abs(e.y) for ends, height in zip(entries, heights, strict=True) for e in ends if abs(e.y) <= height]
+    tail = replace(tail, outermost=max(outwards, default=0.0))
     late = 0.0
     for lane, ends in zip(lanes, entries, strict=True):
         for entry in ends:
@@ -178,8 +183,9 @@ def _descent(bus: Bus, tail: TailFrame, entry: Point, height: float) -> tuple[Pa
 
     Bends are staggered so that neighbours keep their distance, and a track widens only where its neighbour has gone.
     """
-    lag = STAGGER * max(0.0, abs(entry.y) - lane_height(bus, 0)) * (1 if abs(height) < abs(entry.y) else -1)
-    bend = Point(tail.funnel + max(0.0, lag), entry.y)
+    inwards = abs(height) < abs(entry.y)
+    behind = abs(entry.y) - lane_height(bus, 0) if inwards else tail.outermost - abs(entry.y)
+    bend = Point(tail.funnel + STAGGER * max(0.0, behind), entry.y)
     foot = Point(bend.x + abs(height - entry.y), height)
     widens = foot.shifted(tail.connector.pitch, 0.0)
     return polyline([entry, bend, foot, widens]), widens

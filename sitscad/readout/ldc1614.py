@@ -187,6 +187,11 @@ def reference_count(scan_rate: float, count: int, reference_frequency: float, ch
     return min(0xFFFF, max(int(limit("rcount_min")), math.floor(periods / 16.0 + 1e-9)))
 
 
+def converters(coils: int) -> int:
+    """How many LDC1614 so many coils take: each reads four."""
+    return math.ceil(coils / limit("channels"))
+
+
 def read_back_time(channels: int, serial_clock: float = 400e3) -> float:
     """Time (s) to read the results of some channels over I2C at `serial_clock` (Hz).
 

@@ -162,9 +162,17 @@ def test_bandwidth(judge, design, verdicts) -> None:
 
 
 def test_channels(judge, design) -> None:
-    (found,) = judge("SIT211", design(array__count=5))
-    assert (found.measured, found.limit) == (5.0, 4.0)
+    (found,) = judge("SIT211", design(array__count=9))
+    assert (found.severity, found.measured, found.limit) == (Severity.ERROR, 9.0, 8.0)
     assert judge("SIT211", design(array__count=4)) == []
+
+
+@pytest.mark.parametrize(("pitch", "severity"), [(8.1, Severity.WARNING), (60, Severity.NOTE)])
+def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, pitch, severity) -> None:
+    (found,) = judge("SIT211", design(array__count=5, array__pitch=pitch))
+    assert found.severity is severity
+    assert "C1 to C4 at address 0x2A, C5 to C5 at 0x2B" in found.message
+    assert (found.measured >= found.limit) == (severity is Severity.WARNING)
 
 
 @pytest.mark.parametrize(("coupling", "severity"), [(0.03, None), (0.1, Severity.NOTE), (0.3, Severity.WARNING)])

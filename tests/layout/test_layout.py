@@ -34,6 +34,8 @@ CASES = {
                             centres=positions.grid(2, 2, 6.2e-3)),
     "six-coil grid": dict(turns=6, layers=2, stackup="flex-2l-18um", centres=positions.grid(3, 2, 5.2e-3)),
     "explicit": dict(turns=6, layers=2, stackup="flex-2l-18um", centres=[(-3e-3, 0), (3e-3, 0), (0, 5e-3)]),
+    "eight in a row": dict(diameter=6e-3, turns=8, layers=2, width=1e-4, coils=8, pitch=8e-3, stackup="flex-2l-18um",
+                           tail=False),
     "four in a row": dict(diameter=4e-3, turns=6, layers=2, coils=4, pitch=4.9e-3, start_angle=math.radians(30)),
 }  # fmt: skip
 
