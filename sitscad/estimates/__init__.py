@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,7 @@ from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -128,7 +129,7 @@ def estimate(
     )
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Winding:
     """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from sitscad.physics.current_spectrum import CurrentSpectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
+from sitscad.record import record
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
 
@@ -23,7 +24,7 @@ ComplexArray = NDArray[np.complex128]
 FREE, REST, PRESSED = "free", "rest", "pressed"
 
 
-@dataclass(frozen=True)
+@record
 class Surroundings:
     """One state: reflectors above and below the coils; distances count from the board's top face, z = 0."""
 
@@ -32,7 +33,7 @@ class Surroundings:
     below: Reflector | None
 
 
-@dataclass(frozen=True)
+@record
 class Assembly:
     """The states that exist, their gaps (m) by name, the compression, and what is worth saying about the model.
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from itertools import pairwise
+
+from sitscad.record import record
 
 FEW_TURNS, ONE_TURN = 5.0, 1.5
 """Below so many turns errors grow faster, and again below so many."""
@@ -27,7 +28,7 @@ THICK = 4e-4
 """Added for each time that a track is thicker than wide: the designs that were fitted are not."""
 
 
-@dataclass(frozen=True)
+@record
 class Crowding:
     """What the error of a winding's inductance depends on; lengths in metres, `apart` between nearest mid-planes."""
 

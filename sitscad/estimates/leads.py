@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +20,7 @@ from sitscad.physics.filaments import (
     via_inductance,
 )
 from sitscad.physics.resistance import track_resistance, via_resistance
+from sitscad.record import record
 from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
 
 FLATTENED = 10e-6
@@ -42,7 +43,7 @@ Place = tuple[float, float]
 Piece = tuple[Place, Place]
 
 
-@dataclass(frozen=True)
+@record
 class LeadEstimate:
     """All that lies between winding and contacts: inductance (H), direct resistance (ohm), capacitance of the pair (F).
 

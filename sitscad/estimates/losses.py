@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +15,7 @@ from sitscad.physics.near_metal import CrowdingNearMetal, crowding_near_metal
 from sitscad.physics.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
 from sitscad.physics.resistance import bend_squares, pair_resistance_ratio, strip_resistance_ratio, track_resistance
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 
 USUAL_TOLERANCE = 3e-2
@@ -92,7 +92,7 @@ def _bend(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]
     return bend_squares(round(turn, 6)) if abs(turn) > 1e-3 else 0.0
 
 
-@dataclass(frozen=True)
+@record
 class Strip:
     """A stretch of a lead: direct resistance (ohm), cross-section (m), and where its way back runs, if it has one.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from sitscad.estimates.assembly import NoReflection, Reflection
 from sitscad.estimates.idle import Circuit
@@ -13,6 +13,7 @@ from sitscad.estimates.values import ReadoutEstimate, StateEstimate
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
 from sitscad.readout import ldc1614
+from sitscad.record import record
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
 
@@ -26,7 +27,7 @@ ROBUST_CAPACITANCE = 100e-12
 """Below this (F), pins, tail and cable make up a good part of the tank's capacitance."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CoilCircuit:
     """One coil as the tank sees it: winding, leads, own capacitance, what surrounds it in every state.
 
@@ -104,7 +105,7 @@ class SmoothCurve:
         return first / total, second / total
 
 
-@dataclass(frozen=True)
+@record
 class Tank:
     """What stands between coil and converter: capacitor, pins and cable."""
 
@@ -220,7 +221,7 @@ OVERDAMPED = 1e3
 """Trespass of a state in which the tank does not oscillate: more than any other."""
 
 
-@dataclass(frozen=True)
+@record
 class _Windows:
     highest: float
     lowest_resistance: float

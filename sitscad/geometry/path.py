@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
+
+from sitscad.record import record
 
 TWO_PI = 2.0 * math.pi
 
@@ -35,7 +36,7 @@ def polar(radius: float, angle: float, centre: Point = Point(0.0, 0.0)) -> Point
     return Point(centre.x + radius * math.cos(angle), centre.y + radius * math.sin(angle))
 
 
-@dataclass(frozen=True)
+@record
 class Line:
     """A straight segment from `start` to `end`."""
 
@@ -77,7 +78,7 @@ class Line:
         return point.distance(self.at(min(1.0, max(0.0, t))))
 
 
-@dataclass(frozen=True)
+@record
 class Arc:
     """A circular arc from `start` to `end` about `centre`, counter-clockwise or clockwise; never a full circle."""
 
@@ -158,7 +159,7 @@ class Arc:
 Segment = Line | Arc
 
 
-@dataclass(frozen=True)
+@record
 class Path:
     """Segments that join end to start; closed when the last one ends where the first one starts."""
 

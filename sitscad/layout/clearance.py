@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,12 +19,13 @@ from sitscad.geometry.primitives import (
     path_rows,
     to_points,
 )
+from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
 
 SLACK = 1e-9
 
 
-@dataclass(frozen=True)
+@record
 class Track:
     """A track to be placed: centre line, width (m) and copper layer."""
 
@@ -44,7 +44,7 @@ class Track:
         return self.pieces.boxes
 
 
-@dataclass(frozen=True)
+@record
 class Hole:
     """A via to be placed: centre, pad and drill diameters (m); its pad is on every layer."""
 
@@ -53,7 +53,7 @@ class Hole:
     drill: float
 
 
-@dataclass(frozen=True)
+@record
 class _Copper:
     # The pieces of many tracks as one table: boxes of their centre lines, and half their widths.
     pieces: Primitives

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
 from sitscad.geometry.spiral import outer_boundary
+from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, CoilSpec
 
 
-@dataclass(frozen=True)
+@record
 class Ring:
     """The closed curve at `offset` (m) outside a coil's copper, walked by angle (rad) about the coil's centre."""
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -26,6 +25,7 @@ from sitscad.geometry.primitives import (
     path_rows,
     to_points,
 )
+from sitscad.record import record
 
 if TYPE_CHECKING:
     from sitscad.layout.board import Layout, Pad, Trace, Via
@@ -39,7 +39,7 @@ INSIDE = 10e-6
 SLACK = 1e-9
 
 
-@dataclass(frozen=True)
+@record
 class Teardrop:
     """A filled outline on a copper layer, at one end (``origin``) of one of the layout's tracks (its index)."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 from sitscad.finding import Finding
@@ -13,10 +13,11 @@ from sitscad.layout.clearance import Hole
 from sitscad.layout.inner_vias import InnerJoin, Inside, place_inner_vias
 from sitscad.layout.lanes import Bus
 from sitscad.layout.windings import inner_clear_radius, wind_coil
+from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 
-@dataclass(frozen=True)
+@record
 class WoundCoil:
     """A coil before it is led out: its windings, the joins inside, and what could not be placed."""
 

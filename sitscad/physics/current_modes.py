@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.mean_distance import gauss
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ FIELD_POINTS = 5
 """Points across a track at which the field of distant currents is taken at most: it is smooth."""
 
 
-@dataclass(frozen=True)
+@record
 class ModeSet:
     """Highest orders across the width and through the thickness, and the Gauss points at which tracks see each other.
 
@@ -66,7 +66,7 @@ def suited_modes(width: float, thickness: float, gap: float, depth: float, fine:
     return ModeSet(across, through, (min(max(across, near), 32), max(through + 1, min(deep, 16))))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class ProximityLoss:
     """How a winding's resistance (ohm, relative to direct current) and inductance (H) change with frequency.
 
@@ -111,7 +111,7 @@ def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Cut:
     """Tracks where a plane crosses them at right angles, all arrays (n,) in metres.
 
@@ -173,7 +173,7 @@ def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
     return np.asarray(area[:, None] * np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders]))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class ModeSystem:
     """The modes of a cut, each scaled to unit resistance: what current and flux do to them.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +17,7 @@ from sitscad.physics.bessel import bessel_orders, j0, j1
 from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.mean_distance import gauss
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -26,7 +26,7 @@ LEAST_HARMONICS, MOST_HARMONICS = 3, 8
 """Harmonics of a spiral's winding that are kept; more than the least only for metal nearer than some pitches."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CurrentSpectrum:
     """What reflection needs of a coil: wave numbers (1/m), weights, heights (m) and power spectra of its layers.
 

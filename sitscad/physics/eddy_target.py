@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +15,13 @@ from numpy.typing import NDArray
 from sitscad.physics.bessel import j0
 from sitscad.physics.constants import MU0
 from sitscad.physics.current_spectrum import CurrentSpectrum
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
+@record
 class Plate:
     """One layer of a reflector: conductivity (S/m), relative permeability, thickness in metres (inf: a half-space)."""
 
@@ -30,7 +30,7 @@ class Plate:
     thickness: float = math.inf
 
 
-@dataclass(frozen=True)
+@record
 class Reflector:
     """Plates in the order met from the coil, and the distance (m) of the first face from the plane z = 0."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.mean_distance import gauss, strand_clearance
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -23,7 +23,7 @@ TOUCHING = 1e-12
 """Least distance (m) that filaments are taken apart: crossing ones meet in a point, not in a division by zero."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class PolylineTrack:
     """A track along straight sides: corners (n, 2) in metres along the current, cross-section, mid-plane z."""
 
@@ -84,7 +84,7 @@ def _parallel_far(length: Array, start: Array, end: Array, square: Array) -> Arr
     )
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class SegmentSet:
     """Straight tracks of one cross-section on one layer: starts and ends (n, 2) in metres along the current."""
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from sitscad.physics.current_modes import Cut, ModeSet, ModeSystem, mode_conduct
 from sitscad.physics.current_spectrum import wave_numbers
 from sitscad.physics.eddy_target import Reflector, returned_waves
 from sitscad.physics.proximity import WindingCut
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -34,7 +35,7 @@ MIDDLE = 3e6
 """Frequency (Hz) of the reflection that shapes the subspace."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _ReflectedCut:
     # The modes of one cut and their waves (k, modes) that decay downwards and upwards.
     system: ModeSystem
@@ -42,7 +43,7 @@ class _ReflectedCut:
     down: Array
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CrowdingNearMetal:
     """What eddy currents in a winding's tracks change when metal is near, by frequency and surroundings."""
 
@@ -69,7 +70,7 @@ class CrowdingNearMetal:
         return _Waves(*(0.5 * MU0 * self.weights * part for part in found))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Waves:
     # Weights of products of waves in the mutual inductance: up with up, up with down, down with down.
     both: NDArray[Any]
@@ -118,7 +119,7 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
     return tables[0], tables[1]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Reduced:
     # A cut in a subspace of its modes: relaxation times, drive in free air, and the waves of the subspace, of the whole
     # current and, last, of its part that is not even.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from sitscad.physics.mean_distance import gauss
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.physics.track_strands import Track
 from sitscad.physics.tracks import tracks_mutual_inductance
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -47,7 +48,7 @@ HALVINGS = 14
 """A part is halved so often at most: windings that cross are not what this is for."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Pieces:
     """Pieces of one kind of all layers of a winding. Metres and radians.
 
@@ -152,7 +153,7 @@ def _joined(rows: Sequence[Array], layers: Sequence[Track | SpiralLayer]) -> Pie
     return Pieces(np.concatenate(rows), heights, thicknesses, layers[0].width)
 
 
-@dataclass(frozen=True)
+@record
 class SideBySide:
     """Mutual inductance (H) of two windings, and their tracks' width over the least distance of their centre lines."""
 
