@@ -51,6 +51,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 __all__ = [
     "METHODS",
@@ -181,8 +182,8 @@ def _neighbours(
     def of_state(state: str) -> Circuit:
         reflection = circuits[active].reflections[state]
 
-        def mutual(i: int, j: int, frequency: float) -> complex:
-            return float(matrix[i, j]) + reflection.mutual(distances[i][j], frequency)
+        def mutual(i: int, j: int, frequencies: Array) -> ComplexArray:
+            return np.asarray(matrix[i, j] + reflection.mutual(distances[i][j], frequencies))
 
         own = [lambda at, c=c: c.own(state, at) for c in circuits]
         return idle_neighbours(active, own, mutual, spec.readout.cable)

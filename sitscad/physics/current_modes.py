@@ -84,8 +84,13 @@ class ProximityLoss:
 
     def resistance_ratio(self, frequency: float) -> float:
         """R(f) / R(0) of the winding at a frequency (Hz)."""
-        omega = 2.0 * math.pi * frequency
-        return 1.0 + float(np.sum(omega**2 * self.strengths / (1.0 + (omega * self.rates) ** 2))) / self.direct
+        return float(self.resistance_ratios(np.array([frequency]))[0])
+
+    def resistance_ratios(self, frequencies: Array) -> Array:
+        """The same at every one of (n,) frequencies (Hz)."""
+        omega = 2.0 * math.pi * frequencies[:, None]
+        added = np.sum(omega**2 * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1)
+        return np.asarray(1.0 + added / self.direct)
 
     def is_resolved(self, frequency: float) -> bool:
         """Whether modes and points were enough for R at a frequency (Hz): see `unresolved`."""
@@ -94,9 +99,20 @@ class ProximityLoss:
 
     def inductance_change(self, frequency: float) -> float:
         """L(f) less the inductance of evenly spread current (H), never positive."""
-        omega = 2.0 * math.pi * frequency
+        return float(self.inductance_changes(np.array([frequency]))[0])
+
+    def inductance_changes(self, frequencies: Array) -> Array:
+        """The same at every one of (n,) frequencies (Hz)."""
+        omega = 2.0 * math.pi * frequencies[:, None]
         lag = omega**2 * self.rates
-        return self.direct_change - float(np.sum(lag * self.strengths / (1.0 + (omega * self.rates) ** 2)))
+        return np.asarray(self.direct_change - np.sum(lag * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1))
+
+    def scaled(self, direct: float) -> ProximityLoss:
+        """The loss of as much of the same conductor as has another resistance (ohm) to direct current."""
+        part = direct / self.direct
+        return ProximityLoss(
+            direct, self.rates, part * self.strengths, part * self.direct_change, part * self.unresolved
+        )
 
 
 def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:

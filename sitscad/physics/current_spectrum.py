@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -38,6 +39,18 @@ class CurrentSpectrum:
     weights: Array
     heights: Array
     power: Array
+
+    @cached_property
+    def sums(self) -> tuple[Array, Array, Array]:
+        """Power of all layers together for each wave number: of the waves exp(-k (highest - z)), of products of those
+        with exp(-k (z - lowest)), and of the latter.
+        """
+        k, z, power = self.wave_numbers[:, None], self.heights, self.power
+        up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))
+        one = np.einsum("ki,kij,kj->k", up, power, up)
+        cross = np.einsum("ki,kij,kj->k", up, power, down)
+        two = np.einsum("ki,kij,kj->k", down, power, down)
+        return one, cross, two
 
 
 def wave_numbers(outer: float, nearest: float) -> tuple[Array, Array]:

@@ -57,17 +57,25 @@ class CrowdingNearMetal:
         """What the reflection of an even current plus the crowding in free air lack (H; imaginary part times -omega is
         a resistance), at a frequency (Hz).
         """
-        if above is None and below is None:
-            return 0j
-        if (above, below) not in self.known:
-            waves = self._waves(MIDDLE, above, below)
-            self.known[above, below] = tuple(_reduced(cut, waves) for cut in self.cuts)
-        waves = self._waves(frequency, above, below)
-        return sum((part.change(frequency, waves) for part in self.known[above, below]), 0j)
+        return complex(self.changes(np.array([frequency]), above, below)[0])
 
-    def _waves(self, frequency: float, above: Reflector | None, below: Reflector | None) -> _Waves:
-        found = returned_waves(self.wave_numbers, frequency, above, below, self.levels)
-        return _Waves(*(0.5 * MU0 * self.weights * part for part in found))
+    def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        """The same at every one of (n,) frequencies (Hz)."""
+        total = np.zeros(frequencies.size, dtype=np.complex128)
+        if above is None and below is None:
+            return total
+        if (above, below) not in self.known:
+            (middle,) = zip(*self._waves(np.array([MIDDLE]), above, below), strict=True)
+            self.known[above, below] = tuple(_reduced(cut, _Waves(*middle)) for cut in self.cuts)
+        waves = np.concatenate(self._waves(frequencies, above, below), axis=1)
+        for part in self.known[above, below]:
+            total += part.changes(frequencies, waves)
+        return total
+
+    def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
+        # Weights of products of waves (frequencies, k): up with up, up with down, down with down.
+        found = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
+        return [0.5 * MU0 * self.weights * part for part in found]
 
 
 @record(eq=False)
@@ -121,24 +129,24 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
 
 @record(eq=False)
 class _Reduced:
-    # A cut in a subspace of its modes: relaxation times, drive in free air, and the waves of the subspace, of the whole
-    # current and, last, of its part that is not even.
+    # A cut in a subspace of its modes: relaxation times, drive in free air, and for every wave (up with up, up with
+    # down, down with down: 3 k rows) the products of what it has of any two of the subspace's vectors, the whole
+    # current and, last, the part of that which is not even.
     rates: Array
     drive: Array
-    waves: tuple[Array, Array]
+    products: Array
 
-    def change(self, frequency: float, waves: _Waves) -> complex:
-        seen = waves.join(self.waves, self.waves)
-        uneven = 2.0 * seen[-1, -2] - seen[-1, -1]
-        with_metal = _response(self.rates + seen[:-2, :-2], self.drive + seen[:-2, -2], frequency)
-        return complex(uneven + with_metal - _response(self.rates, self.drive, frequency))
-
-
-def _response(rates: ComplexArray | Array, drive: ComplexArray | Array, frequency: float) -> complex:
-    # What free currents add to the inductance (H, complex).
-    omega = 2.0 * math.pi * frequency
-    system = np.eye(drive.size) + 1j * omega * rates
-    return complex(-1j * omega * (drive @ np.linalg.solve(system, drive)))
+    def changes(self, frequencies: Array, waves: ComplexArray) -> ComplexArray:
+        size = self.drive.size + 2
+        seen = (waves.real @ self.products + 1j * (waves.imag @ self.products)).reshape(-1, size, size)
+        uneven = 2.0 * seen[:, -1, -2] - seen[:, -1, -1]
+        # What free currents add to the inductance (H, complex), in free air and with the metal.
+        lag = 2j * math.pi * frequencies[:, None]
+        alone = np.sum(self.drive**2 / (1.0 + lag * self.rates), axis=1)
+        system = np.eye(size - 2) + lag[..., None] * (np.diag(self.rates) + seen[:, :-2, :-2])
+        drive = self.drive + seen[:, :-2, -2]
+        with_metal = np.sum(drive * np.linalg.solve(system, drive[..., None])[..., 0], axis=1)
+        return np.asarray(uneven + lag[:, 0] * (alone - with_metal))
 
 
 def _reduced(cut: _ReflectedCut, waves: _Waves) -> _Reduced:
@@ -156,7 +164,14 @@ def _reduced(cut: _ReflectedCut, waves: _Waves) -> _Reduced:
     # Points too few for the highest modes leave some that would store less than no energy.
     basis = basis @ vectors
     kept = np.column_stack([basis, system.source, system.shift])
-    return _Reduced(np.diag(np.maximum(values, 0.0)), basis.T @ system.coupling, (cut.up @ kept, cut.down @ kept))
+    return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, _products(cut.up @ kept, cut.down @ kept))
+
+
+def _products(up: Array, down: Array) -> Array:
+    # (k, n) twice to (3 k, n n)
+    mixed = up[:, :, None] * down[:, None, :]
+    pairs = up[:, :, None] * up[:, None, :], mixed + np.swapaxes(mixed, 1, 2), down[:, :, None] * down[:, None, :]
+    return np.concatenate([pair.reshape(len(up), -1) for pair in pairs])
 
 
 def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array) -> Array:
