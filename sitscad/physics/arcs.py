@@ -11,7 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.mean_distance import gauss, level_heights
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import level_heights
 from sitscad.physics.track_strands import (
     BLOCK,
     FLOOR,

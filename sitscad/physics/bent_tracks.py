@@ -26,7 +26,7 @@ from sitscad.physics.current_modes import (
     mode_matrix,
     points_of,
 )
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.physics.proximity import arc_field, smooth_rings
 from sitscad.record import record
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss, legendre, legendre_integrals
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -169,9 +169,8 @@ def integrated(field: Array, cut: Cut, modes: ModeSet) -> Array:
 def _integrals(modes: ModeSet) -> Array:
     # Values at the nodes to the integral of the polynomial through them, at the points.
     nodes = field_nodes(modes)
-    coefficients = np.linalg.inv(_legendre(nodes.size - 1, nodes))
-    raised = np.polynomial.legendre.legint(np.eye(nodes.size))
-    return np.asarray(coefficients.T @ np.polynomial.legendre.legval(_local_points(modes)[0], raised))
+    coefficients = np.linalg.inv(legendre(nodes.size - 1, nodes))
+    return np.asarray(coefficients.T @ legendre_integrals(nodes.size - 1, _local_points(modes)[0]).T)
 
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
@@ -295,7 +294,7 @@ def _carrier(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
     # Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of.
     nodes, weights = gauss(modes.across + 2)
     root = np.sqrt(1.0 + 0.5 * (cut.curvature * cut.width)[:, None] * nodes)
-    values = _legendre(modes.across, nodes)
+    values = legendre(modes.across, nodes)
     a, b = np.array(modes.orders).T
     carried, even = (0.5 * weights / root) @ values, (0.5 * weights * root) @ values
     return np.where(b == 0, carried[:, a], 0.0), np.where(b == 0, even[:, a], 0.0)
@@ -337,7 +336,7 @@ def _local_points(modes: ModeSet) -> tuple[Array, Array]:
 def split_projection(modes: ModeSet) -> tuple[Array, Array]:
     """Weights that project values at the points across (orders, points) and through a track on Legendre polynomials."""
     (gx, wx), (gz, wz) = gauss(modes.points[0]), gauss(modes.points[1])
-    return (_legendre(modes.across, gx) * 0.5 * wx[:, None]).T, (_legendre(modes.through, gz) * 0.5 * wz[:, None]).T
+    return (legendre(modes.across, gx) * 0.5 * wx[:, None]).T, (legendre(modes.through, gz) * 0.5 * wz[:, None]).T
 
 
 @lru_cache(maxsize=16)
@@ -345,10 +344,6 @@ def _projection(modes: ModeSet) -> Array:
     # Modes times the weights of the mean over a cross-section (modes, points).
     across, through = split_projection(modes)
     return np.array([np.outer(across[a], through[b]).ravel() for a, b in modes.orders])
-
-
-def _legendre(order: int, x: Array) -> Array:
-    return np.asarray(np.polynomial.legendre.legvander(x, order), dtype=np.float64)
 
 
 @lru_cache(maxsize=32)
@@ -380,6 +375,6 @@ def _difference_density(gap: Array, order: int) -> Array:
     # Mean of P_a(x) P_c(x') over the pairs on [-1, 1] that are `gap` apart, either way round: (gaps, a, c).
     nodes, weights = gauss(order + 1)
     half = 1.0 - 0.5 * gap[:, None]
-    low, high = _legendre(order, half * nodes - 0.5 * gap[:, None]), _legendre(order, half * nodes + 0.5 * gap[:, None])
+    low, high = legendre(order, half * nodes - 0.5 * gap[:, None]), legendre(order, half * nodes + 0.5 * gap[:, None])
     one = np.swapaxes(low * (0.25 * half * weights)[..., None], 1, 2) @ high
     return np.asarray(one + np.swapaxes(one, 1, 2))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sitscad.physics.bessel import bessel_orders, j0, j1
 from sitscad.physics.filaments import PolylineTrack
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.bessel import bessel_orders, j0, j1, spherical_bessel_orders
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.record import record
 
 Array = NDArray[np.float64]

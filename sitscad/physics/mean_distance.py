@@ -15,19 +15,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.physics.legendre import gauss
+
 Array = NDArray[np.float64]
 
 SERIES_FROM = 4.0
 """Distance, in sums of the half diagonals, from which the series (to 10th order, error below 1e-7) is used."""
-
-
-@lru_cache(maxsize=64)
-def gauss(count: int) -> tuple[Array, Array]:
-    """Gauss-Legendre nodes and weights on [-1, 1], kept."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    nodes.setflags(write=False)
-    weights.setflags(write=False)
-    return nodes, weights
 
 
 def log_mean_distance(

@@ -29,7 +29,7 @@ from sitscad.physics.current_modes import (
     suited_modes,
 )
 from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.physics.resistance import skin_depth
 from sitscad.physics.rings import radii_at
 from sitscad.physics.spirals import SpiralLayer

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.filaments import sampled_mutual_inductance
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.physics.track_strands import Track
 from sitscad.physics.tracks import tracks_mutual_inductance

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.mean_distance import gauss, strand_clearance
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import strand_clearance
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -12,7 +12,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.mean_distance import gauss, strand_clearance
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import strand_clearance
 from sitscad.record import record
 
 Array = NDArray[np.float64]
