@@ -251,16 +251,18 @@ def _table(
 def sampled_mutual_inductance(
     first: tuple[Array, Array],
     second: tuple[Array, Array],
+    clearance: float = 0.0,
     chunk: int = 200_000,
 ) -> float:
     """Mutual inductance (H) of two filamentary curves far apart against the spacing of their nodes.
 
     Each curve is (points (n, 3), elements dl (n, 2)) in metres, the elements already weighted by the quadrature.
+    `clearance` (m2) lengthens every squared distance.
     """
     (p, dp), (q, dq) = first, second
     middle = 0.5 * (p.mean(axis=0) + q.mean(axis=0))
     p, q = p - middle, q - middle
-    squares, other_squares = np.sum(p * p, axis=1), np.sum(q * q, axis=1)
+    squares, other_squares = np.sum(p * p, axis=1), np.sum(q * q, axis=1) + clearance
     rows = max(1, chunk // max(1, len(q)))
     total = 0.0
     for k in range(0, len(p), rows):

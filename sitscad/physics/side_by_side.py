@@ -41,8 +41,9 @@ WIDE = 0.003
 NEAR = 0.2
 """Track width over the least distance of the windings' centre lines from which three strands are taken."""
 
-THICK = 5e-3
-"""Spread of the heights through both coppers, over the least distance, from which one is taken at two heights."""
+STACKED = 5e-3
+"""Spread of the heights through both coppers times the height of the stack, over the least squared distance, from which
+one copper is taken at two heights. Below it the spread's square is added to all squared distances."""
 
 HALVINGS = 14
 """A part is halved so often at most: windings that cross are not what this is for."""
@@ -208,12 +209,14 @@ def _sampled(one: Pieces, other: Pieces) -> tuple[float, float]:
         return 0.0, math.inf
     (parts, least), (other_parts, _) = _parts(one, other), _parts(other, one)
     aside = math.sqrt(float(np.mean(one.thicknesses**2) + np.mean(other.thicknesses**2)) / 12.0)
-    lifts = (0.0,) if aside < THICK * least else (-aside, aside)
+    stack = float(np.ptp(np.concatenate([one.heights, other.heights])))
+    flat = aside * stack < STACKED * (least**2 + stack**2)
+    lifts, clearance = ((0.0,), aside**2) if flat else ((-aside, aside), 0.0)
     total = 0.0
     for left, share in _offsets(one, least):
         curve = _points(one, parts, left, (0.0,))
         for other_left, other_share in _offsets(other, least):
-            mutual = sampled_mutual_inductance(curve, _points(other, other_parts, other_left, lifts))
+            mutual = sampled_mutual_inductance(curve, _points(other, other_parts, other_left, lifts), clearance)
             total += share * other_share * mutual
     return total, least
 
