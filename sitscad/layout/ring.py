@@ -20,7 +20,7 @@ class Ring:
     placement: CoilPlacement
     offset: float
 
-    @property
+    @cached_property
     def centre(self) -> Point:
         """The coil's centre."""
         return Point(*self.placement.centre)

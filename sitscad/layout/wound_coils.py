@@ -30,8 +30,11 @@ class WoundCoil:
 def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
     """Every coil wound and joined inside; the search for the vias is done once a rotation, about the origin."""
     wound = []
+    joined: dict[float, tuple[tuple[InnerJoin, ...], tuple[Finding, ...]]] = {}
     for placement in spec.array.placements:
-        joins, findings = _joined_inside(spec, bus, placement)
+        if placement.rotation not in joined:
+            joined[placement.rotation] = _joined_inside(spec, bus, placement)
+        joins, findings = joined[placement.rotation]
         moved = tuple(_moved(join, *placement.centre) for join in joins)
         wound.append(WoundCoil(wind_coil(spec, placement), moved, _way_out_layer(spec), findings))
     return tuple(wound)
