@@ -27,6 +27,9 @@ TRUSTED = 1e-3
 AT_ONCE = 4_000_000
 """Distances of points that are held in memory at once."""
 
+FEW = 64
+"""Modes up to which all their relaxation times cost less than a Lanczos run."""
+
 FIELD_POINTS = 5
 """Points across a track at which the field of distant currents is taken at most: it is smooth."""
 
@@ -214,8 +217,13 @@ class ModeSystem:
         return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
 
     def loss(self, steps: int) -> ProximityLoss:
-        """R and L at every frequency by a Lanczos run."""
-        rates, strengths = _lanczos(self.matrix, self.project(self.coupling), steps, self.project)
+        """R and L at every frequency by a Lanczos run of so many steps; few modes are solved whole."""
+        driven = self.project(self.coupling)
+        if driven.size <= FEW:
+            rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
+            strengths = (driven @ vectors) ** 2
+        else:
+            rates, strengths = _lanczos(self.matrix, driven, steps, self.project)
         below = float(np.sum(strengths[rates < 0.0]))
         return ProximityLoss(self.direct, np.maximum(rates, 0.0), strengths, self.change, below)
 
@@ -272,16 +280,17 @@ def _mutual_logs(cut: Cut, modes: ModeSet) -> Array:
     count, points = x.shape
     projection = _projection(modes)
     mutual = np.empty((count, len(modes.orders), count, len(modes.orders)))
-    step = max(1, AT_ONCE // (count * points**2))
-    for low in range(0, count, step):
-        rows = np.arange(low, min(low + step, count))
-        squared = np.subtract.outer(x[rows].ravel(), x.ravel())
-        np.square(squared, out=squared)
-        squared += np.subtract.outer(z[rows].ravel(), z.ravel()) ** 2
-        table = squared.reshape(rows.size, points, count, points)
-        table[rows - low, :, rows, :] = 1.0
-        np.log(np.maximum(squared, 1e-30), out=squared)
-        mutual[rows] = np.einsum("mp,ipjn->imjn", projection, table @ (0.5 * projection.T), optimize=True)
+    firsts, seconds = np.triu_indices(count, 1)
+    step = max(1, AT_ONCE // points**2)
+    for low in range(0, firsts.size, step):
+        i, j = firsts[low : low + step], seconds[low : low + step]
+        squared = np.square(x[i][:, :, None] - x[j][:, None, :])
+        squared += np.square(z[i][:, :, None] - z[j][:, None, :])
+        np.log(np.maximum(squared, 1e-30, out=squared), out=squared)
+        half = squared.reshape(-1, points) @ (0.5 * projection.T)
+        block = projection @ half.reshape(i.size, points, -1)
+        mutual[i, :, j, :] = block
+        mutual[j, :, i, :] = np.swapaxes(block, 1, 2)
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
         index = np.nonzero((cut.width == width) & (cut.thickness == thickness))[0]
         block = log_block(thickness / width, modes).copy()
