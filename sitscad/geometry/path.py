@@ -177,10 +177,10 @@ class Path:
         """Where the path ends."""
         return self.segments[-1].end
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length in metres."""
-        return math.fsum(segment.length for segment in self.segments)
+        return math.fsum([segment.length for segment in self.segments])
 
     @property
     def is_closed(self) -> bool:

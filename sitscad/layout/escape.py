@@ -204,7 +204,7 @@ def escape(
     patience: Patience,
 ) -> Escape | None:
     """The cheapest way out that keeps every distance, or None where the search finds none."""
-    places = [place for place in around.via_places() if obstacles.admits((), (place,))]
+    places = obstacles.admitted(list(around.via_places()))
     join_tables = [branch_table(around, _sorted(_join_options(around, pair, places))) for pair in joins]
     search = _Search(obstacles, patience)
     best: Escape | None = None

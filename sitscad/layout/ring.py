@@ -36,8 +36,17 @@ class Ring:
         box = bounding_box([self.boundary.rotated(self.placement.rotation)])
         return box[2], box[3]
 
+    @cached_property
+    def _known(self) -> dict[float, Point]:
+        return {}
+
     def at(self, angle: float) -> Point:
-        """The ring's point in a direction from the centre."""
+        """The ring's point in a direction from the centre; remembered, for many ways round begin or end alike."""
+        if angle not in self._known:
+            self._known[angle] = self._at(angle)
+        return self._known[angle]
+
+    def _at(self, angle: float) -> Point:
         if self.coil.shape == "circle":
             return polar(self.coil.size[0] / 2 + self.offset, angle, self.centre)
         local = angle - self.placement.rotation
