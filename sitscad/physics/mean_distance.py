@@ -134,7 +134,10 @@ def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) 
     if min(w) < 1e-6 * max(*w, *t, 1e-300):
         return np.sum(weights * 0.5 * np.log(x * x + heights * heights), axis=-1)
     total = _twice_integrated(x + outer, heights) + _twice_integrated(x - outer, heights)
-    total -= _twice_integrated(x + inner, heights) + _twice_integrated(x - inner, heights)
+    if inner == 0.0:
+        total -= 2.0 * _twice_integrated(x, heights)
+    else:
+        total -= _twice_integrated(x + inner, heights) + _twice_integrated(x - inner, heights)
     return np.sum(weights * total, axis=-1) / (w[0] * w[1])
 
 

@@ -67,7 +67,7 @@ class CrowdingNearMetal:
         if (above, below) not in self.known:
             (middle,) = zip(*self._waves(np.array([MIDDLE]), above, below), strict=True)
             self.known[above, below] = tuple(_reduced(cut, _Waves(*middle)) for cut in self.cuts)
-        waves = np.concatenate(self._waves(frequencies, above, below), axis=1)
+        waves = [np.concatenate([part.real, part.imag]) for part in self._waves(frequencies, above, below)]
         for part in self.known[above, below]:
             total += part.changes(frequencies, waves)
         return total
@@ -129,21 +129,24 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
 
 @record(eq=False)
 class _Reduced:
-    # A cut in a subspace of its modes: relaxation times, drive in free air, and for every wave (up with up, up with
-    # down, down with down: 3 k rows) the products of what it has of any two of the subspace's vectors, the whole
-    # current and, last, the part of that which is not even.
+    # A cut in a subspace of its modes: relaxation times, drive in free air, and the waves (k, ...) of the subspace, of
+    # the whole current and, last, of its part that is not even.
     rates: Array
     drive: Array
-    products: Array
+    up: Array
+    down: Array
 
-    def changes(self, frequencies: Array, waves: ComplexArray) -> ComplexArray:
-        size = self.drive.size + 2
-        seen = (waves.real @ self.products + 1j * (waves.imag @ self.products)).reshape(-1, size, size)
+    def changes(self, frequencies: Array, waves: Sequence[Array]) -> ComplexArray:
+        # The waves' weights: real parts at all frequencies, then imaginary ones (2 frequencies, k), as in `_Waves`.
+        both, mixed, other = (part[:, None, :] for part in waves)
+        across = (mixed * self.up.T) @ self.down
+        parts = (both * self.up.T) @ self.up + across + np.swapaxes(across, 1, 2) + (other * self.down.T) @ self.down
+        seen = parts[: frequencies.size] + 1j * parts[frequencies.size :]
         uneven = 2.0 * seen[:, -1, -2] - seen[:, -1, -1]
         # What free currents add to the inductance (H, complex), in free air and with the metal.
         lag = 2j * math.pi * frequencies[:, None]
         alone = np.sum(self.drive**2 / (1.0 + lag * self.rates), axis=1)
-        system = np.eye(size - 2) + lag[..., None] * (np.diag(self.rates) + seen[:, :-2, :-2])
+        system = np.eye(self.drive.size) + lag[..., None] * (np.diag(self.rates) + seen[:, :-2, :-2])
         drive = self.drive + seen[:, :-2, -2]
         with_metal = np.sum(drive * np.linalg.solve(system, drive[..., None])[..., 0], axis=1)
         return np.asarray(uneven + lag[:, 0] * (alone - with_metal))
@@ -153,25 +156,25 @@ def _reduced(cut: _ReflectedCut, waves: _Waves) -> _Reduced:
     system = cut.system
     source = cut.up @ system.source, cut.down @ system.source
     image = waves.join((cut.up, cut.down), source)
-    real = _Waves(waves.both.real, waves.mixed.real, waves.other.real)
+    table = np.concatenate([cut.up, cut.down])
+    both, mixed, other = (part.real for part in (waves.both, waves.mixed, waves.other))
+    size = both.size
+
+    def in_metal(vector: Array) -> Array:
+        seen = table @ vector
+        up, down = seen[:size], seen[size:]
+        return system.matrix @ vector + np.concatenate([both * up + mixed * down, mixed * up + other * down]) @ table
 
     def act(vectors: Array) -> Array:
-        returned = real.join((cut.up, cut.down), (cut.up @ vectors, cut.down @ vectors))
-        return system.project(system.matrix @ vectors + returned)
+        # One by one: for a few vectors together the linear algebra takes three times as long.
+        return system.project(np.stack([in_metal(vector) for vector in np.ascontiguousarray(vectors.T)], axis=1))
 
     basis = _krylov(system, act, system.project(np.stack([system.coupling, image.real, image.imag], axis=1)))
     values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
     # Points too few for the highest modes leave some that would store less than no energy.
     basis = basis @ vectors
     kept = np.column_stack([basis, system.source, system.shift])
-    return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, _products(cut.up @ kept, cut.down @ kept))
-
-
-def _products(up: Array, down: Array) -> Array:
-    # (k, n) twice to (3 k, n n)
-    mixed = up[:, :, None] * down[:, None, :]
-    pairs = up[:, :, None] * up[:, None, :], mixed + np.swapaxes(mixed, 1, 2), down[:, :, None] * down[:, None, :]
-    return np.concatenate([pair.reshape(len(up), -1) for pair in pairs])
+    return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, cut.up @ kept, cut.down @ kept)
 
 
 def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array) -> Array:
