@@ -24,11 +24,13 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run one command line and leave with its exit code; no exception reaches the person who typed it."""
     # Our matrices are small: threads of the linear algebra would only wait for each other, at twice the processor time
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    gc.set_threshold(50_000)  # a short command makes much and drops little: looking for cycles costs it some per cent
+    gc.set_threshold(200_000)  # a short command makes much and drops little: looking for cycles costs it some per cent
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
-    sys.exit(_run(arguments))
+    code = _run(arguments)
+    gc.freeze()  # what is left goes with the process: the last look for cycles would cost some per cent more
+    sys.exit(code)
 
 
 def _run(arguments: Sequence[str] | None) -> int:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
+
+from sitscad.record import record
 
 
 class Severity(StrEnum):
@@ -14,7 +15,7 @@ class Severity(StrEnum):
     NOTE = "note"
 
 
-@dataclass(frozen=True)
+@record
 class Place:
     """A point on the board in metres, with the copper layer (1 is the top one) and the nets where these matter."""
 
@@ -24,7 +25,7 @@ class Place:
     nets: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Finding:
     """One complaint about a design.
 
@@ -49,7 +50,7 @@ class Finding:
     sigma: float | None = None
 
 
-@dataclass(frozen=True)
+@record
 class NotChecked:
     """A rule that could not be applied, and why: silence never means that a rule passed."""
 

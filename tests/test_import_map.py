@@ -11,6 +11,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "sitscad"
 
 MAY_IMPORT = {
+    "record": set(),
     "units": set(),
     "finding": set(),
     "geometry": {"units"},
@@ -35,7 +36,9 @@ MAY_IMPORT = {
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.
 
-`__version__` is no room's and may be imported everywhere."""
+What is `EVERYWHERE` is no room's and may be imported by all."""
+
+EVERYWHERE = {"__version__", "record"}
 
 
 def room_of(path: Path, package: Path = PACKAGE) -> str:
@@ -58,10 +61,8 @@ def imported_rooms(path: Path, package: Path = PACKAGE) -> set[str]:
     rooms = set()
     for module in imported_modules(path, package):
         top, _, rest = module.partition(".")
-        if top == "sitscad" and rest != "__version__":
-            room = rest.split(".")[0]
-            if room == "__version__":
-                continue
+        room = rest.split(".")[0]
+        if top == "sitscad" and room not in EVERYWHERE:
             rooms.add(room if room in MAY_IMPORT else "")
     return rooms - {room_of(path, package)}
 

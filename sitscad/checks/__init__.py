@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sitscad.checks.clearances import CLEARANCE_RULES
@@ -15,6 +14,7 @@ from sitscad.checks.timing import TIMING_RULES
 from sitscad.checks.transduction import TRANSDUCTION_RULES
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.layout.board import Layout
+from sitscad.record import record
 from sitscad.spec.rules import SPEC_RULES
 from sitscad.spec.sensor import SensorSpec
 
@@ -37,7 +37,7 @@ RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in ta
 """Every rule, in the order of their identifiers."""
 
 
-@dataclass(frozen=True)
+@record
 class CheckResult:
     """What was found, in the order of rule and place, and what could not be checked, with the reason."""
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -25,6 +24,7 @@ from sitscad.geometry.primitives import (
 )
 from sitscad.layout.board import Coil, Layout, Pad, Role, Trace, Via
 from sitscad.layout.teardrops import Teardrop
+from sitscad.record import record
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,7 +64,7 @@ class Outline(Protocol):
         """Points whose chords stay within a tolerance (m)."""
 
 
-@dataclass(frozen=True)
+@record
 class Copper:
     """All copper, piece by piece and layer by layer (arrays of one length); a via has a piece on every layer.
 
@@ -83,7 +83,7 @@ class Copper:
     items: tuple[Item, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Nearness:
     """Two pieces of copper that come nearer than `asked` (m): centre distance and half-widths (m), where, and whose."""
 
@@ -108,7 +108,7 @@ class Nearness:
         return tuple(sorted({self.one.net, self.other.net}))
 
 
-@dataclass(frozen=True)
+@record
 class _Stand:
     """Where an item stands on its conductor: which chain, and the way (m) along it to the item's start."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from sitscad.geometry.path import Path, Point, Segment
 from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Trace
+from sitscad.record import record
 
 CHORD = 10e-6
 """Arcs are followed within this distance (m), where a loop's area is concerned."""
@@ -22,7 +22,7 @@ _GRID = 1e-8
 Node = tuple[int, int, int]
 
 
-@dataclass(frozen=True)
+@record
 class Loop:
     """A closed way along conductors, seen from above; ``layer`` is that of the track that closes it."""
 
@@ -46,7 +46,7 @@ class Loop:
         return sum(math.remainder(b - a, 2 * math.pi) for a, b in pairwise(angles)) / (2 * math.pi)
 
 
-@dataclass(frozen=True)
+@record
 class _Edge:
     """A stretch of a track between two nodes, from one way along it (m) to another."""
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sitscad.checks.rules import Complaint, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.readout import ldc1614
+from sitscad.record import record
 from sitscad.units import show
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 STATE_WORDS = {"free": "alone in free air", "rest": "at rest", "pressed": "pressed"}
 
 
-@dataclass(frozen=True)
+@record
 class Reading:
     """One number of one coil in one state; `sigma` is its standard deviation by manufacture, mostly by `cause`."""
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.board import Layout
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 Kept = TypeVar("Kept")
 
 
-@dataclass(frozen=True)
+@record
 class Complaint:
     """What a rule found, before it knows its name: a severity or source of its own overrides the rule's."""
 
@@ -34,7 +35,7 @@ class Complaint:
     sigma: float | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Undecided:
     """Something a rule could not decide although its needs were met, and why."""
 
@@ -44,7 +45,7 @@ class Undecided:
 Verdict = Complaint | Undecided | Finding
 
 
-@dataclass(frozen=True)
+@record
 class Subject:
     """The design under check; layout and estimates are made when a rule first asks for them."""
 
@@ -78,7 +79,7 @@ class Subject:
         return estimate(self.layout)
 
 
-@dataclass(frozen=True)
+@record
 class Rule:
     """One rule: its texts for `explain`, the parts that it needs, and the function that applies it.
 

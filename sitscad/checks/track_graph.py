@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
@@ -14,6 +13,7 @@ import numpy as np
 from sitscad.geometry.path import Path, Point, Segment
 from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
+from sitscad.record import record
 
 CHORD = 10e-6
 """Arcs are followed within this distance (m), where a loop's area is concerned."""
@@ -23,7 +23,7 @@ _GRID = 1e-8
 Node = tuple[int, int, int]
 
 
-@dataclass(frozen=True)
+@record
 class Loop:
     """A closed way along conductors, seen from above; ``layer`` is that of the track that closes it."""
 
@@ -47,7 +47,7 @@ class Loop:
         return sum(math.remainder(b - a, 2 * math.pi) for a, b in pairwise(angles)) / (2 * math.pi)
 
 
-@dataclass(frozen=True)
+@record
 class _Edge:
     """A stretch of a track between two nodes, from one way along it (m) to another."""
 
@@ -63,7 +63,7 @@ class _Edge:
         return _between(self.trace.path, self.first, self.last)
 
 
-@dataclass(frozen=True)
+@record
 class TrackGraph:
     """A layout's tracks between the nodes where they meet: ends, ends that run into another track, vias and pads."""
 

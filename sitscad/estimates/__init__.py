@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +46,12 @@ from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 __all__ = [
     "METHODS",
@@ -128,7 +130,7 @@ def estimate(
     )
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Winding:
     """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found.
 
@@ -180,8 +182,8 @@ def _neighbours(
     def of_state(state: str) -> Circuit:
         reflection = circuits[active].reflections[state]
 
-        def mutual(i: int, j: int, frequency: float) -> complex:
-            return float(matrix[i, j]) + reflection.mutual(distances[i][j], frequency)
+        def mutual(i: int, j: int, frequencies: Array) -> ComplexArray:
+            return np.asarray(matrix[i, j] + reflection.mutual(distances[i][j], frequencies))
 
         own = [lambda at, c=c: c.own(state, at) for c in circuits]
         return idle_neighbours(active, own, mutual, spec.readout.cable)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,15 +15,17 @@ from sitscad.physics.current_spectrum import CurrentSpectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
+from sitscad.record import record
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
 
+Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 FREE, REST, PRESSED = "free", "rest", "pressed"
 
 
-@dataclass(frozen=True)
+@record
 class Surroundings:
     """One state: reflectors above and below the coils; distances count from the board's top face, z = 0."""
 
@@ -32,7 +34,7 @@ class Surroundings:
     below: Reflector | None
 
 
-@dataclass(frozen=True)
+@record
 class Assembly:
     """The states that exist, their gaps (m) by name, the compression, and what is worth saying about the model.
 
@@ -162,44 +164,45 @@ class Reflection:
     ) -> None:
         self._spectrum, self._around, self._share, self._crowding = spectrum, around, share, crowding
         self._distances = (0.0, *distances)
-        self._known: dict[float, ComplexArray] = {}
+        self._known: dict[bytes, ComplexArray] = {}
 
-    def __call__(self, frequency: float) -> tuple[float, float]:
-        """Change of inductance (H) and resistance (ohm) at a frequency (Hz)."""
-        found = self._at(frequency)[0]
-        return float(found.real), -2.0 * math.pi * frequency * float(found.imag)
+    def __call__(self, frequencies: Array) -> tuple[Array, Array]:
+        """Change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
+        found = self._at(frequencies)[:, 0]
+        return found.real, -2.0 * math.pi * frequencies * found.imag
 
-    def mutual(self, distance: float, frequency: float) -> complex:
+    def mutual(self, distance: float, frequencies: Array) -> ComplexArray:
         """Change of the mutual inductance (H, complex) with the coil at one of the distances (m)."""
-        return complex(self._at(frequency)[self._distances.index(distance)])
+        return self._at(frequencies)[:, self._distances.index(distance)]
 
-    def _at(self, frequency: float) -> ComplexArray:
-        if frequency not in self._known:
-            self._known[frequency] = self._exact(frequency)
-        return self._known[frequency]
+    def _at(self, frequencies: Array) -> ComplexArray:
+        key = frequencies.tobytes()
+        if key not in self._known:
+            self._known[key] = self._exact(frequencies)
+        return self._known[key]
 
-    def _exact(self, frequency: float) -> ComplexArray:
+    def _exact(self, frequencies: Array) -> ComplexArray:
         above, below = self._around.above, self._around.below
-        full = self._endless(frequency, above, below)
+        full = self._endless(frequencies, above, below)
         if above is None or self._share == 1.0:
             return full
-        bare = self._endless(frequency, None, below)
-        return bare + self._share * (full - bare)
+        bare = self._endless(frequencies, None, below)
+        return np.asarray(bare + self._share * (full - bare))
 
-    def _endless(self, frequency: float, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        found = reflected_inductances(self._spectrum, frequency, above, below, self._distances)
+    def _endless(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        found = reflected_inductances(self._spectrum, frequencies, above, below, self._distances)
         if self._crowding is not None:
-            found[0] += self._crowding.change(frequency, above, below)
+            found[:, 0] += self._crowding.changes(frequencies, above, below)
         return found
 
 
 class NoReflection:
     """The coil alone: nothing changes."""
 
-    def __call__(self, frequency: float) -> tuple[float, float]:
+    def __call__(self, frequencies: Array) -> tuple[Array, Array]:
         """No change of inductance and resistance."""
-        return 0.0, 0.0
+        return np.zeros(len(frequencies)), np.zeros(len(frequencies))
 
-    def mutual(self, distance: float, frequency: float) -> complex:
+    def mutual(self, distance: float, frequencies: Array) -> ComplexArray:
         """No change of the mutual inductance."""
-        return 0j
+        return np.zeros(len(frequencies), dtype=np.complex128)

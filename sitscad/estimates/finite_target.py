@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from sitscad.physics.finite_plate import (
     plate_share,
     share_error,
 )
+from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ AREA = {"circle": math.pi / 4.0, "hexagon": math.sqrt(3.0) / 2.0, "octagon": 2.0
 """Area of a shape over that of the square about it (across flats); 1 for those not named."""
 
 
-@dataclass(frozen=True)
+@record
 class TargetShares:
     """Share of an endless plate's effect by coil name and state, and what is worth saying about it."""
 

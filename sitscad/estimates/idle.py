@@ -6,40 +6,51 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.readout import ldc1614
 from sitscad.spec.sensor import Cable
 
-Circuit = Callable[[float], tuple[float, float]]
-Mutual = Callable[[int, int, float], complex]
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+Circuit = Callable[[Array], tuple[Array, Array]]
+"""Inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
+
+Mutual = Callable[[int, int, Array], ComplexArray]
+"""Mutual inductance (H) of two coils, by their numbers, at (n,) frequencies (Hz)."""
 
 
-def idle_load(omega: float, cable: Cable | None) -> complex:
-    """Impedance (ohm) between an idle coil's contacts at omega (rad/s): the cable, and both pins to ground.
+def idle_load(omega: Array, cable: Cable | None) -> ComplexArray:
+    """Impedance (ohm) between an idle coil's contacts at (n,) omega (rad/s): the cable, and both pins to ground.
 
     Each pin is tied to ground by about 10 ohm (SNOSCY9A 8.1.5.1), so the loop has twice that. The capacitors across it
     are left out: against 20 ohm they carry next to nothing up to 10 MHz.
     """
-    load = complex(2.0 * ldc1614.limit("idle_pin_resistance"), 0.0)
-    return load if cable is None else load + complex(cable.resistance, omega * cable.inductance)
+    pins = 2.0 * ldc1614.limit("idle_pin_resistance")
+    resistance, inductance = (0.0, 0.0) if cable is None else (cable.resistance, cable.inductance)
+    return np.asarray(pins + resistance + 1j * omega * inductance)
 
 
 def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, cable: Cable | None) -> Circuit:
-    """What all other coils, idle, add to the inductance (H) and resistance (ohm) of the active one, by frequency (Hz).
+    """What all other coils, idle, add to the inductance and resistance of the active one.
 
     `circuits` give each coil's own inductance and resistance, `mutual` the (complex) mutual inductance of two coils.
     Every idle loop has no voltage left: Z = -Z_ai Z_ii^-1 Z_ia.
     """
     others = [i for i in range(len(circuits)) if i != active]
 
-    def added(frequency: float) -> tuple[float, float]:
-        omega = 2.0 * math.pi * frequency
-        towards = np.array([1j * omega * mutual(active, i, frequency) for i in others])
-        loops = np.array([[1j * omega * mutual(i, j, frequency) if i != j else 0j for j in others] for i in others])
+    def added(frequencies: Array) -> tuple[Array, Array]:
+        omega = 2.0 * math.pi * frequencies
+        load = idle_load(omega, cable)
+        towards = np.stack([1j * omega * mutual(active, i, frequencies) for i in others], axis=1)
+        loops = np.empty((omega.size, len(others), len(others)), dtype=np.complex128)
         for k, i in enumerate(others):
-            inductance, resistance = circuits[i](frequency)
-            loops[k, k] = complex(resistance, omega * inductance) + idle_load(omega, cable)
-        impedance = -complex(towards @ np.linalg.solve(loops, towards))
+            for n, j in enumerate(others):
+                loops[:, k, n] = 1j * omega * mutual(i, j, frequencies) if i != j else 0.0
+            inductance, resistance = circuits[i](frequencies)
+            loops[:, k, k] = resistance + 1j * omega * inductance + load
+        impedance = -np.sum(towards * np.linalg.solve(loops, towards[..., None])[..., 0], axis=1)
         return impedance.imag / omega, impedance.real
 
     return added

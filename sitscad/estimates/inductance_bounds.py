@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from itertools import pairwise
+from pathlib import Path
+
+from sitscad.record import record
+
+DATA = Path(__file__).resolve().parents[1] / "data"
 
 FEW_TURNS, ONE_TURN = 5.0, 1.5
 """Below so many turns errors grow faster, and again below so many."""
@@ -27,7 +30,7 @@ THICK = 4e-4
 """Added for each time that a track is thicker than wide: the designs that were fitted are not."""
 
 
-@dataclass(frozen=True)
+@record
 class Crowding:
     """What the error of a winding's inductance depends on; lengths in metres, `apart` between nearest mid-planes."""
 
@@ -88,7 +91,7 @@ def error_bound(family: str, method: str, crowding: Crowding) -> float:
 
 @cache
 def _table() -> dict[tuple[str, str, str], dict[str, float]]:
-    text = resources.files("sitscad").joinpath("data/inductance_bounds.csv").read_text(encoding="utf-8")
+    text = (DATA / "inductance_bounds.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     return {
         (row["family"], row["method"], row["stack"]): {

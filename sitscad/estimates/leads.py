@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.estimates.losses import Strip
 from sitscad.layout.board import Coil, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
+from sitscad.physics.current_modes import ProximityLoss, joined
 from sitscad.physics.filaments import (
     PolylineTrack,
     curve_segments_mutual,
@@ -20,7 +23,10 @@ from sitscad.physics.filaments import (
     via_inductance,
 )
 from sitscad.physics.resistance import track_resistance, via_resistance
+from sitscad.record import record
 from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
+
+Array = NDArray[np.float64]
 
 FLATTENED = 10e-6
 """Arcs of the leads become chords within this distance (m)."""
@@ -42,7 +48,7 @@ Place = tuple[float, float]
 Piece = tuple[Place, Place]
 
 
-@dataclass(frozen=True)
+@record
 class LeadEstimate:
     """All that lies between winding and contacts: inductance (H), direct resistance (ohm), capacitance of the pair (F).
 
@@ -60,7 +66,19 @@ class LeadEstimate:
 
     def resistance_at(self, frequency: float, conductivity: float) -> float:
         """Resistance (ohm) at a frequency (Hz), with skin effect and what the way back adds where it runs beside."""
-        return math.fsum(strip.resistance_at(frequency, conductivity) for strip in self.strips) + self.via_resistance
+        return float(self.resistances_at(np.array([frequency]), conductivity)[0])
+
+    def resistances_at(self, frequencies: Array, conductivity: float) -> Array:
+        """The same at every one of (n,) frequencies (Hz)."""
+        if not self.strips:
+            return np.full(len(frequencies), self.via_resistance)
+        loss = _loss(self.strips, conductivity)
+        return np.asarray(loss.direct * loss.resistance_ratios(frequencies) + self.via_resistance)
+
+
+@lru_cache(maxsize=64)
+def _loss(strips: tuple[Strip, ...], conductivity: float) -> ProximityLoss:
+    return joined([strip.loss(conductivity) for strip in strips])
 
 
 NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +13,9 @@ from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.near_metal import CrowdingNearMetal, crowding_near_metal
 from sitscad.physics.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
-from sitscad.physics.resistance import bend_squares, pair_resistance_ratio, strip_resistance_ratio, track_resistance
+from sitscad.physics.resistance import bend_squares, lone_track_loss, pair_loss, track_resistance
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 
 USUAL_TOLERANCE = 3e-2
@@ -92,7 +92,7 @@ def _bend(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]
     return bend_squares(round(turn, 6)) if abs(turn) > 1e-3 else 0.0
 
 
-@dataclass(frozen=True)
+@record
 class Strip:
     """A stretch of a lead: direct resistance (ohm), cross-section (m), and where its way back runs, if it has one.
 
@@ -104,10 +104,10 @@ class Strip:
     thickness: float
     beside: tuple[float, float] | None = None
 
-    def resistance_at(self, frequency: float, conductivity: float) -> float:
-        """Resistance (ohm) at a frequency (Hz), with what the way back adds."""
+    def loss(self, conductivity: float) -> ProximityLoss:
+        """Its skin effect (S/m), with what the way back adds."""
         if self.beside is None:
-            return self.resistance * strip_resistance_ratio(frequency, self.width, self.thickness, conductivity)
-        return self.resistance * pair_resistance_ratio(
-            frequency, self.width, self.thickness, *self.beside, conductivity
-        )
+            alike = lone_track_loss(self.width, self.thickness, conductivity)
+        else:
+            alike = pair_loss(self.width, self.thickness, *self.beside, conductivity)
+        return alike.scaled(self.resistance)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.estimates.assembly import NoReflection, Reflection
 from sitscad.estimates.idle import Circuit
@@ -13,8 +16,11 @@ from sitscad.estimates.values import ReadoutEstimate, StateEstimate
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
 from sitscad.readout import ldc1614
+from sitscad.record import record
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
+
+Array = NDArray[np.float64]
 
 E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)
 """Preferred values of a decade (IEC 60063)."""
@@ -26,7 +32,7 @@ ROBUST_CAPACITANCE = 100e-12
 """Below this (F), pins, tail and cable make up a good part of the tank's capacitance."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CoilCircuit:
     """One coil as the tank sees it: winding, leads, own capacitance, what surrounds it in every state.
 
@@ -44,27 +50,31 @@ class CoilCircuit:
     winding_capacitance: float = 0.0
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
     curves: dict[tuple[str, int], SmoothCurve] = field(default_factory=dict)
-    known: dict[tuple[str, float], tuple[float, float]] = field(default_factory=dict)
+    known: dict[tuple[str, bytes], tuple[Array, Array]] = field(default_factory=dict)
 
     def winding_resistance(self, frequency: float) -> float:
         """The winding's resistance (ohm) alone at a frequency (Hz)."""
         return self.resistance * self.loss.resistance_ratio(frequency)
 
-    def own(self, state: str, frequency: float) -> tuple[float, float]:
-        """Inductance (H) and resistance (ohm) between the contacts in a state (Hz), its neighbours open."""
-        if (state, frequency) not in self.known:
-            change, added = self.reflections[state](frequency)
-            leads = self.leads.resistance_at(frequency, self.conductivity)
-            inductance = self.inductance + self.loss.inductance_change(frequency) + self.leads.inductance + change
-            self.known[state, frequency] = inductance, self.winding_resistance(frequency) + leads + added
-        return self.known[state, frequency]
+    def own(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """Inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz), its neighbours
+        open.
+        """
+        key = state, frequencies.tobytes()
+        if key not in self.known:
+            change, added = self.reflections[state](frequencies)
+            winding = self.resistance * self.loss.resistance_ratios(frequencies)
+            leads = self.leads.resistances_at(frequencies, self.conductivity)
+            inductance = self.inductance + self.loss.inductance_changes(frequencies) + self.leads.inductance + change
+            self.known[key] = inductance, winding + leads + added
+        return self.known[key]
 
-    def exactly(self, state: str, frequency: float) -> tuple[float, float]:
+    def exactly(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """The same with the neighbours idle, where the state has them."""
-        inductance, resistance = self.own(state, frequency)
+        inductance, resistance = self.own(state, frequencies)
         if state not in self.neighbours:
             return inductance, resistance
-        change, added = self.neighbours[state](frequency)
+        change, added = self.neighbours[state](frequencies)
         return inductance + change, resistance + added
 
     def terminal(self, state: str, frequency: float) -> tuple[float, float]:
@@ -90,7 +100,8 @@ class SmoothCurve:
         middle, half = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
         self._places = [middle + half * math.cos(angle) for angle in angles]
         self._weights = [(-1.0) ** k * math.sin(angle) for k, angle in enumerate(angles)]
-        self._values = [exact(math.exp(place)) for place in self._places]
+        first, second = exact(np.exp(self._places))
+        self._values = list(zip(first.tolist(), second.tolist(), strict=True))
 
     def __call__(self, frequency: float) -> tuple[float, float]:
         """Both values at a frequency (Hz), by barycentric interpolation."""
@@ -104,7 +115,7 @@ class SmoothCurve:
         return first / total, second / total
 
 
-@dataclass(frozen=True)
+@record
 class Tank:
     """What stands between coil and converter: capacitor, pins and cable."""
 
@@ -220,7 +231,7 @@ OVERDAMPED = 1e3
 """Trespass of a state in which the tank does not oscillate: more than any other."""
 
 
-@dataclass(frozen=True)
+@record
 class _Windows:
     highest: float
     lowest_resistance: float

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -23,6 +22,7 @@ from sitscad.physics.eddy_target import distance_derivative
 from sitscad.physics.mean_distance import log_mean_distance
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.readout import ldc1614
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ STEP = 1.02
 """Ratio of the frequencies between which the growth of the winding's loss with frequency is taken."""
 
 
-@dataclass(frozen=True)
+@record
 class Tolerance:
     """One row of the tolerances: relative half width of a rectangular distribution, its source, whether it was seen."""
 
@@ -145,7 +145,7 @@ def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:
     return whole, part
 
 
-@dataclass(frozen=True)
+@record
 class Slopes:
     """What the spread of a coil's states is made of: relative sigmas, slopes of the winding's inductance (H).
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from sitscad.mechanics.elastomer import Compression
+from sitscad.record import record
 
 
-@dataclass(frozen=True)
+@record
 class StateEstimate:
     """One coil in one state, at its contacts and its own frequency there: H, ohm, Hz, volts peak.
 
@@ -34,7 +35,7 @@ class StateEstimate:
     spread: Spread | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Spread:
     """One standard deviation, by the tolerances of manufacture, of a state's numbers (H, ohm, Hz, ohm, V).
 
@@ -49,7 +50,7 @@ class Spread:
     causes: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@record
 class CoilEstimate:
     """One coil. `winding_inductance` and `resistance_dc` are the spiral layers' at direct current, `resistance_ac` is
     theirs at `sensor_frequency`; `terminal_*` what the contacts see, leads and tail included, in free air.
@@ -93,7 +94,7 @@ class CoilEstimate:
         return (pressed.inductance - rest.inductance) / force, (pressed.frequency - rest.frequency) / force
 
 
-@dataclass(frozen=True)
+@record
 class ReadoutEstimate:
     """How the converter is set: tank capacitor (F) and why, one drive code for all coils and working states, clocks
     (Hz), counts, the time on one coil (s) and the complete scans a second that follow.
@@ -128,7 +129,7 @@ class ReadoutEstimate:
         return 1.0 / self.read_back_time if self.read_back_time else None
 
 
-@dataclass(frozen=True)
+@record
 class CrossCheck:
     """A closed formula beside the estimate: inductance (H), relative deviation, whether the coil lies in its range."""
 
@@ -140,7 +141,7 @@ class CrossCheck:
     validity: str
 
 
-@dataclass(frozen=True)
+@record
 class Estimates:
     """Everything electrical about a layout. `inductance_matrix` (H) is for currents entering each coil at its outer end
     on layer 1, `inductance_matrix_error` (H) what its elements can be off by at most; `gaps` are distances in metres by

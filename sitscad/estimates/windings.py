@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,13 +15,14 @@ from sitscad.physics.rings import ring_winding_inductance
 from sitscad.physics.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
 from sitscad.physics.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
 from sitscad.physics.tracks import Bend, Side, Track, track, track_inductance_matrix
+from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 
 CHORD = 1e-6
 """Arcs of a path that has no closed spiral form are flattened within this distance (m)."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class WindingGeometry:
     """One coil's layers about its own centre: as spirals (circles only), or as they are drawn (all other shapes).
 
@@ -98,7 +98,7 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
     return tuple(built)
 
 
-@dataclass(frozen=True)
+@record
 class Method:
     """A way to the winding's inductance: for which shapes, its stated relative error, its rough cost (s).
 

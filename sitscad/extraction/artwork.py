@@ -10,7 +10,6 @@ import math
 import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,8 @@ from gerbonara.graphic_objects import Flash as FlashedObject
 from gerbonara.utils import MM
 from shapely import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
+
+from sitscad.record import record
 
 SAGITTA = 5e-8
 """Largest distance (m) between an arc and the chords that stand for it."""
@@ -37,7 +38,7 @@ class ExtractionError(ValueError):
     """Files that cannot be read, or that do not make up one board."""
 
 
-@dataclass(frozen=True)
+@record
 class Flash:
     """A flashed pad: copper layer (from 1 at the top), centre and area."""
 
@@ -47,7 +48,7 @@ class Flash:
     shape: BaseGeometry
 
 
-@dataclass(frozen=True)
+@record
 class Hole:
     """A drilled hole: centre, diameter and area (m, m2), and the copper layers that it goes through."""
 
@@ -59,7 +60,7 @@ class Hole:
     layers: tuple[int, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Artwork:
     """A board as its files draw it.
 

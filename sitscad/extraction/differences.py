@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import StrEnum
 
 import shapely
@@ -13,6 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from sitscad.extraction.artwork import Hole
 from sitscad.extraction.intent import Source
 from sitscad.extraction.nets import ExtractedBoard, ExtractedNet
+from sitscad.record import record
 
 PAD_EDGE = 1e-6
 """How far (m) round a flashed pad copper counts as the pad's own."""
@@ -37,7 +37,7 @@ class Kind(StrEnum):
     DEAD_END = "dead-end"
 
 
-@dataclass(frozen=True)
+@record
 class Difference:
     """One difference between the files' copper and the files' intent, and where it stands (m, layer from 1)."""
 

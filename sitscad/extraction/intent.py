@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
+from sitscad.record import record
+
 
 class Source(StrEnum):
     """Where a mark was read."""
@@ -19,7 +21,7 @@ class Source(StrEnum):
     IPC_D_356 = "IPC-D-356 netlist"
 
 
-@dataclass(frozen=True)
+@record
 class Mark:
     """A place where a file says which net its copper belongs to.
 

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import gmsh
 import numpy as np
 from shapely import Polygon
+
+from sitscad.record import record
 
 _OPTIONS = {
     "General.Terminal": 0,
@@ -27,7 +28,7 @@ _OPTIONS = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class Mesh:
     """Triangles in the plane: ``points`` [n, 2] in metres, ``triangles`` [m, 3] indices into them."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sitscad.extraction.artwork import Artwork, Flash, Hole, read_artwork
 from sitscad.extraction.intent import Mark, read_marks
+from sitscad.record import record
 
 REACH = 1e-6
 """How far (m) from its copper a mark may stand: the resolution of an IPC-D-356 coordinate."""
@@ -24,7 +25,7 @@ SMALLEST_LOOP = 1e-12
 """Holes in the copper of a smaller area (m2) are the reader's own chords, not a loop: 1 um x 1 um."""
 
 
-@dataclass(frozen=True)
+@record
 class Piece:
     """One connected area of copper on one layer (from 1 at the top)."""
 
@@ -32,7 +33,7 @@ class Piece:
     shape: Polygon
 
 
-@dataclass(frozen=True)
+@record
 class Contact:
     """A pad that an outside conductor meets: pin, function and intended net as the files name them, and its area."""
 
@@ -50,7 +51,7 @@ class Contact:
         return replace(self, shape=shapely.Point(self.x, self.y).buffer(min(x1 - x0, y1 - y0) / 4.0))
 
 
-@dataclass(frozen=True)
+@record
 class Loop:
     """A closed way round in the copper of one net.
 
@@ -64,7 +65,7 @@ class Loop:
     area: float = math.nan
 
 
-@dataclass(frozen=True)
+@record
 class ExtractedNet:
     """Copper that hangs together: its pieces and plated holes, the intended nets and contacts met on it, its loops.
 
@@ -79,7 +80,7 @@ class ExtractedNet:
     loops: tuple[Loop, ...]
 
 
-@dataclass(frozen=True)
+@record
 class ExtractedBoard:
     """A board as its finished files make it, and what they say that it should be (``marks``)."""
 

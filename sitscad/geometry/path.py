@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
+from sitscad.record import record
+
 TWO_PI = 2.0 * math.pi
+QUARTER_TURN = 0.5 * math.pi
 
 
 class Point(NamedTuple):
@@ -35,7 +37,7 @@ def polar(radius: float, angle: float, centre: Point = Point(0.0, 0.0)) -> Point
     return Point(centre.x + radius * math.cos(angle), centre.y + radius * math.sin(angle))
 
 
-@dataclass(frozen=True)
+@record
 class Line:
     """A straight segment from `start` to `end`."""
 
@@ -77,7 +79,7 @@ class Line:
         return point.distance(self.at(min(1.0, max(0.0, t))))
 
 
-@dataclass(frozen=True)
+@record
 class Arc:
     """A circular arc from `start` to `end` about `centre`, counter-clockwise or clockwise; never a full circle."""
 
@@ -135,7 +137,8 @@ class Arc:
         """(x_min, y_min, x_max, y_max) in metres: the ends', and the compass points that the arc passes."""
         xs, ys = [self.start.x, self.end.x], [self.start.y, self.end.y]
         start, sweep, radius = self.start_angle, self.sweep, self.radius
-        for quarter in range(4):
+        low, high = min(start, start + sweep) / QUARTER_TURN, max(start, start + sweep) / QUARTER_TURN
+        for quarter in (turn % 4 for turn in range(math.ceil(low - 1e-9), math.floor(high + 1e-9) + 1)):
             angle = quarter * math.pi / 2
             along = (angle - start) % TWO_PI if sweep >= 0 else (start - angle) % TWO_PI
             if along <= abs(sweep):
@@ -158,7 +161,7 @@ class Arc:
 Segment = Line | Arc
 
 
-@dataclass(frozen=True)
+@record
 class Path:
     """Segments that join end to start; closed when the last one ends where the first one starts."""
 
@@ -174,10 +177,10 @@ class Path:
         """Where the path ends."""
         return self.segments[-1].end
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length in metres."""
-        return math.fsum(segment.length for segment in self.segments)
+        return math.fsum([segment.length for segment in self.segments])
 
     @property
     def is_closed(self) -> bool:
@@ -211,11 +214,14 @@ class Path:
     def mapped(self, move: Callable[[Point], Point], flips: bool = False) -> Path:
         """The path under a rigid motion of its points; `flips` when that motion is a mirror image."""
         moved: list[Segment] = []
+        before = start = end = None
         for s in self.segments:
+            start = end if s.start is before and end is not None else move(s.start)
+            before, end = s.end, move(s.end)
             if isinstance(s, Arc):
-                moved.append(Arc(move(s.start), move(s.end), move(s.centre), s.ccw != flips))
+                moved.append(Arc(start, end, move(s.centre), s.ccw != flips))
             else:
-                moved.append(Line(move(s.start), move(s.end)))
+                moved.append(Line(start, end))
         return Path(tuple(moved))
 
     def flattened(self, tolerance: float) -> list[Point]:
@@ -232,8 +238,8 @@ class Path:
 
 def polyline(points: Iterable[Point]) -> Path:
     """Straight segments from point to point; repeated points are dropped."""
-    corners = [Point(*p) for p in points]
-    return Path(tuple(Line(a, b) for a, b in pairwise(corners) if a.distance(b) > 1e-12))
+    corners = [p if isinstance(p, Point) else Point(*p) for p in points]
+    return Path(tuple([Line(a, b) for a, b in pairwise(corners) if a.distance(b) > 1e-12]))
 
 
 def closed_polygon(points: Iterable[Point]) -> Path:

@@ -8,12 +8,12 @@ square to the line for a line and an arc), or the pieces cross. All of these are
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.geometry.path import Arc, Segment
+from sitscad.record import record
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -22,7 +22,7 @@ TWO_PI = 2.0 * np.pi
 _ANGLE_SLACK = 1e-9
 
 
-@dataclass(frozen=True)
+@record
 class Primitives:
     """Lines and arcs as arrays of one length: ends (n, 2); for arcs the centre (n, 2), radius, start angle and signed
     sweep, for lines a sweep of 0 and a radius of 0. A line whose ends agree is a point.

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sitscad.geometry.path import Path, enclosed_area
+from sitscad.record import record
 
 
-@dataclass(frozen=True)
+@record
 class Region:
     """The area inside a closed `outline` and outside its `holes`."""
 

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, polar, rounded_polyline
+from sitscad.record import record
 
 CHORD_TOLERANCE = 0.05e-6
 """What is drawn follows the ideal curve within this distance, in metres (the contract allows 0.1 um)."""
 
 
-@dataclass(frozen=True)
+@record
 class SpiralDimensions:
     """Outer size [x, y] across the copper edges, trace width and turn-to-turn pitch (m); turns of this layer."""
 

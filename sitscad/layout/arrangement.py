@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import room
@@ -17,6 +15,7 @@ from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
 from sitscad.layout.tail import Run, TailFrame, connector_of, frame, opening, runs, stiffener
 from sitscad.layout.wound_coils import WoundCoil, wind_all
+from sitscad.record import record
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
@@ -38,7 +37,7 @@ def lay_out(spec: SensorSpec) -> Layout:
     return _assemble(spec, found, findings)
 
 
-@dataclass(frozen=True)
+@record
 class _Attempt:
     # The coils wound, and how they are led out if they are.
     wound: tuple[WoundCoil, ...]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 from sitscad.finding import Finding
 from sitscad.geometry.path import Path, Point
 from sitscad.geometry.region import Region
+from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class Role(StrEnum):
     TAIL = "tail"
 
 
-@dataclass(frozen=True)
+@record
 class Trace:
     """A track of constant width along a path, on copper layer `layer` (from 1 at the top)."""
 
@@ -36,7 +36,7 @@ class Trace:
     role: Role
 
 
-@dataclass(frozen=True)
+@record
 class Via:
     """A plated through hole with the same round pad on every copper layer."""
 
@@ -46,7 +46,7 @@ class Via:
     net: str
 
 
-@dataclass(frozen=True)
+@record
 class Pad:
     """A rectangular contact: centre and size [x, y] in metres, its net and its pin (``C1.A``, ``C1.B``)."""
 
@@ -58,7 +58,7 @@ class Pad:
     number: int
 
 
-@dataclass(frozen=True)
+@record
 class Winding:
     """One layer of a coil, walked in the coil's direction.
 
@@ -76,7 +76,7 @@ class Winding:
     path: Path
 
 
-@dataclass(frozen=True)
+@record
 class Coil:
     """One coil as drawn. ``series`` lists every conductor from contact A to contact B in the order of the current."""
 
@@ -97,7 +97,7 @@ class Coil:
         return Point(*self.placement.centre)
 
 
-@dataclass(frozen=True)
+@record
 class Stiffener:
     """A plate bonded to the bottom face: its outline and thickness (m)."""
 
@@ -106,7 +106,7 @@ class Stiffener:
     material: str
 
 
-@dataclass(frozen=True)
+@record
 class Layout:
     """Everything that is drawn. ``findings`` holds what found no room: the pieces in question are then missing."""
 

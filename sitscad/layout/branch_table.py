@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from sitscad.geometry.path import TWO_PI
 from sitscad.layout.clearance import hole_distance
+from sitscad.record import record
 
 if TYPE_CHECKING:
     from sitscad.layout.escape import Branch, Surroundings
@@ -28,7 +28,7 @@ LEGS = 2
 """A branch has at most so many legs, with a via between them."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class BranchTable:
     """Branches of one connection, the cheapest first; rows of all arrays are branches.
 

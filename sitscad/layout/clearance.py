@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from sitscad.geometry.path import Path, Point
 from sitscad.geometry.primitives import (
     Floats,
+    Indices,
     Primitives,
     distances,
     from_rows,
@@ -20,12 +20,13 @@ from sitscad.geometry.primitives import (
     path_rows,
     to_points,
 )
+from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
 
 SLACK = 1e-9
 
 
-@dataclass(frozen=True)
+@record
 class Track:
     """A track to be placed: centre line, width (m) and copper layer."""
 
@@ -44,7 +45,7 @@ class Track:
         return self.pieces.boxes
 
 
-@dataclass(frozen=True)
+@record
 class Hole:
     """A via to be placed: centre, pad and drill diameters (m); its pad is on every layer."""
 
@@ -53,7 +54,7 @@ class Hole:
     drill: float
 
 
-@dataclass(frozen=True)
+@record
 class _Copper:
     # The pieces of many tracks as one table: boxes of their centre lines, and half their widths.
     pieces: Primitives
@@ -95,6 +96,17 @@ class Obstacles:
         """Whether all of these keep their distance from what is there (not from one another)."""
         return all(self._admits_track(t) for t in tracks) and all(self._admits_hole(h) for h in holes)
 
+    def admitted(self, holes: Sequence[Hole]) -> list[Hole]:
+        """Those of some holes that keep their distance from what is there, each on its own."""
+        if not holes:
+            return []
+        centres = np.array([hole.centre for hole in holes])
+        keep = np.array([hole_keep_out(hole, self._rules, self._spacing) for hole in holes])
+        free = np.array([self._apart(hole) for hole in holes])
+        for layer in self._tracks:
+            free[_met(self._on(layer), centres, keep)] = False
+        return [hole for hole, stays in zip(holes, free.tolist(), strict=True) if stays]
+
     def _on(self, layer: int) -> _Copper:
         if layer not in self._copper:
             self._copper[layer] = _Copper.of(self._tracks[layer])
@@ -108,7 +120,7 @@ class Obstacles:
         if self._holes:
             centres = np.array([hole.centre for hole in self._holes])
             keep = np.array([hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes])
-            if _too_near(own, centres, keep):
+            if _met(own, centres, keep).size:
                 return False
         return track.layer not in self._tracks or not self._touches(own, self._on(track.layer))
 
@@ -121,21 +133,21 @@ class Obstacles:
         return bool(np.any(gaps < reach[pairs[:, 0]] + other.half_width[pairs[:, 1]] - SLACK))
 
     def _admits_hole(self, hole: Hole) -> bool:
-        for other in self._holes:
-            if hole.centre.distance(other.centre) < hole_distance(hole, other, self._rules, self._spacing) - SLACK:
-                return False
-        keep = hole_keep_out(hole, self._rules, self._spacing)
-        return not any(_too_near(self._on(layer), np.array([hole.centre]), np.array([keep])) for layer in self._tracks)
+        return bool(self.admitted([hole]))
+
+    def _apart(self, hole: Hole) -> bool:
+        return all(
+            hole.centre.distance(other.centre) >= hole_distance(hole, other, self._rules, self._spacing) - SLACK
+            for other in self._holes
+        )
 
 
-def _too_near(copper: _Copper, centres: Floats, keep: Floats) -> bool:
-    """Whether copper comes nearer to any of some centres (n, 2) than its `keep` (n) (m)."""
+def _met(copper: _Copper, centres: Floats, keep: Floats) -> Indices:
+    """Which of some centres (n, 2) the copper comes nearer to than their `keep` (n) (m)."""
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
-    if not len(pairs):
-        return False
     piece, hole = pairs[:, 0], pairs[:, 1]
     gaps = to_points(copper.pieces.take(piece), centres[hole])
-    return bool(np.any(gaps < keep[hole] + copper.half_width[piece] - SLACK))
+    return hole[gaps < keep[hole] + copper.half_width[piece] - SLACK]
 
 
 def hole_keep_out(hole: Hole, rules: DesignRules, spacing: float) -> float:

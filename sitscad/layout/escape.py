@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cached_property
 
 from sitscad.geometry.path import TWO_PI, Line, Path, Point, polyline
@@ -19,6 +18,7 @@ from sitscad.layout.branch_table import BranchTable, branch_table
 from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
 from sitscad.layout.lanes import Bus, Exit
 from sitscad.layout.ring import Ring
+from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 VIA_PLACES = 32
@@ -35,7 +35,7 @@ TRIALS_OF_ONE_CHANGE = 6_000
 """One of them after this many: the next change may be easier."""
 
 
-@dataclass(frozen=True)
+@record
 class OuterEnd:
     """The outer end of one layer, or the inner via from which a coil with an odd number of layers comes out."""
 
@@ -44,7 +44,7 @@ class OuterEnd:
     from_inside: bool = False
 
 
-@dataclass(frozen=True)
+@record
 class Surroundings:
     """What the search of one coil needs to know: the spec, the bus, the half width (m) of the ground for vias."""
 
@@ -96,7 +96,7 @@ class Surroundings:
         return self._stands[hole.centre]
 
 
-@dataclass(frozen=True)
+@record
 class Leg:
     """One track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
 
@@ -133,7 +133,7 @@ class Leg:
         return abs(self.sweep) * self.around.radius + self.begin.distance(self.around.ring.at(self.angle))
 
 
-@dataclass(frozen=True)
+@record
 class Branch:
     """One connection outside the winding: one or two legs with a via between them.
 
@@ -170,7 +170,7 @@ class Branch:
         return sum(leg.cost for leg in self.legs) + (1e-3 if self.hole else 0.0)
 
 
-@dataclass(frozen=True)
+@record
 class Escape:
     """What leads out of one coil: the joins outside (between layers), and the two leads."""
 
@@ -204,7 +204,7 @@ def escape(
     patience: Patience,
 ) -> Escape | None:
     """The cheapest way out that keeps every distance, or None where the search finds none."""
-    places = [place for place in around.via_places() if obstacles.admits((), (place,))]
+    places = obstacles.admitted(list(around.via_places()))
     join_tables = [branch_table(around, _sorted(_join_options(around, pair, places))) for pair in joins]
     search = _Search(obstacles, patience)
     best: Escape | None = None

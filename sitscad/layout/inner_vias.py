@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from sitscad.geometry.path import Path, Point, polar, polyline
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import Hole, hole_distance, hole_keep_out
+from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ ROUNDING = 0.5e-6
 """What points a little apart may miss (m)."""
 
 
-@dataclass(frozen=True)
+@record
 class InnerJoin:
     """A via inside the winding and the stubs that reach it: (copper layer, from the winding's inner end to the via)."""
 
@@ -57,7 +57,7 @@ class InnerJoin:
         return math.fsum(path.length for _, path in self.stubs)
 
 
-@dataclass(frozen=True)
+@record
 class InnerEnd:
     """The inner end of one layer: where it is, its copper layer, the unit direction from it back along the turn."""
 
@@ -66,7 +66,7 @@ class InnerEnd:
     back: tuple[float, float]
 
 
-@dataclass(frozen=True)
+@record
 class Inside:
     """The room inside a winding: its centre, the radius (m) of the circle about it that no copper enters.
 

@@ -7,10 +7,10 @@ so that no pair crosses another. A pair runs stacked on two copper layers, or si
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from sitscad.geometry.path import Point
 from sitscad.layout.ring import Ring
+from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 STAGGER = math.sqrt(2.0) - 1.0
@@ -20,7 +20,7 @@ TURNED = (-15, 15, -30, 30, 45)
 """Degrees from the corner of the ring, away from the tail, at which a pair may leave it too."""
 
 
-@dataclass(frozen=True)
+@record
 class Exit:
     """Where one end of a coil leaves its ring (angle, rad), and the corners that it then passes up to the tail."""
 
@@ -29,7 +29,7 @@ class Exit:
     layer: int
 
 
-@dataclass(frozen=True)
+@record
 class Bus:
     """Sizes shared by all lanes (m): trace width and spacing, the layers of the two conductors, and where lanes begin.
 
@@ -59,7 +59,7 @@ class Bus:
         return self.layers[0] != self.layers[1]
 
 
-@dataclass(frozen=True)
+@record
 class Lane:
     """One coil's lane.
 

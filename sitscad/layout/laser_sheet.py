@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import StrEnum
 
 from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, rectangle
 from sitscad.layout.board import Layout
+from sitscad.record import record
 
 MARGIN = 5e-3
 COUPON_SIZE = 10e-3
@@ -31,7 +31,7 @@ class CutLayer(StrEnum):
     REF = "REF"
 
 
-@dataclass(frozen=True)
+@record
 class Contour:
     """A path on a layer; `diameter` (m) where it is a full circle, which formats may have a word for."""
 
@@ -50,7 +50,7 @@ class Contour:
         return abs(enclosed_area(self.path))
 
 
-@dataclass(frozen=True)
+@record
 class LaserSheet:
     """One part to be cut: contours with the lower left corner of the sheet at the origin, and notes on layer REF.
 

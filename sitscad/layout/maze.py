@@ -20,6 +20,7 @@ from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import Bus, Exit
 from sitscad.layout.ring import Ring
+from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 Floats = NDArray[np.float64]
@@ -32,7 +33,7 @@ CHORD = 2e-6
 _STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
 
 
-@dataclass(frozen=True)
+@record
 class Ground:
     """The board between the coils: its far end, its front, where the tail begins, and its half widths there (m)."""
 
@@ -169,7 +170,7 @@ class Maze:
         return self._pieces
 
 
-@dataclass(frozen=True)
+@record
 class _Wave:
     """Distances (m, in steps) over the lattice from the tail's entry, and from each node the next one towards it."""
 

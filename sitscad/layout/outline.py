@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sitscad.geometry.path import Path, Point, rounded
 from sitscad.layout.tail import TailFrame
+from sitscad.record import record
 
 CORNER_RADIUS = 0.5e-3
 """Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m)."""
 
 
-@dataclass(frozen=True)
+@record
 class Body:
     """The part of the board on the jaw: from `start` to `end` along x, `half_width` to both sides of the axis (m)."""
 

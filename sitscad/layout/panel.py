@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box
 from sitscad.layout.board import Layout
+from sitscad.record import record
 from sitscad.spec.sensor import ArraySpec, CoilPlacement, SensorSpec
 
 TOOLING_HOLE = 1.5e-3
@@ -32,7 +33,7 @@ FREE_OF_BRIDGES = 1.0e-3
 _STEP = 0.25e-3
 
 
-@dataclass(frozen=True)
+@record
 class Bridge:
     """Where the cut round a part stops: a segment of its outline, and the part of its length (m) that stays whole."""
 
@@ -46,7 +47,7 @@ class Bridge:
         return piece.at((self.begin + self.end) / 2.0 / piece.length)
 
 
-@dataclass(frozen=True)
+@record
 class Panel:
     """Copies of a board in a frame. ``parts`` and ``coupons`` are how far each copy's own origin is moved.
 

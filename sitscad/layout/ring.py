@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
 from sitscad.geometry.spiral import outer_boundary
+from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, CoilSpec
 
 
-@dataclass(frozen=True)
+@record
 class Ring:
     """The closed curve at `offset` (m) outside a coil's copper, walked by angle (rad) about the coil's centre."""
 
@@ -20,7 +20,7 @@ class Ring:
     placement: CoilPlacement
     offset: float
 
-    @property
+    @cached_property
     def centre(self) -> Point:
         """The coil's centre."""
         return Point(*self.placement.centre)
@@ -36,8 +36,17 @@ class Ring:
         box = bounding_box([self.boundary.rotated(self.placement.rotation)])
         return box[2], box[3]
 
+    @cached_property
+    def _known(self) -> dict[float, Point]:
+        return {}
+
     def at(self, angle: float) -> Point:
-        """The ring's point in a direction from the centre."""
+        """The ring's point in a direction from the centre; remembered, for many ways round begin or end alike."""
+        if angle not in self._known:
+            self._known[angle] = self._at(angle)
+        return self._known[angle]
+
+    def _at(self, angle: float) -> Point:
         if self.coil.shape == "circle":
             return polar(self.coil.size[0] / 2 + self.offset, angle, self.centre)
         local = angle - self.placement.rotation

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 
 from sitscad.geometry.path import Point
@@ -15,11 +15,12 @@ from sitscad.layout.maze import Ground, Maze
 from sitscad.layout.ring import Ring
 from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height, stretched
 from sitscad.layout.wound_coils import WoundCoil
+from sitscad.record import record
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 
-@dataclass(frozen=True)
+@record
 class Routing:
     """One complete answer of the search: an escape for every coil, on a board of some half width."""
 
@@ -105,7 +106,7 @@ def _in_turn(
     return None
 
 
-@dataclass(frozen=True)
+@record
 class _Lanes:
     # A board on which coils in one line are led out to their lanes.
     spec: SensorSpec
@@ -183,7 +184,7 @@ def route_freely(
     return None
 
 
-@dataclass(frozen=True)
+@record
 class _Rows:
     # A board on which coils that do not stand in one line are led out through a maze.
     spec: SensorSpec

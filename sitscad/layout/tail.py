@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from sitscad.geometry.path import Path, Point, closed_polygon, polyline, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
+from sitscad.record import record
 from sitscad.spec.sensor import Connector, SensorSpec
 
 TAIL_TRACE_WIDTH = 0.2e-3
@@ -24,7 +25,7 @@ CAP = 0.25e-3
 """Straight copper left between the bends and the vias at the contacts (m)."""
 
 
-@dataclass(frozen=True)
+@record
 class TailFrame:
     """Where the tail lies (m): its start and end along x, its half width, and the connector it ends in."""
 
@@ -69,7 +70,7 @@ class TailFrame:
         ]
 
 
-@dataclass(frozen=True)
+@record
 class Run:
     """One conductor from the funnel to its contact, in that direction: tracks and holes, and the contact."""
 

@@ -8,9 +8,7 @@ trapezoid from the contact's edge to the track.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import islice
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +24,7 @@ from sitscad.geometry.primitives import (
     path_rows,
     to_points,
 )
+from sitscad.record import record
 
 if TYPE_CHECKING:
     from sitscad.layout.board import Layout, Pad, Trace, Via
@@ -39,7 +38,7 @@ INSIDE = 10e-6
 SLACK = 1e-9
 
 
-@dataclass(frozen=True)
+@record
 class Teardrop:
     """A filled outline on a copper layer, at one end (``origin``) of one of the layout's tracks (its index)."""
 
@@ -55,20 +54,37 @@ def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
     """The teardrops of a layout, those that keep the fabricator's distances from all copper, holes and the edge."""
     if layout.spec.fpc.teardrops == "none":
         return ()
-    found = []
-    surroundings: dict[int, _Surroundings] = {}
+    tried = list(_tries(layout))
+    roomy: set[int] = set()
+    for layer in {layout.traces[one.track].layer for one in tried}:
+        there = [k for k, one in enumerate(tried) if layout.traces[one.track].layer == layer]
+        room = _Surroundings(layout, layer).leave_room([tried[k] for k in there])
+        roomy.update(k for k, free in zip(there, room, strict=True) if free)
+    found: dict[tuple[int, bool], Teardrop] = {}
+    for k, one in enumerate(tried):
+        if k in roomy:
+            trace = layout.traces[one.track]
+            drop = Teardrop(one.outline, trace.layer, trace.net, one.track, one.at_start, one.leg.start)
+            found.setdefault((one.track, one.at_start), drop)
+    return tuple(found.values())
+
+
+@record
+class _Try:
+    # An outline at one end of a track (its index), whose leg leaves there.
+    outline: Path
+    track: int
+    at_start: bool
+    leg: Segment
+
+
+def _tries(layout: Layout) -> Iterator[_Try]:
+    """All outlines at all ends, long ones first at each."""
     for index, trace in enumerate(layout.traces):
-        around = surroundings.get(trace.layer) or _Surroundings(layout, trace.layer)
-        surroundings[trace.layer] = around
         for at_start in (True, False):
             leg = trace.path.segments[0] if at_start else trace.path.segments[-1].reversed()
-            drops = (
-                Teardrop(outline, trace.layer, trace.net, index, at_start, leg.start)
-                for outline, _ in _outlines(layout, trace, leg)
-                if around.leaves_room(outline, index, leg)
-            )
-            found += list(islice(drops, 1))
-    return tuple(found)
+            for outline, _ in _outlines(layout, trace, leg):
+                yield _Try(outline, index, at_start, leg)
 
 
 def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[tuple[Path, float]]:
@@ -158,15 +174,16 @@ class _Surroundings:
         self._boxes = self._pieces.boxes
         self._keep = np.array(keep)
 
-    def leaves_room(self, outline: Path, index: int, leg: Segment) -> bool:
-        """Whether an outline keeps its distance from everything but the track itself, what it ends at, and its next."""
-        edges = from_rows([row for row, _ in path_rows(outline)])
+    def leave_room(self, tries: Sequence[_Try]) -> list[bool]:
+        """Whether outlines keep their distance from everything but the track itself, what it ends at, and its next."""
+        rows = [(row, k) for k, one in enumerate(tries) for row, _ in path_rows(one.outline)]
+        edges, owner = from_rows([row for row, _ in rows]), [k for _, k in rows]
         pairs = nearest_pairs(edges.boxes, np.zeros(len(edges)), self._boxes, self._keep)
-        if not len(pairs):
-            return True
         gaps = distances(edges.take(pairs[:, 0]), self._pieces.take(pairs[:, 1]))
-        close = pairs[gaps < self._keep[pairs[:, 1]] - SLACK, 1]
-        return all(self._is_joined(int(piece), index, leg) for piece in set(close.tolist()))
+        close = pairs[gaps < self._keep[pairs[:, 1]] - SLACK]
+        met = {(owner[edge], piece) for edge, piece in close.tolist()}
+        short = {k for k, piece in met if not self._is_joined(piece, tries[k].track, tries[k].leg)}
+        return [k not in short for k in range(len(tries))]
 
     def _is_joined(self, piece: int, index: int, leg: Segment) -> bool:
         (kind, number), trace = self._owner[piece], self._layout.traces[index]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 
 from sitscad.layout.board import Layout
+from sitscad.record import record
 from sitscad.spec.stackup import LayerKind, StackLayer
 
 
@@ -18,7 +18,7 @@ class Where(StrEnum):
     CONTACT = "contact"
 
 
-@dataclass(frozen=True)
+@record
 class FinishedThickness:
     """A thickness in metres: the sum of the layers, and the least and the most that the fabricator delivers.
 

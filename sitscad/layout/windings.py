@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from functools import lru_cache
 
 from sitscad.geometry.path import Point
 from sitscad.geometry.spiral import CORNERS, SpiralDimensions, corner_angle, rounded_corners, wind
 from sitscad.layout.board import Winding
 from sitscad.spec.sensor import CoilPlacement, CoilSpec, SensorSpec
+from sitscad.spec.stackup import CopperLayer
 
 
 def wind_coil(spec: SensorSpec, placement: CoilPlacement) -> tuple[Winding, ...]:
     """The coil's layers in winding order: odd ones walked inwards, even ones mirrored and walked outwards."""
-    coil, rotation = spec.coil, placement.rotation
+    wound = _wind(spec.coil, tuple(spec.coil_copper), placement.rotation)
+    return tuple(replace(winding, path=winding.path.shifted(*placement.centre)) for winding in wound)
+
+
+@lru_cache(maxsize=16)
+def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float) -> tuple[Winding, ...]:
+    # About the origin: the coils of an array differ in their places alone.
     sense = -1 if coil.clockwise else 1
     dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.turns)
     sweep = sense * 2.0 * math.pi * coil.turns
     angle = corner_angle(coil.shape, coil.start_angle, sense)
     windings = []
-    for index, copper in enumerate(spec.coil_copper):
+    for index, copper in enumerate(layers):
         inward = index % 2 == 0
         if not inward:
             angle += 2.0 * sweep
@@ -28,7 +37,6 @@ def wind_coil(spec: SensorSpec, placement: CoilPlacement) -> tuple[Winding, ...]
             path = rounded_corners(path, coil.corner_radius, CORNERS[coil.shape], coil.pitch)
         path = path if inward else path.reversed()
         path = path.rotated(rotation) if rotation else path
-        path = path.shifted(*placement.centre)
         windings.append(Winding(copper.number, copper.z, copper.thickness, angle + rotation, layer_sense, inward, path))
     return tuple(windings)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 from sitscad.finding import Finding
@@ -13,10 +13,11 @@ from sitscad.layout.clearance import Hole
 from sitscad.layout.inner_vias import InnerJoin, Inside, place_inner_vias
 from sitscad.layout.lanes import Bus
 from sitscad.layout.windings import inner_clear_radius, wind_coil
+from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
 
-@dataclass(frozen=True)
+@record
 class WoundCoil:
     """A coil before it is led out: its windings, the joins inside, and what could not be placed."""
 
@@ -29,8 +30,11 @@ class WoundCoil:
 def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
     """Every coil wound and joined inside; the search for the vias is done once a rotation, about the origin."""
     wound = []
+    joined: dict[float, tuple[tuple[InnerJoin, ...], tuple[Finding, ...]]] = {}
     for placement in spec.array.placements:
-        joins, findings = _joined_inside(spec, bus, placement)
+        if placement.rotation not in joined:
+            joined[placement.rotation] = _joined_inside(spec, bus, placement)
+        joins, findings = joined[placement.rotation]
         moved = tuple(_moved(join, *placement.centre) for join in joins)
         wound.append(WoundCoil(wind_coil(spec, placement), moved, _way_out_layer(spec), findings))
     return tuple(wound)

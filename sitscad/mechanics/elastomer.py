@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from sitscad.record import record
 
 VALID_STRAIN = 0.30
 """Compressive strain up to which the bonded-block formula is trusted; beyond it the answer is an extrapolation."""
@@ -18,7 +19,7 @@ SOURCE = (
 )
 
 
-@dataclass(frozen=True)
+@record
 class Compression:
     """A pad under a force: engineering strain (0 to 1), the thickness that is left (m), the shape factor, the apparent
     modulus (Pa), and whether the strain lies where the formula is trusted; `note` says so in words.

@@ -8,20 +8,21 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import sitscad
 from sitscad.package.folder import PackageError, list_files, require_inside
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
 
 MANIFEST = "manifest.json"
 
 
-@dataclass(frozen=True)
+@record
 class Entry:
     """One file: its SHA-256, its stage, and the hash of everything that it was made from."""
 
@@ -30,7 +31,7 @@ class Entry:
     made_from: str
 
 
-@dataclass(frozen=True)
+@record
 class Manifest:
     """The contents of a package.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,6 +32,7 @@ from sitscad.package.manifest import (
     without_text,
 )
 from sitscad.parts import MissingExtra
+from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, as_json, checked_spec, numbered_places, to_json
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writers import WRITERS, Writer
@@ -61,7 +61,7 @@ Progress = Callable[[str, str, float], None]
 """Called with a stage, what happens (``start``; ``made``, ``kept``, ``dropped``, ``none``, ``stopped``), seconds."""
 
 
-@dataclass(frozen=True)
+@record
 class StageResult:
     """What became of a stage: ``made``, ``kept`` from the package before, ``dropped``, ``none`` (nothing to make)."""
 
@@ -71,7 +71,7 @@ class StageResult:
     seconds: float
 
 
-@dataclass(frozen=True)
+@record
 class BuildResult:
     """The outcome of a build. Without ``written`` the errors in ``checked`` stopped it and nothing was touched."""
 
@@ -138,7 +138,7 @@ def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
         seen[spec.name] = spec.source.path
 
 
-@dataclass(frozen=True)
+@record
 class Design:
     """A spec and what follows from it, each thing computed when it is first asked for.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from sitscad.package.folder import explained
 from sitscad.package.manifest import Manifest, foreign_files, intact, read_manifest
+from sitscad.record import record
 
 
-@dataclass(frozen=True)
+@record
 class Verification:
     """What reading a package back found: every difference in one sentence, and what was looked at."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -18,6 +17,7 @@ from sitscad.parts.jaw import section
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import Solid, SolidRole
 from sitscad.parts.stack import FILM_ROUNDING, closed_span, fitted_jaw, half_width, stack
+from sitscad.record import record
 from sitscad.spec.sensor import Jaw
 
 Corner = tuple[str, float, float, float]
@@ -26,7 +26,7 @@ Corner = tuple[str, float, float, float]
 SEARCH = 20.0  # mm, the distance beyond which two solids simply are far apart
 
 
-@dataclass(frozen=True)
+@record
 class ClosedSection:
     """The closed pair across its axis: height back to back (m), the axis' height above the board's top face (m),
     the radius (m) of the smallest circle about the axis that holds everything, and which part decides it.
@@ -44,7 +44,7 @@ class ClosedSection:
         return self.radius <= self.port_radius + 1e-9
 
 
-@dataclass(frozen=True)
+@record
 class Clearance:
     """Two solids and the shortest distance between them (m, 0 where they touch); at most `SEARCH` is looked for."""
 
@@ -53,7 +53,7 @@ class Clearance:
     gap: float
 
 
-@dataclass(frozen=True)
+@record
 class Interference:
     """Two solids and the volume (m3) that both claim."""
 

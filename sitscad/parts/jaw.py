@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from sitscad.geometry.path import Arc, Line, Path, Point, rounded
@@ -12,13 +11,14 @@ from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid, SolidRole
 from sitscad.parts.stack import fitted_jaw, stack
+from sitscad.record import record
 from sitscad.spec.sensor import Jaw
 
 TIP_ROUNDING = 0.5e-3
 METAL = "#a9b0b7"
 
 
-@dataclass(frozen=True)
+@record
 class JawSection:
     """A jaw across its axis, face up at height 0: width of its face, height, radius of its back (m).
 

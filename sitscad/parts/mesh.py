@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from sitscad.parts.extras import require
 from sitscad.parts.solid import PartsError, Solid
+from sitscad.record import record
 
 CHORD = 0.005  # mm, how far a chord may stand off a curved face
 TURN = 0.15  # rad, the largest step along a curve
@@ -19,7 +19,7 @@ class NotManifold(PartsError):
     """A tessellated solid that does not enclose a volume; never written to a file."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class TriangleMesh:
     """Vertices (n, 3) in millimetres as float64 and triangles (m, 3) as indices, outward by the right-hand rule."""
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
+
+from sitscad.record import record
 
 
 class PartsError(ValueError):
@@ -26,7 +27,7 @@ class SolidRole(StrEnum):
     OPPOSING_PAD = "opposing-pad"
 
 
-@dataclass(frozen=True)
+@record
 class Solid:
     """One piece in its place in the sensor.
 

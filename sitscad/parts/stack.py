@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from sitscad.layout.board import Layout
 from sitscad.parts.solid import PartsError
+from sitscad.record import record
 from sitscad.spec.sensor import Jaw
 
 # Rounding of the film's outer edges as a share of its thickness: below 1, so that the film is nowhere too thin.
@@ -16,7 +16,7 @@ MOUNT_PIECES = ("mount", "mount-spacer")
 """The printed pieces from the bottom up: drawing, bill of materials and files name them alike."""
 
 
-@dataclass(frozen=True)
+@record
 class Stack:
     """Heights of the faces (m), z = 0 at the board's top face: pairs (lower, upper), None where there is no such part.
 

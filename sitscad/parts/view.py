@@ -7,7 +7,6 @@ up; within a solid, faces towards the viewer are drawn inner before outer, low b
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 from xml.sax.saxutils import escape
 
@@ -16,6 +15,7 @@ import numpy as np
 from sitscad.parts.jaw import section
 from sitscad.parts.mesh import TriangleMesh, manifold, tessellate
 from sitscad.parts.solid import Solid, SolidRole
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 CHORD, TURN = 0.02, 0.5  # mm, rad: a picture's mesh
@@ -29,7 +29,7 @@ ROW = 21.0  # pixels between two labels
 Box = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True)
+@record
 class Drawing:
     """SVG elements with the box (x0, y0, x1, y1 in pixels, y down) that they fill."""
 
@@ -119,7 +119,7 @@ def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, Trian
     return found
 
 
-@dataclass(frozen=True)
+@record
 class _Face:
     """Triangles of one plane: the loops round them and the creases among their edges, as vertex indices."""
 

@@ -7,12 +7,12 @@ difference of azimuth, all other arcs two.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.mean_distance import gauss, level_heights
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import level_heights
 from sitscad.physics.track_strands import (
     BLOCK,
     FLOOR,
@@ -22,6 +22,7 @@ from sitscad.physics.track_strands import (
     directions,
     strand_pairs,
 )
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -30,7 +31,7 @@ CHUNK = 400
 """Pairs of arcs that are worked on at once."""
 
 
-@dataclass(frozen=True)
+@record
 class Strands:
     """A pair of strands: how far each lies to the left of its centre line (m), the height between them (m), and the
     clearance (m2) over the distance (m) across that the pair keeps.

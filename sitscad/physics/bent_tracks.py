@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -27,8 +26,9 @@ from sitscad.physics.current_modes import (
     mode_matrix,
     points_of,
 )
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.physics.proximity import arc_field, smooth_rings
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ CORNER = 0.4
 that of a filament from half a width on."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class BentTrack:
     """One layer: starts and ends (n, 2) of its pieces along the current (m), the angle that each turns by (0: straight,
     positive to the left; rad), the cross-section and the mid-plane.
@@ -57,7 +57,7 @@ class BentTrack:
     z: float
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Sides:
     # Straight sides of all tracks: `key` numbers the groups that lie abreast (-1: seen, never cut); `heading` are
     # their directions (rad, from the first one's); `block` numbers the blocks of arcs, and sides.

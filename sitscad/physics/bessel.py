@@ -42,7 +42,8 @@ def j1(x: ArrayLike) -> Array:
 def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
     result = np.full_like(x, coefficients[-1])
     for coefficient in reversed(coefficients[:-1]):
-        result = result * x + coefficient
+        result *= x
+        result += coefficient
     return result
 
 

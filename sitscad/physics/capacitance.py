@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import EPSILON0
 from sitscad.physics.elliptic import coaxial_rings
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ def coplanar_strips(width: float, spacing: float, relative_permittivity: float) 
     return EPSILON0 * relative_permittivity * _mean(1.0, complement) / _mean(1.0, k)
 
 
-@dataclass(frozen=True)
+@record
 class Slab:
     """One layer of a stack from top to bottom: thickness (m), relative permittivity, whether it carries strips.
 

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss, legendre, legendre_integrals
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 
@@ -27,11 +27,14 @@ TRUSTED = 1e-3
 AT_ONCE = 4_000_000
 """Distances of points that are held in memory at once."""
 
+FEW = 64
+"""Modes up to which all their relaxation times cost less than a Lanczos run."""
+
 FIELD_POINTS = 5
 """Points across a track at which the field of distant currents is taken at most: it is smooth."""
 
 
-@dataclass(frozen=True)
+@record
 class ModeSet:
     """Highest orders across the width and through the thickness, and the Gauss points at which tracks see each other.
 
@@ -66,7 +69,7 @@ def suited_modes(width: float, thickness: float, gap: float, depth: float, fine:
     return ModeSet(across, through, (min(max(across, near), 32), max(through + 1, min(deep, 16))))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class ProximityLoss:
     """How a winding's resistance (ohm, relative to direct current) and inductance (H) change with frequency.
 
@@ -84,8 +87,13 @@ class ProximityLoss:
 
     def resistance_ratio(self, frequency: float) -> float:
         """R(f) / R(0) of the winding at a frequency (Hz)."""
-        omega = 2.0 * math.pi * frequency
-        return 1.0 + float(np.sum(omega**2 * self.strengths / (1.0 + (omega * self.rates) ** 2))) / self.direct
+        return float(self.resistance_ratios(np.array([frequency]))[0])
+
+    def resistance_ratios(self, frequencies: Array) -> Array:
+        """The same at every one of (n,) frequencies (Hz)."""
+        omega = 2.0 * math.pi * frequencies[:, None]
+        added = np.sum(omega**2 * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1)
+        return np.asarray(1.0 + added / self.direct)
 
     def is_resolved(self, frequency: float) -> bool:
         """Whether modes and points were enough for R at a frequency (Hz): see `unresolved`."""
@@ -94,9 +102,20 @@ class ProximityLoss:
 
     def inductance_change(self, frequency: float) -> float:
         """L(f) less the inductance of evenly spread current (H), never positive."""
-        omega = 2.0 * math.pi * frequency
+        return float(self.inductance_changes(np.array([frequency]))[0])
+
+    def inductance_changes(self, frequencies: Array) -> Array:
+        """The same at every one of (n,) frequencies (Hz)."""
+        omega = 2.0 * math.pi * frequencies[:, None]
         lag = omega**2 * self.rates
-        return self.direct_change - float(np.sum(lag * self.strengths / (1.0 + (omega * self.rates) ** 2)))
+        return np.asarray(self.direct_change - np.sum(lag * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1))
+
+    def scaled(self, direct: float) -> ProximityLoss:
+        """The loss of as much of the same conductor as has another resistance (ohm) to direct current."""
+        part = direct / self.direct
+        return ProximityLoss(
+            direct, self.rates, part * self.strengths, part * self.direct_change, part * self.unresolved
+        )
 
 
 def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
@@ -111,7 +130,7 @@ def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Cut:
     """Tracks where a plane crosses them at right angles, all arrays (n,) in metres.
 
@@ -153,9 +172,8 @@ def integrated(field: Array, cut: Cut, modes: ModeSet) -> Array:
 def _integrals(modes: ModeSet) -> Array:
     # Values at the nodes to the integral of the polynomial through them, at the points.
     nodes = field_nodes(modes)
-    coefficients = np.linalg.inv(_legendre(nodes.size - 1, nodes))
-    raised = np.polynomial.legendre.legint(np.eye(nodes.size))
-    return np.asarray(coefficients.T @ np.polynomial.legendre.legval(_local_points(modes)[0], raised))
+    coefficients = np.linalg.inv(legendre(nodes.size - 1, nodes))
+    return np.asarray(coefficients.T @ legendre_integrals(nodes.size - 1, _local_points(modes)[0]).T)
 
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
@@ -173,7 +191,7 @@ def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
     return np.asarray(area[:, None] * np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders]))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class ModeSystem:
     """The modes of a cut, each scaled to unit resistance: what current and flux do to them.
 
@@ -199,8 +217,13 @@ class ModeSystem:
         return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
 
     def loss(self, steps: int) -> ProximityLoss:
-        """R and L at every frequency by a Lanczos run."""
-        rates, strengths = _lanczos(self.matrix, self.project(self.coupling), steps, self.project)
+        """R and L at every frequency by a Lanczos run of so many steps; few modes are solved whole."""
+        driven = self.project(self.coupling)
+        if driven.size <= FEW:
+            rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
+            strengths = (driven @ vectors) ** 2
+        else:
+            rates, strengths = _lanczos(self.matrix, driven, steps, self.project)
         below = float(np.sum(strengths[rates < 0.0]))
         return ProximityLoss(self.direct, np.maximum(rates, 0.0), strengths, self.change, below)
 
@@ -257,16 +280,17 @@ def _mutual_logs(cut: Cut, modes: ModeSet) -> Array:
     count, points = x.shape
     projection = _projection(modes)
     mutual = np.empty((count, len(modes.orders), count, len(modes.orders)))
-    step = max(1, AT_ONCE // (count * points**2))
-    for low in range(0, count, step):
-        rows = np.arange(low, min(low + step, count))
-        squared = np.subtract.outer(x[rows].ravel(), x.ravel())
-        np.square(squared, out=squared)
-        squared += np.subtract.outer(z[rows].ravel(), z.ravel()) ** 2
-        table = squared.reshape(rows.size, points, count, points)
-        table[rows - low, :, rows, :] = 1.0
-        np.log(np.maximum(squared, 1e-30), out=squared)
-        mutual[rows] = np.einsum("mp,ipjn->imjn", projection, table @ (0.5 * projection.T), optimize=True)
+    firsts, seconds = np.triu_indices(count, 1)
+    step = max(1, AT_ONCE // points**2)
+    for low in range(0, firsts.size, step):
+        i, j = firsts[low : low + step], seconds[low : low + step]
+        squared = np.square(x[i][:, :, None] - x[j][:, None, :])
+        squared += np.square(z[i][:, :, None] - z[j][:, None, :])
+        np.log(np.maximum(squared, 1e-30, out=squared), out=squared)
+        half = squared.reshape(-1, points) @ (0.5 * projection.T)
+        block = projection @ half.reshape(i.size, points, -1)
+        mutual[i, :, j, :] = block
+        mutual[j, :, i, :] = np.swapaxes(block, 1, 2)
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
         index = np.nonzero((cut.width == width) & (cut.thickness == thickness))[0]
         block = log_block(thickness / width, modes).copy()
@@ -279,7 +303,7 @@ def _carrier(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
     # Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of.
     nodes, weights = gauss(modes.across + 2)
     root = np.sqrt(1.0 + 0.5 * (cut.curvature * cut.width)[:, None] * nodes)
-    values = _legendre(modes.across, nodes)
+    values = legendre(modes.across, nodes)
     a, b = np.array(modes.orders).T
     carried, even = (0.5 * weights / root) @ values, (0.5 * weights * root) @ values
     return np.where(b == 0, carried[:, a], 0.0), np.where(b == 0, even[:, a], 0.0)
@@ -321,7 +345,7 @@ def _local_points(modes: ModeSet) -> tuple[Array, Array]:
 def split_projection(modes: ModeSet) -> tuple[Array, Array]:
     """Weights that project values at the points across (orders, points) and through a track on Legendre polynomials."""
     (gx, wx), (gz, wz) = gauss(modes.points[0]), gauss(modes.points[1])
-    return (_legendre(modes.across, gx) * 0.5 * wx[:, None]).T, (_legendre(modes.through, gz) * 0.5 * wz[:, None]).T
+    return (legendre(modes.across, gx) * 0.5 * wx[:, None]).T, (legendre(modes.through, gz) * 0.5 * wz[:, None]).T
 
 
 @lru_cache(maxsize=16)
@@ -329,10 +353,6 @@ def _projection(modes: ModeSet) -> Array:
     # Modes times the weights of the mean over a cross-section (modes, points).
     across, through = split_projection(modes)
     return np.array([np.outer(across[a], through[b]).ravel() for a, b in modes.orders])
-
-
-def _legendre(order: int, x: Array) -> Array:
-    return np.asarray(np.polynomial.legendre.legvander(x, order), dtype=np.float64)
 
 
 @lru_cache(maxsize=32)
@@ -364,6 +384,6 @@ def _difference_density(gap: Array, order: int) -> Array:
     # Mean of P_a(x) P_c(x') over the pairs on [-1, 1] that are `gap` apart, either way round: (gaps, a, c).
     nodes, weights = gauss(order + 1)
     half = 1.0 - 0.5 * gap[:, None]
-    low, high = _legendre(order, half * nodes - 0.5 * gap[:, None]), _legendre(order, half * nodes + 0.5 * gap[:, None])
+    low, high = legendre(order, half * nodes - 0.5 * gap[:, None]), legendre(order, half * nodes + 0.5 * gap[:, None])
     one = np.swapaxes(low * (0.25 * half * weights)[..., None], 1, 2) @ high
     return np.asarray(one + np.swapaxes(one, 1, 2))

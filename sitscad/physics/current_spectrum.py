@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from sitscad.physics.bessel import bessel_orders, j0, j1
 from sitscad.physics.filaments import PolylineTrack
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -26,7 +27,7 @@ LEAST_HARMONICS, MOST_HARMONICS = 3, 8
 """Harmonics of a spiral's winding that are kept; more than the least only for metal nearer than some pitches."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CurrentSpectrum:
     """What reflection needs of a coil: wave numbers (1/m), weights, heights (m) and power spectra of its layers.
 
@@ -38,6 +39,18 @@ class CurrentSpectrum:
     weights: Array
     heights: Array
     power: Array
+
+    @cached_property
+    def sums(self) -> tuple[Array, Array, Array]:
+        """Power of all layers together for each wave number: of the waves exp(-k (highest - z)), of products of those
+        with exp(-k (z - lowest)), and of the latter.
+        """
+        k, z, power = self.wave_numbers[:, None], self.heights, self.power
+        up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))
+        one = np.einsum("ki,kij,kj->k", up, power, up)
+        cross = np.einsum("ki,kij,kj->k", up, power, down)
+        two = np.einsum("ki,kij,kj->k", down, power, down)
+        return one, cross, two
 
 
 def wave_numbers(outer: float, nearest: float) -> tuple[Array, Array]:

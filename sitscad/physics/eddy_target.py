@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +15,13 @@ from numpy.typing import NDArray
 from sitscad.physics.bessel import j0
 from sitscad.physics.constants import MU0
 from sitscad.physics.current_spectrum import CurrentSpectrum
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
+@record
 class Plate:
     """One layer of a reflector: conductivity (S/m), relative permeability, thickness in metres (inf: a half-space)."""
 
@@ -30,7 +30,7 @@ class Plate:
     thickness: float = math.inf
 
 
-@dataclass(frozen=True)
+@record
 class Reflector:
     """Plates in the order met from the coil, and the distance (m) of the first face from the plane z = 0."""
 
@@ -38,9 +38,10 @@ class Reflector:
     plates: tuple[Plate, ...]
 
 
-def reflection(wave_numbers: Array, frequency: float, plates: Sequence[Plate]) -> ComplexArray:
+def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[Plate]) -> ComplexArray:
     """Reflection factor of a stack of plates for each wave number (1/m): -1 for a perfect conductor, 0 for nothing.
 
+    At one frequency (Hz), or at (n, 1) of them and then (n, wave numbers).
     Transmission-line recursion of the surface admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma, from the
     last plate (vacuum behind it unless it is a half-space) to the first.
     """
@@ -59,17 +60,25 @@ def reflection(wave_numbers: Array, frequency: float, plates: Sequence[Plate]) -
 
 
 def returned_waves(
-    wave_numbers: Array, frequency: float, above: Reflector | None, below: Reflector | None, levels: tuple[float, float]
+    wave_numbers: Array,
+    frequencies: Array,
+    above: Reflector | None,
+    below: Reflector | None,
+    levels: tuple[float, float],
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """What comes back of every wave (1/m), with the multiple reflection between both sides summed exactly.
+    """What comes back of every wave (1/m) at every frequency (Hz), with the multiple reflection between both sides
+    summed exactly: (frequencies, wave numbers).
 
     `levels` (m) are the lowest and the highest height of the current. A wave that decays as exp(-k (highest - z)), or
     as exp(-k (z - lowest)), is reflected into such ones: coefficients up to up, up to down, and down to down.
     """
     k, (low, high) = wave_numbers, levels
-    nothing = np.zeros_like(k, dtype=complex)
-    top = nothing if above is None else reflection(k, frequency, above.plates)
-    bottom = nothing if below is None else reflection(k, frequency, below.plates)
+    top, bottom = (
+        np.zeros((frequencies.size, k.size), dtype=complex)
+        if side is None
+        else reflection(k, frequencies[:, None], side.plates)
+        for side in (above, below)
+    )
     to_roof = np.exp(-k * ((above.distance if above is not None else high + 1.0) - high))
     to_floor = np.exp(-k * (low + (below.distance if below is not None else 1.0 - low)))
     across = np.exp(-k * (high - low))
@@ -85,33 +94,28 @@ def reflected_impedance(
 
     Distances count from z = 0 outwards; the multiple reflection between the two is summed exactly.
     """
-    change = complex(reflected_inductances(spectrum, frequency, above, below, (0.0,))[0])
+    change = complex(reflected_inductances(spectrum, np.array([frequency]), above, below, (0.0,))[0, 0])
     return change.real, -2.0 * math.pi * frequency * change.imag
 
 
 def reflected_inductances(
     spectrum: CurrentSpectrum,
-    frequency: float,
+    frequencies: Array,
     above: Reflector | None,
     below: Reflector | None,
     distances: Sequence[float],
 ) -> ComplexArray:
     """What the reflectors add to the mutual inductance (H, complex) of two alike coils side by side.
 
-    One value for each distance (m) of their centres, 0 for the coil itself; the imaginary part times -omega is a
-    resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
+    One value for each frequency (Hz) and distance (m) of their centres, 0 for the coil itself; the imaginary part times
+    -omega is a resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
     """
     k, z = spectrum.wave_numbers, spectrum.heights
-    high, low = float(z.max()), float(z.min())
-    both, mixed, other = returned_waves(k, frequency, above, below, (low, high))
-    up, down = np.exp(-k[:, None] * (high - z)), np.exp(-k[:, None] * (z - low))
-    power = spectrum.power
-    one = np.einsum("ki,kij,kj->k", up, power, up)
-    cross = np.einsum("ki,kij,kj->k", up, power, down)
-    two = np.einsum("ki,kij,kj->k", down, power, down)
-    waves = spectrum.weights * (both * one + 2.0 * mixed * cross + other * two)
+    both, mixed, other = returned_waves(k, frequencies, above, below, (float(z.min()), float(z.max())))
+    up, cross, down = spectrum.sums
+    waves = spectrum.weights * (both * up + 2.0 * mixed * cross + other * down)
     shift = np.array([j0(k * distance) for distance in distances])
-    return np.asarray(MU0 * math.pi * (shift @ waves))
+    return np.asarray(MU0 * math.pi * (waves @ shift.T))
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:

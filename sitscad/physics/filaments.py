@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.mean_distance import gauss, strand_clearance
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import strand_clearance
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -23,7 +24,7 @@ TOUCHING = 1e-12
 """Least distance (m) that filaments are taken apart: crossing ones meet in a point, not in a division by zero."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class PolylineTrack:
     """A track along straight sides: corners (n, 2) in metres along the current, cross-section, mid-plane z."""
 
@@ -84,7 +85,7 @@ def _parallel_far(length: Array, start: Array, end: Array, square: Array) -> Arr
     )
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class SegmentSet:
     """Straight tracks of one cross-section on one layer: starts and ends (n, 2) in metres along the current."""
 
@@ -250,16 +251,18 @@ def _table(
 def sampled_mutual_inductance(
     first: tuple[Array, Array],
     second: tuple[Array, Array],
+    clearance: float = 0.0,
     chunk: int = 200_000,
 ) -> float:
     """Mutual inductance (H) of two filamentary curves far apart against the spacing of their nodes.
 
     Each curve is (points (n, 3), elements dl (n, 2)) in metres, the elements already weighted by the quadrature.
+    `clearance` (m2) lengthens every squared distance.
     """
     (p, dp), (q, dq) = first, second
     middle = 0.5 * (p.mean(axis=0) + q.mean(axis=0))
     p, q = p - middle, q - middle
-    squares, other_squares = np.sum(p * p, axis=1), np.sum(q * q, axis=1)
+    squares, other_squares = np.sum(p * p, axis=1), np.sum(q * q, axis=1) + clearance
     rows = max(1, chunk // max(1, len(q)))
     total = 0.0
     for k in range(0, len(p), rows):

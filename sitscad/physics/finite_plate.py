@@ -13,14 +13,14 @@ A conductor behind the coil enters as a perfect mirror at a plane, for both.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.bessel import bessel_orders, j0, j1, spherical_bessel_orders
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 Source = tuple[Array, Array, Array]
@@ -32,7 +32,7 @@ MOST_MODES = 32
 """Functions along one side at most, half of them even."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CoaxialRings:
     """A round coil as rings about its axis: radii (m), heights (m, z = 0 is where gaps count from), turns of each."""
 
@@ -52,7 +52,7 @@ class CoaxialRings:
         return found
 
 
-@dataclass(frozen=True)
+@record
 class Plate:
     """A flat plate: "rectangle" or "circle", size along x and y (m; a circle's diameter twice) and thickness (m)."""
 

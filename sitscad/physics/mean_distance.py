@@ -15,19 +15,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.physics.legendre import gauss
+
 Array = NDArray[np.float64]
 
 SERIES_FROM = 4.0
 """Distance, in sums of the half diagonals, from which the series (to 10th order, error below 1e-7) is used."""
-
-
-@lru_cache(maxsize=64)
-def gauss(count: int) -> tuple[Array, Array]:
-    """Gauss-Legendre nodes and weights on [-1, 1], kept."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    nodes.setflags(write=False)
-    weights.setflags(write=False)
-    return nodes, weights
 
 
 def log_mean_distance(
@@ -141,7 +134,10 @@ def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) 
     if min(w) < 1e-6 * max(*w, *t, 1e-300):
         return np.sum(weights * 0.5 * np.log(x * x + heights * heights), axis=-1)
     total = _twice_integrated(x + outer, heights) + _twice_integrated(x - outer, heights)
-    total -= _twice_integrated(x + inner, heights) + _twice_integrated(x - inner, heights)
+    if inner == 0.0:
+        total -= 2.0 * _twice_integrated(x, heights)
+    else:
+        total -= _twice_integrated(x + inner, heights) + _twice_integrated(x - inner, heights)
     return np.sum(weights * total, axis=-1) / (w[0] * w[1])
 
 

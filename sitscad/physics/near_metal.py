@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from sitscad.physics.current_modes import Cut, ModeSet, ModeSystem, mode_conduct
 from sitscad.physics.current_spectrum import wave_numbers
 from sitscad.physics.eddy_target import Reflector, returned_waves
 from sitscad.physics.proximity import WindingCut
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -34,7 +35,7 @@ MIDDLE = 3e6
 """Frequency (Hz) of the reflection that shapes the subspace."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _ReflectedCut:
     # The modes of one cut and their waves (k, modes) that decay downwards and upwards.
     system: ModeSystem
@@ -42,7 +43,7 @@ class _ReflectedCut:
     down: Array
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CrowdingNearMetal:
     """What eddy currents in a winding's tracks change when metal is near, by frequency and surroundings."""
 
@@ -56,20 +57,28 @@ class CrowdingNearMetal:
         """What the reflection of an even current plus the crowding in free air lack (H; imaginary part times -omega is
         a resistance), at a frequency (Hz).
         """
+        return complex(self.changes(np.array([frequency]), above, below)[0])
+
+    def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        """The same at every one of (n,) frequencies (Hz)."""
+        total = np.zeros(frequencies.size, dtype=np.complex128)
         if above is None and below is None:
-            return 0j
+            return total
         if (above, below) not in self.known:
-            waves = self._waves(MIDDLE, above, below)
-            self.known[above, below] = tuple(_reduced(cut, waves) for cut in self.cuts)
-        waves = self._waves(frequency, above, below)
-        return sum((part.change(frequency, waves) for part in self.known[above, below]), 0j)
+            (middle,) = zip(*self._waves(np.array([MIDDLE]), above, below), strict=True)
+            self.known[above, below] = tuple(_reduced(cut, _Waves(*middle)) for cut in self.cuts)
+        waves = [np.concatenate([part.real, part.imag]) for part in self._waves(frequencies, above, below)]
+        for part in self.known[above, below]:
+            total += part.changes(frequencies, waves)
+        return total
 
-    def _waves(self, frequency: float, above: Reflector | None, below: Reflector | None) -> _Waves:
-        found = returned_waves(self.wave_numbers, frequency, above, below, self.levels)
-        return _Waves(*(0.5 * MU0 * self.weights * part for part in found))
+    def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
+        # Weights of products of waves (frequencies, k): up with up, up with down, down with down.
+        found = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
+        return [0.5 * MU0 * self.weights * part for part in found]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Waves:
     # Weights of products of waves in the mutual inductance: up with up, up with down, down with down.
     both: NDArray[Any]
@@ -118,44 +127,54 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
     return tables[0], tables[1]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Reduced:
-    # A cut in a subspace of its modes: relaxation times, drive in free air, and the waves of the subspace, of the whole
-    # current and, last, of its part that is not even.
+    # A cut in a subspace of its modes: relaxation times, drive in free air, and the waves (k, ...) of the subspace, of
+    # the whole current and, last, of its part that is not even.
     rates: Array
     drive: Array
-    waves: tuple[Array, Array]
+    up: Array
+    down: Array
 
-    def change(self, frequency: float, waves: _Waves) -> complex:
-        seen = waves.join(self.waves, self.waves)
-        uneven = 2.0 * seen[-1, -2] - seen[-1, -1]
-        with_metal = _response(self.rates + seen[:-2, :-2], self.drive + seen[:-2, -2], frequency)
-        return complex(uneven + with_metal - _response(self.rates, self.drive, frequency))
-
-
-def _response(rates: ComplexArray | Array, drive: ComplexArray | Array, frequency: float) -> complex:
-    # What free currents add to the inductance (H, complex).
-    omega = 2.0 * math.pi * frequency
-    system = np.eye(drive.size) + 1j * omega * rates
-    return complex(-1j * omega * (drive @ np.linalg.solve(system, drive)))
+    def changes(self, frequencies: Array, waves: Sequence[Array]) -> ComplexArray:
+        # The waves' weights: real parts at all frequencies, then imaginary ones (2 frequencies, k), as in `_Waves`.
+        both, mixed, other = (part[:, None, :] for part in waves)
+        across = (mixed * self.up.T) @ self.down
+        parts = (both * self.up.T) @ self.up + across + np.swapaxes(across, 1, 2) + (other * self.down.T) @ self.down
+        seen = parts[: frequencies.size] + 1j * parts[frequencies.size :]
+        uneven = 2.0 * seen[:, -1, -2] - seen[:, -1, -1]
+        # What free currents add to the inductance (H, complex), in free air and with the metal.
+        lag = 2j * math.pi * frequencies[:, None]
+        alone = np.sum(self.drive**2 / (1.0 + lag * self.rates), axis=1)
+        system = np.eye(self.drive.size) + lag[..., None] * (np.diag(self.rates) + seen[:, :-2, :-2])
+        drive = self.drive + seen[:, :-2, -2]
+        with_metal = np.sum(drive * np.linalg.solve(system, drive[..., None])[..., 0], axis=1)
+        return np.asarray(uneven + lag[:, 0] * (alone - with_metal))
 
 
 def _reduced(cut: _ReflectedCut, waves: _Waves) -> _Reduced:
     system = cut.system
     source = cut.up @ system.source, cut.down @ system.source
     image = waves.join((cut.up, cut.down), source)
-    real = _Waves(waves.both.real, waves.mixed.real, waves.other.real)
+    table = np.concatenate([cut.up, cut.down])
+    both, mixed, other = (part.real for part in (waves.both, waves.mixed, waves.other))
+    size = both.size
+
+    def in_metal(vector: Array) -> Array:
+        seen = table @ vector
+        up, down = seen[:size], seen[size:]
+        return system.matrix @ vector + np.concatenate([both * up + mixed * down, mixed * up + other * down]) @ table
 
     def act(vectors: Array) -> Array:
-        returned = real.join((cut.up, cut.down), (cut.up @ vectors, cut.down @ vectors))
-        return system.project(system.matrix @ vectors + returned)
+        # One by one: for a few vectors together the linear algebra takes three times as long.
+        return system.project(np.stack([in_metal(vector) for vector in np.ascontiguousarray(vectors.T)], axis=1))
 
     basis = _krylov(system, act, system.project(np.stack([system.coupling, image.real, image.imag], axis=1)))
     values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
     # Points too few for the highest modes leave some that would store less than no energy.
     basis = basis @ vectors
     kept = np.column_stack([basis, system.source, system.shift])
-    return _Reduced(np.diag(np.maximum(values, 0.0)), basis.T @ system.coupling, (cut.up @ kept, cut.down @ kept))
+    return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, cut.up @ kept, cut.down @ kept)
 
 
 def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array) -> Array:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
@@ -30,10 +29,11 @@ from sitscad.physics.current_modes import (
     suited_modes,
 )
 from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.physics.resistance import skin_depth
 from sitscad.physics.rings import radii_at
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ HIGHEST = 10e6
 """Frequency (Hz) up to which the stated tolerances are kept; the converter's sensors run no higher."""
 
 
-@dataclass(frozen=True)
+@record
 class Resolution:
     """How finely a winding's loss is computed: modes of a track, cuts around a turn, steps of the Lanczos run."""
 
@@ -73,7 +73,7 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
     return joined([one.system.loss(resolution.steps) for one in winding_cuts(layers, conductivity, resolution)])
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class WindingCut:
     """The turns of a winding in the half-plane of an azimuth, and their modes as the real winding drives them."""
 

@@ -61,22 +61,9 @@ def skin_depth(frequency: float, conductivity: float, permeability: float = 1.0)
     return 1.0 / math.sqrt(math.pi * frequency * MU0 * permeability * conductivity)
 
 
-def strip_resistance_ratio(frequency: float, width: float, thickness: float, conductivity: float) -> float:
-    """R(f) / R(0) of a lone straight track (width, thickness in metres): a mode solve, within 1 % up to 10 MHz."""
-    return _lone_track(width, thickness, conductivity).resistance_ratio(frequency)
-
-
-def pair_resistance_ratio(frequency: float, width: float, thickness: float, across: float, height: float,
-                          conductivity: float) -> float:  # fmt: skip
-    """R(f) / R(0) of one of two equal straight tracks that carry a current there and back.
-
-    `across` and `height` (m) are the distances of their centres along the width and through the board.
-    """
-    return _pair(width, thickness, across, height, conductivity).resistance_ratio(frequency)
-
-
 @lru_cache(maxsize=64)
-def _lone_track(width: float, thickness: float, conductivity: float) -> ProximityLoss:
+def lone_track_loss(width: float, thickness: float, conductivity: float) -> ProximityLoss:
+    """Loss of a lone straight track (width, thickness in metres): a mode solve, R within 1 % up to 10 MHz."""
     modes = suited_modes(width, thickness, width, skin_depth(10e6, conductivity), True)
     one = np.ones(1)
     cut = Cut(0.0 * one, 0.0 * one, width * one, thickness * one, one, 0.0 * one)
@@ -84,7 +71,11 @@ def _lone_track(width: float, thickness: float, conductivity: float) -> Proximit
 
 
 @lru_cache(maxsize=64)
-def _pair(width: float, thickness: float, across: float, height: float, conductivity: float) -> ProximityLoss:
+def pair_loss(width: float, thickness: float, across: float, height: float, conductivity: float) -> ProximityLoss:
+    """Loss of two equal straight tracks that carry a current there and back.
+
+    `across` and `height` (m) are the distances of their centres along the width and through the board.
+    """
     gap = height if height > 0.0 else max(across - width, 0.1 * width) + 0.25 * width
     modes = suited_modes(width, thickness, gap, skin_depth(10e6, conductivity), True)
     two = np.ones(2)

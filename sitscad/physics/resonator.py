@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
+
+from sitscad.record import record
 
 
 def resonance_frequency(inductance: float, capacitance: float) -> float:
@@ -32,7 +33,7 @@ def apparent_inductance(inductance: float, resistance: float, capacitance: float
     return (1.0 / admittance).imag / omega
 
 
-@dataclass(frozen=True)
+@record
 class Network:
     """What lies between a coil's contacts and the converter's pins, in SI units.
 
@@ -59,7 +60,7 @@ class Network:
         return near + far / behind, 1.0 / behind
 
 
-@dataclass(frozen=True)
+@record
 class Oscillation:
     """Where a tank runs: frequency (Hz), parallel resistance at the pins (ohm), quality factor.
 

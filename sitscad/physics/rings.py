@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.mean_distance import gauss, strand_clearance
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import strand_clearance
 from sitscad.physics.spirals import SpiralLayer
 
 Array = NDArray[np.float64]

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.filaments import sampled_mutual_inductance
-from sitscad.physics.mean_distance import gauss
+from sitscad.physics.legendre import gauss
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.physics.track_strands import Track
 from sitscad.physics.tracks import tracks_mutual_inductance
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -40,14 +41,15 @@ WIDE = 0.003
 NEAR = 0.2
 """Track width over the least distance of the windings' centre lines from which three strands are taken."""
 
-THICK = 5e-3
-"""Spread of the heights through both coppers, over the least distance, from which one is taken at two heights."""
+STACKED = 5e-3
+"""Spread of the heights through both coppers times the height of the stack, over the least squared distance, from which
+one copper is taken at two heights. Below it the spread's square is added to all squared distances."""
 
 HALVINGS = 14
 """A part is halved so often at most: windings that cross are not what this is for."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Pieces:
     """Pieces of one kind of all layers of a winding. Metres and radians.
 
@@ -152,7 +154,7 @@ def _joined(rows: Sequence[Array], layers: Sequence[Track | SpiralLayer]) -> Pie
     return Pieces(np.concatenate(rows), heights, thicknesses, layers[0].width)
 
 
-@dataclass(frozen=True)
+@record
 class SideBySide:
     """Mutual inductance (H) of two windings, and their tracks' width over the least distance of their centre lines."""
 
@@ -207,12 +209,14 @@ def _sampled(one: Pieces, other: Pieces) -> tuple[float, float]:
         return 0.0, math.inf
     (parts, least), (other_parts, _) = _parts(one, other), _parts(other, one)
     aside = math.sqrt(float(np.mean(one.thicknesses**2) + np.mean(other.thicknesses**2)) / 12.0)
-    lifts = (0.0,) if aside < THICK * least else (-aside, aside)
+    stack = float(np.ptp(np.concatenate([one.heights, other.heights])))
+    flat = aside * stack < STACKED * (least**2 + stack**2)
+    lifts, clearance = ((0.0,), aside**2) if flat else ((-aside, aside), 0.0)
     total = 0.0
     for left, share in _offsets(one, least):
         curve = _points(one, parts, left, (0.0,))
         for other_left, other_share in _offsets(other, least):
-            mutual = sampled_mutual_inductance(curve, _points(other, other_parts, other_left, lifts))
+            mutual = sampled_mutual_inductance(curve, _points(other, other_parts, other_left, lifts), clearance)
             total += share * other_share * mutual
     return total, least
 

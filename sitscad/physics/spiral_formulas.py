@@ -7,12 +7,12 @@ several layers they need a coupling factor that nobody has for flexible circuits
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from sitscad.physics.constants import MU0
+from sitscad.record import record
 
 
-@dataclass(frozen=True)
+@record
 class SheetCoefficients:
     """Constants of the current-sheet formula (c1..c4), of the modified Wheeler formula (K1, K2), of the monomial fit.
 
@@ -32,7 +32,7 @@ COEFFICIENTS: dict[str, SheetCoefficients] = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class SpiralOutline:
     """What the closed formulas know of a layer: turns, outer diameter across copper edges, width, spacing (m)."""
 

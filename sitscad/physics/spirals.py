@@ -8,19 +8,20 @@ per turn, growing linearly with the turns, instead of the square of the number o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.mean_distance import gauss, strand_clearance
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import strand_clearance
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@record
 class SpiralLayer:
     """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis.
 
@@ -54,7 +55,7 @@ class SpiralLayer:
         return self.sense if self.inward else -self.sense
 
 
-@dataclass(frozen=True)
+@record
 class Resolution:
     """Gauss points of the Neumann integral: around each near approach, along the spiral, strands across the width."""
 

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.mean_distance import gauss, strand_clearance
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import strand_clearance
+from sitscad.record import record
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ BLOCK = 60_000
 """Pairs of pieces that are worked on at once: what a processor's cache holds."""
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Track:
     """One layer's conductor along its current. Metres and radians.
 

@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from sitscad.readout.registers import Channel as Channel
 from sitscad.readout.registers import Register as Register
 from sitscad.readout.registers import registers as registers
+from sitscad.record import record
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 
 
-@dataclass(frozen=True)
+@record
 class Limit:
     """One figure of the device: value in SI units, where it comes from, and whether that source was seen."""
 
@@ -29,7 +29,7 @@ class Limit:
     verified: bool
 
 
-@dataclass(frozen=True)
+@record
 class DriveCurrent:
     """One row of the drive-current table: 5-bit code, peak current (A) and the window of R_P (ohm) it is meant for."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from sitscad.record import record
 
 MANUFACTURER_ID = 0x5449
 DEVICE_ID = 0x3055
@@ -18,7 +18,7 @@ _MUX_RESERVED = 0b00_0100_0001 << 3
 _CONFIG_RESERVED = 0b00_0001
 
 
-@dataclass(frozen=True)
+@record
 class Register:
     """One 16-bit write: address, name, value and what it sets."""
 
@@ -28,7 +28,7 @@ class Register:
     meaning: str
 
 
-@dataclass(frozen=True)
+@record
 class Channel:
     """The settings of one channel."""
 

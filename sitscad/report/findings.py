@@ -5,16 +5,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from sitscad import __version__
 from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
 
 
-@dataclass(frozen=True)
+@record
 class CheckedSpec:
     """One spec after its checks: the path as typed, the text that findings point into, and what was found."""
 

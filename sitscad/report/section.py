@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from html import escape
 
 from sitscad.parts.stack import MOUNT_PIECES
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
@@ -28,7 +28,7 @@ COLOURS = {
 JAW_SHOWN = 0.6e-3
 
 
-@dataclass(frozen=True)
+@record
 class Slice:
     """One layer of the section: heights in metres, z = 0 at the board's top face, its colour and what it is."""
 

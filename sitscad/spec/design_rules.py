@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
+
+from sitscad.record import record
 
 
-@dataclass(frozen=True)
+@record
 class FoilLines:
     """Smallest width and spacing (m) of tracks in copper foil of one thickness (m), with their sources."""
 
@@ -17,7 +19,7 @@ class FoilLines:
     spacing_source: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class DesignRules:
     """Smallest makeable sizes in metres; `sources` names where each figure (by field name) comes from.
 

@@ -11,12 +11,12 @@ import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NoReturn
 
 from pydantic_core import PydanticCustomError, core_schema
 
+from sitscad.record import record
 from sitscad.spec import presets
 from sitscad.units import EXAMPLES, UNITS, UnitError, parse_quantity, show
 
@@ -86,7 +86,7 @@ class Scalar(Kind):
         return core_schema.no_info_plain_validator_function(self.read)
 
 
-@dataclass(frozen=True)
+@record
 class Quantity(Scalar):
     """A dimensional value within a range that is itself written with units; the result is SI."""
 
@@ -125,7 +125,7 @@ class Quantity(Scalar):
         return {"anyOf": [{"type": "number", "minimum": low, "maximum": high, "description": "millimetres"}, text]}
 
 
-@dataclass(frozen=True)
+@record
 class Pair(Scalar):
     """Two lengths [x, y]; with `single`, one length stands for both."""
 
@@ -150,7 +150,7 @@ class Pair(Scalar):
         return {"anyOf": [*one["anyOf"], two]} if self.single else two
 
 
-@dataclass(frozen=True)
+@record
 class Number(Scalar):
     """A plain number without a unit, within a range."""
 
@@ -177,7 +177,7 @@ class Number(Scalar):
         return {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
 
 
-@dataclass(frozen=True)
+@record
 class Text(Scalar):
     """A text of limited length that may have to match a pattern."""
 
@@ -205,7 +205,7 @@ class Text(Scalar):
         return {"type": "string", "maxLength": self.longest, **pattern}
 
 
-@dataclass(frozen=True)
+@record
 class Choice(Scalar):
     """One of a few words."""
 
@@ -224,7 +224,7 @@ class Choice(Scalar):
         return {"type": "string", "enum": list(self.allowed)}
 
 
-@dataclass(frozen=True)
+@record
 class Preset(Scalar):
     """The name of a preset of one kind (see `presets.names`)."""
 
@@ -239,7 +239,7 @@ class Preset(Scalar):
         return Choice(presets.names(self.kind)).schema()
 
 
-@dataclass(frozen=True)
+@record
 class Either(Scalar):
     """A word with a meaning of its own, or any value of another kind."""
 
@@ -255,7 +255,7 @@ class Either(Scalar):
         return {"anyOf": [{"const": self.word}, self.other.schema()]}
 
 
-@dataclass(frozen=True)
+@record
 class Layers(Scalar):
     """Copper layers: a count from the top, or a list of layer numbers from the top down."""
 
@@ -286,7 +286,7 @@ class Layers(Scalar):
         return {"anyOf": [one, many]}
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Special(Scalar):
     """A value read by a function, with its JSON Schema given."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from sitscad.record import record
 
 
-@dataclass(frozen=True)
+@record
 class Conductor:
     """A metal or magnetic sheet: conductivity in S/m, relative permeability, temperature coefficient in 1/K at 20 C."""
 
@@ -16,7 +16,7 @@ class Conductor:
     source: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class ElastomerMaterial:
     """A silicone: small-strain shear modulus (Pa) with its relative uncertainty (one sigma), bulk modulus (Pa)."""
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from sitscad.record import record
 
-@dataclass(frozen=True)
+
+@record
 class Flaw:
     """Something that does not fit, under a dotted key, with the facts of the finding to be."""
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sitscad.finding import Finding
+from sitscad.record import record
 
 
-@dataclass(frozen=True)
+@record
 class SpecRule:
     """One rule of the spec: what it asks for, why, and how to mend a breach."""
 

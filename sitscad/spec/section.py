@@ -6,11 +6,11 @@ validates, collects every error at once, and says where each one is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn
 
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
+from sitscad.record import record
 from sitscad.spec.kinds import Choice, Kind, Preset
 
 NAME = "<name>"
@@ -18,7 +18,7 @@ WRITTEN = "<written out>"
 REQUIRED: Any = object()
 
 
-@dataclass(frozen=True)
+@record
 class Key:
     """One key of a section: the kind of its value, its default as a person would write it, and what it is for."""
 
@@ -55,7 +55,7 @@ class Section:
         return {name: getattr(self, name) for name in self.keys}
 
 
-@dataclass(frozen=True)
+@record
 class Part(Kind):
     """A section inside another one."""
 
@@ -80,7 +80,7 @@ def _with_default(k: Key) -> core_schema.CoreSchema:
     return core_schema.with_default_schema(inner, default=k.default, validate_default=k.default is not None)
 
 
-@dataclass(frozen=True)
+@record
 class ListOf(Kind):
     """A list whose entries are all of one kind."""
 
@@ -95,7 +95,7 @@ class ListOf(Kind):
         return {"type": "array", "items": self.entry.schema()}
 
 
-@dataclass(frozen=True)
+@record
 class NameOr(Kind):
     """The name of a preset (or a word out of a list), or the same thing written out."""
 

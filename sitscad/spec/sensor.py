@@ -5,15 +5,14 @@ Lengths are metres, angles radians; x runs along the jaw to the handle, y across
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import CopperLayer, Stackup
 
 
-@dataclass(frozen=True)
+@record
 class CoilSpec:
     """One coil: all its copper layers in series, one conductor and one net.
 
@@ -42,7 +41,7 @@ class CoilSpec:
         return min(self.size)
 
 
-@dataclass(frozen=True)
+@record
 class CoilPlacement:
     """Where one coil of the array stands: name, centre (m), rotation (rad, counter-clockwise)."""
 
@@ -51,7 +50,7 @@ class CoilPlacement:
     rotation: float = 0.0
 
 
-@dataclass(frozen=True)
+@record
 class ArraySpec:
     """The coils of the sensor, in the order of the converter's channels, from the far end of the jaw to the tail."""
 
@@ -60,7 +59,7 @@ class ArraySpec:
     pitch: float | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Connector:
     """How the tail ends: contacts at a pitch, their length and width, the insertion thickness (0: solder pads)."""
 
@@ -80,7 +79,7 @@ class Connector:
         return self.pitch * (contacts - 1) + 2.0 * self.edge_margin
 
 
-@dataclass(frozen=True)
+@record
 class Tail:
     """The strip that leads to the converter: length in metres, its connector, its copper layers and how it bends."""
 
@@ -90,7 +89,7 @@ class Tail:
     bend: str
 
 
-@dataclass(frozen=True)
+@record
 class PanelSpec:
     """How parts are delivered: ``wish`` is ``auto`` (in a panel if too small to be made singly), ``none``, ``always``.
 
@@ -105,7 +104,7 @@ class PanelSpec:
     bridge: float = 0.5e-3
 
 
-@dataclass(frozen=True)
+@record
 class FpcSpec:
     """The flexible printed circuit: stack-up, the fabricator's rules, the tail (none: solder pads at the outline).
 
@@ -122,7 +121,7 @@ class FpcSpec:
     teardrops: str = "none"
 
 
-@dataclass(frozen=True)
+@record
 class Target:
     """The conducting plate over the coils: size [x, y], thickness and kerf (0: drawn as it is) in metres."""
 
@@ -133,7 +132,7 @@ class Target:
     kerf: float = 0.0
 
 
-@dataclass(frozen=True)
+@record
 class ElastomerPad:
     """The soft pad between board and target: size [x, y], thickness and laser kerf in metres."""
 
@@ -144,7 +143,7 @@ class ElastomerPad:
     kerf: float
 
 
-@dataclass(frozen=True)
+@record
 class Encapsulation:
     """The film that seals the sensor against tissue: thickness in metres."""
 
@@ -152,7 +151,7 @@ class Encapsulation:
     thickness: float
 
 
-@dataclass(frozen=True)
+@record
 class Jaw:
     """One jaw of a grasper: the face that carries the sensor and the metal behind it.
 
@@ -169,7 +168,7 @@ class Jaw:
     source: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class Mount:
     """What carries the sensor: ``standoff`` is from the metal's face to the board's bottom face (m)."""
 
@@ -178,7 +177,7 @@ class Mount:
     standoff: float
 
 
-@dataclass(frozen=True)
+@record
 class Shield:
     """A sheet between coil and jaw: ``gap`` is from the board's bottom face to the sheet (m)."""
 
@@ -187,7 +186,7 @@ class Shield:
     gap: float
 
 
-@dataclass(frozen=True)
+@record
 class Cable:
     """The wires between tail and converter, per conductor pair and for the whole length."""
 
@@ -197,7 +196,7 @@ class Cable:
     resistance: float
 
 
-@dataclass(frozen=True)
+@record
 class ReadoutSpec:
     """The converter; ``capacitance`` in farads (None: chosen), ``scan_rate`` is complete scans of all coils per s."""
 
@@ -209,7 +208,7 @@ class ReadoutSpec:
     scan_rate: float
 
 
-@dataclass(frozen=True)
+@record
 class Requirements:
     """What the sensor must bear and follow: forces in newtons, bandwidth in hertz, temperature in degrees Celsius."""
 
@@ -219,7 +218,7 @@ class Requirements:
     temperature: float = 20.0
 
 
-@dataclass(frozen=True)
+@record
 class SensorSpec:
     """The whole design; parts that are None are not in the sensor, are not made and not checked."""
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from sitscad.record import record
 
 
-@dataclass(frozen=True)
+@record
 class SpecSource:
     """Path as typed, text, and for every dotted key (``fpc.tail.length``) its line and column, counted from 1.
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
+
+from sitscad.record import record
 
 
 class LayerKind(StrEnum):
@@ -15,7 +16,7 @@ class LayerKind(StrEnum):
     DIELECTRIC = "dielectric"
 
 
-@dataclass(frozen=True)
+@record
 class StackLayer:
     """One layer: its thickness in metres and its material (a row of the materials data)."""
 
@@ -25,7 +26,7 @@ class StackLayer:
     relative_permittivity: float | None = None
 
 
-@dataclass(frozen=True)
+@record
 class CopperLayer:
     """A copper layer: `number` counts from 1 at the top, `z` is its mid-plane (m), negative below the board's top."""
 
@@ -34,7 +35,7 @@ class CopperLayer:
     thickness: float
 
 
-@dataclass(frozen=True)
+@record
 class Stackup:
     """The flexible circuit's layers from top to bottom.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 
-@dataclass(frozen=True)
+@record
 class Writer:
     """One format: the module of this package that renders it, the stage of `build` it belongs to, and what it takes.
 

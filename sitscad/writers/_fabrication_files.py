@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import uuid
-from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from sitscad import __version__
 from sitscad.layout.board import Layout
 from sitscad.layout.thickness import tail_copper
+from sitscad.record import record
 from sitscad.spec.stackup import LayerKind, Stackup
 
 FOLDER = "fpc"
@@ -17,7 +17,7 @@ VENDOR = "sitscad"
 _PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
 
 
-@dataclass(frozen=True)
+@record
 class FabricationFile:
     """One file of the set: its path in the package, its X2 file function and polarity, and what it shows.
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 from sitscad.geometry.path import Point
+from sitscad.record import record
 from sitscad.writers._gerber_image import grid
 
 _COORDINATES = re.compile(r"X(-?\d+)Y(-?\d+)")
@@ -18,7 +18,7 @@ _CODE = re.compile(r"(%AD|^)D(\d{2,})")
 _FIRST_CODE = 10
 
 
-@dataclass(frozen=True)
+@record
 class Image:
     """What a file draws, without its head: its apertures with their attributes, and its plot commands."""
 

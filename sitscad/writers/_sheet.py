@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from xml.sax.saxutils import escape
 
 from sitscad.geometry.path import Arc, Line, Path, Point
+from sitscad.record import record
 
 A4 = (297.0, 210.0)
 """Landscape, millimetres."""
@@ -27,7 +28,7 @@ _WIDTHS = (
 _CHARACTER_WIDTHS = tuple(int(width) for width in _WIDTHS.split())
 
 
-@dataclass(frozen=True)
+@record
 class Pen:
     """A line's width (mm), colour (``#rrggbb``) and dashes (mm on, mm off, ...)."""
 
@@ -36,7 +37,7 @@ class Pen:
     dashes: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Shape:
     """Paths (mm) that are drawn, filled, or both; holes are paths of the same shape (even-odd rule)."""
 
@@ -45,7 +46,7 @@ class Shape:
     fill: str | None
 
 
-@dataclass(frozen=True)
+@record
 class Label:
     """A text in Helvetica: where (mm), its size (mm), its anchor (``start``, ``middle``, ``end``), its angle (deg)."""
 

@@ -6,12 +6,13 @@ import csv
 import io
 import math
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, fields
 from typing import Protocol
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.parts.stack import MOUNT_PIECES, seat_spans
+from sitscad.record import record
 from sitscad.spec.sensor import Mount, SensorSpec
 from sitscad.units import show
 
@@ -30,7 +31,7 @@ class Sized(Protocol):
     readout: _Readout
 
 
-@dataclass(frozen=True)
+@record
 class Item:
     """One row."""
 

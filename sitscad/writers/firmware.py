@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from sitscad.readout.registers import DEVICE_ID, I2C_ADDRESSES, MANUFACTURER_ID, Channel, Register, registers
+from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -51,7 +51,7 @@ class Measured(Protocol):
     readout: _Readout
 
 
-@dataclass(frozen=True)
+@record
 class Device:
     """One LDC1614 of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
 

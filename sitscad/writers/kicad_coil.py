@@ -14,11 +14,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from sitscad.geometry.path import Arc, Path, Point, bounding_box, polar, polyline
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, hole_keep_out
+from sitscad.record import record
 from sitscad.units import show
 from sitscad.writers.kicad_sexpr import curve, drawn, grid, identity, length, node, quoted, xy
 from sitscad.writers.kicad_stackup import copper_names
@@ -35,7 +35,7 @@ _REACHES = range(1, 40)
 _CORNERS = 64
 
 
-@dataclass(frozen=True)
+@record
 class _End:
     """A terminal: where it stands, and its dot's size on one layer, or its hole and the track that leads there."""
 

@@ -18,13 +18,14 @@ from sitscad.spec.load import load_text
 from sitscad.spec.sensor import Cable
 
 ALONE = (2.5e-6, 4.0)
+SEVEN = np.array([7e6])
+"""Frequencies (Hz) come as arrays."""
 
 
 def test_one_neighbour_is_a_shorted_secondary():
-    mutual, frequency = -80e-9, 7e6
-    omega = 2 * math.pi * frequency
+    mutual, omega = -80e-9, 2 * math.pi * 7e6
     circuits = [lambda f: ALONE, lambda f: ALONE]
-    change, added = idle_neighbours(0, circuits, lambda i, j, f: mutual, None)(frequency)
+    change, added = (float(part[0]) for part in idle_neighbours(0, circuits, lambda i, j, f: mutual, None)(SEVEN))
     loop = complex(4.0 + 20.0, omega * 2.5e-6)
     expected = (omega * mutual) ** 2 / loop
     assert (change * omega, added) == pytest.approx((expected.imag, expected.real))
@@ -35,15 +36,27 @@ def test_one_neighbour_is_a_shorted_secondary():
 def test_two_neighbours_that_see_each_other():
     omega = 2 * math.pi * 7e6
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
-    found = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: complex(matrix[i, j]), None)(7e6)
+    found = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], None)(SEVEN)
     loop = complex(24.0, omega * 2.5e-6)
     both = 2.0 * (omega * 80e-9) ** 2 / (loop + 1j * omega * -10e-9)
-    assert (found[0] * omega, found[1]) == pytest.approx((both.imag, both.real))
+    assert (found[0][0] * omega, found[1][0]) == pytest.approx((both.imag, both.real))
+
+
+def test_all_frequencies_at_once_are_each_alone():
+    matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
+    circuits = [lambda f: (2.5e-6 + 0.0 * f, 1e-3 * np.sqrt(f))] * 3
+    idle = idle_neighbours(
+        0, circuits, lambda i, j, f: matrix[i, j] * (1 + 1j * 1e5 / f), Cable(0.3, 180e-9, 3e-11, 1.0)
+    )
+    frequencies = np.array([1e6, 3e6, 9e6])
+    together = np.array(idle(frequencies))
+    assert np.allclose(together, np.concatenate([idle(f) for f in frequencies[:, None]], axis=1), rtol=1e-12)
+    assert np.all(np.diff(together, axis=1) != 0.0)
 
 
 def test_the_load_is_two_pins_and_the_cable():
-    assert idle_load(1e7, None) == 20.0
-    assert idle_load(1e7, Cable(0.3, 180e-9, 30e-12, 0.3)) == pytest.approx(20.3 + 1.8j)
+    assert idle_load(np.array([1e7]), None)[0] == 20.0
+    assert idle_load(np.array([1e7]), Cable(0.3, 180e-9, 30e-12, 0.3))[0] == pytest.approx(20.3 + 1.8j)
 
 
 def ring(radius, centre, height, count=240):
@@ -57,7 +70,7 @@ def test_a_perfect_plate_adds_the_image_of_the_neighbour():
     width, gap, apart = 10e-6, 0.7e-3, 4.5e-3
     layer = SpiralLayer(2e-3, 10.001e-6, 1.0, 0.0, 1, True, 0.0, width, 1e-6)
     spectrum = spiral_spectrum([layer], gap)
-    found = reflected_inductances(spectrum, 5e6, Reflector(gap, (Plate(1e18),)), None, (0.0, apart))
+    (found,) = reflected_inductances(spectrum, np.array([5e6]), Reflector(gap, (Plate(1e18),)), None, (0.0, apart))
     image = -sampled_mutual_inductance(ring(1.995e-3, 0.0, 0.0), ring(1.995e-3, apart, 2 * gap))
     assert found[1].real == pytest.approx(image, rel=2e-2)
     assert found[0].real < 0.0 < found[1].real

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from sitscad.estimates import estimate
@@ -117,7 +118,15 @@ def test_the_tail_runs_in_pairs():
     assert sum(s.resistance for s in paired) > 0.5 * sum(s.resistance for s in leads.strips)
     assert sum(s.resistance for s in leads.strips) + leads.via_resistance == pytest.approx(leads.resistance)
     for strip in paired:
-        assert strip.resistance_at(1e3, COPPER) == pytest.approx(strip.resistance, rel=1e-5)
+        assert resistance_at(strip, 1e3) == pytest.approx(strip.resistance, rel=1e-5)
         # above each other they draw the current to the facing sides and away from the edges: no worse than alone
-        alone = Strip(strip.resistance, strip.width, strip.thickness).resistance_at(10e6, COPPER)
-        assert strip.resistance_at(10e6, COPPER) == pytest.approx(alone, rel=0.1)
+        alone = resistance_at(Strip(strip.resistance, strip.width, strip.thickness), 10e6)
+        assert resistance_at(strip, 10e6) == pytest.approx(alone, rel=0.1)
+    frequencies = np.array([1e3, 10e6])
+    expected = [sum(resistance_at(strip, f) for strip in leads.strips) + leads.via_resistance for f in frequencies]
+    assert leads.resistances_at(frequencies, COPPER) == pytest.approx(expected, rel=1e-12)
+
+
+def resistance_at(strip, frequency):
+    loss = strip.loss(COPPER)
+    return loss.direct * loss.resistance_ratio(frequency)

@@ -23,7 +23,7 @@ from sitscad.physics.eddy_target import (
 from sitscad.physics.elliptic import coaxial_rings
 from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.mean_distance import log_mean_distance
-from sitscad.physics.resistance import skin_depth, strip_resistance_ratio, via_resistance
+from sitscad.physics.resistance import lone_track_loss, skin_depth, via_resistance
 from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
 from sitscad.physics.rings import radii_at
 from sitscad.physics.spirals import spiral_inductance_matrix
@@ -223,7 +223,8 @@ def test_tank_formulas_against_the_data_sheet():
 
 def test_skin_depth_and_strips():
     assert skin_depth(8e6, COPPER) == pytest.approx(23.4e-6, rel=2e-3)
-    assert strip_resistance_ratio(1e3, 1e-4, 35e-6, COPPER) == pytest.approx(1.0, abs=1e-6)
+    assert lone_track_loss(1e-4, 35e-6, COPPER).resistance_ratio(1e3) == pytest.approx(1.0, abs=1e-6)
     # a thin strip between its two limits: uniform current, and current at the surface alone
-    assert 1.3 < strip_resistance_ratio(10e6, 3e-4, 35e-6, COPPER) < 1.0 + 3e-4 / skin_depth(10e6, COPPER)
+    most = 1.0 + 3e-4 / skin_depth(10e6, COPPER)
+    assert 1.3 < lone_track_loss(3e-4, 35e-6, COPPER).resistance_ratio(10e6) < most
     assert via_resistance(60e-6, 0.2e-3, 20e-6, COPPER) < 1e-3

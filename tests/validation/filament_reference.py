@@ -15,7 +15,8 @@ import numpy as np
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.mean_distance import gauss, log_mean_distance
+from sitscad.physics.legendre import gauss
+from sitscad.physics.mean_distance import log_mean_distance
 
 
 def cosine_cells(count):

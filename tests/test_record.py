@@ -1,0 +1,132 @@
+"""Records behave as frozen dataclasses do, for a tenth of what those cost to make."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import inspect
+import pickle
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from sitscad.record import record
+
+
+@record
+class Track:
+    """A stretch."""
+
+    width: float
+    layer: int = 1
+    notes: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+    @property
+    def area(self) -> float:
+        return self.width * self.layer
+
+
+@record
+class Wide(Track):
+    other: float = 2.0
+
+
+@record(eq=False)
+class Field:
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Twin:
+    """A stretch."""
+
+    width: float
+    layer: int = 1
+    notes: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+
+def test_values_by_place_by_name_and_by_default():
+    assert Track(0.1) == Track(0.1, 1) == Track(layer=1, width=0.1) == Track(0.1, notes={"not": "compared"})
+    assert Track(0.1, 2).area == 0.2
+    assert Track(0.1).notes == {} and Track(0.1).notes is not Track(0.1).notes
+    assert Wide(0.1, other=3.0) == Wide(0.1, 1, {}, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [((), {}), ((0.1, 1, {}, 4), {}), ((0.1,), {"width": 0.1}), ((0.1,), {"height": 1.0}), ((), {"layer": 1})],
+    ids=["none", "too many", "twice", "unknown", "one missing"],
+)
+def test_wrong_values_are_refused_by_the_first_instance_and_by_later_ones(values, named):
+    @record
+    class Fresh:
+        width: float
+        layer: int = 1
+        notes: str = ""
+
+    for _ in range(2):
+        with pytest.raises(TypeError):
+            Fresh(*values, **named)
+    assert Fresh(0.1).layer == 1
+
+
+def test_equality_and_hash_are_those_of_a_frozen_dataclass():
+    assert Track(0.1) != Track(0.2) and Track(0.1) != Twin(0.1) and Track(0.1) != Wide(0.1)
+    assert hash(Track(0.1, 3, {"a": "b"})) == hash(Track(0.1, 3)) == hash(Twin(0.1, 3))
+    assert {Track(0.1): "kept"}[Track(0.1)] == "kept"
+
+
+def test_without_eq_an_instance_equals_itself_alone():
+    one, other = Field(np.zeros(3)), Field(np.zeros(3))
+    assert one == one and one != other and len({one, other}) == 2
+
+
+def test_nothing_can_be_set_or_deleted():
+    track = Track(0.1)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        track.width = 0.2
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        track.height = 0.2
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        del track.width
+
+
+def test_what_takes_a_dataclass_takes_a_record():
+    track, twin = Track(0.1, 2), Twin(0.1, 2)
+    assert dataclasses.is_dataclass(track)
+    assert dataclasses.replace(track, layer=3) == Track(0.1, 3)
+    assert [one.name for one in dataclasses.fields(track)] == [one.name for one in dataclasses.fields(twin)]
+    assert dataclasses.asdict(track) == dataclasses.asdict(twin)
+    assert dataclasses.astuple(track) == dataclasses.astuple(twin)
+    assert repr(track) == repr(twin).replace("Twin", "Track")
+    assert Track.__doc__ == "A stretch." and Field.__doc__ == "Field"
+    assert list(inspect.signature(Track).parameters) == list(inspect.signature(Twin).parameters)
+    assert copy.deepcopy(track) == pickle.loads(pickle.dumps(track)) == track
+    match track:
+        case Track(width, layer):
+            assert (width, layer) == (0.1, 2)
+
+
+def test_a_method_written_out_stays():
+    @record
+    class Named:
+        name: str
+
+        def __repr__(self) -> str:
+            return self.name
+
+    assert repr(Named("C1")) == "C1"
+
+
+def test_a_record_is_made_several_times_as_fast_as_a_frozen_dataclass():
+    def cost(make) -> float:
+        start = time.process_time()
+        for _ in range(30):
+            body = {"__annotations__": dict.fromkeys("abcdef", "float"), "__doc__": "", "__module__": __name__}
+            make(type("Values", (), body))
+        return time.process_time() - start
+
+    assert min(cost(record) for _ in range(4)) < 0.4 * min(cost(dataclass(frozen=True)) for _ in range(4))
