@@ -110,8 +110,8 @@ def channels(subject: Subject) -> Iterator[Verdict]:
             yield Undecided("the mutual inductance of the coils was not estimated")
             return
         yield Complaint(
-            f"{len(names)} coils take two LDC1614: {names[0]} to {names[each - 1]} at address 0x2A, {names[each]} to "
-            f"{names[-1]} at 0x2B. They oscillate at the same time; {one} and {other} are coupled most, by "
+            f"{len(names)} coils take two LDC1614: {', '.join(names[:each])} at address 0x2A, "
+            f"{', '.join(names[each:])} at 0x2B. They oscillate at the same time; {one} and {other} are coupled most, by "
             f"{100.0 * coupling:.2g} %, while the estimate takes all other coils as grounded",
             "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
             "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
@@ -214,8 +214,8 @@ TIMING_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT211", "channels", Severity.ERROR,
         "There is one channel for every coil, on at most two converters.",
-        "Each LDC1614 channel has its own pair of pins, and TI documents no shared return. Two converters measure at the "
-        "same time, so that coupled coils of both pull each other's frequency.",
+        "Each LDC1614 channel has its own pair of pins, and TI documents no shared return. Two converters measure at "
+        "the same time, so that coupled coils of both pull each other's frequency.",
         "At most four coils, or eight with two converters whose coils stand apart.",
         source_of_limit("channels") + "; coupled oscillators (derived)", apply=channels,
     ),

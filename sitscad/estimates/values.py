@@ -100,8 +100,8 @@ class ReadoutEstimate:
     (Hz), counts, the time on one coil (s) and the complete scans a second that follow.
 
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
-    at 400 kHz; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the part's, relative.
-    Where no coil has a state left, what follows from states is None or NaN.
+    at 400 kHz; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the part's,
+    relative. Where no coil has a state left, what follows from states is None or NaN.
     """
 
     capacitance: float

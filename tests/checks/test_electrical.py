@@ -167,12 +167,15 @@ def test_channels(judge, design) -> None:
     assert judge("SIT211", design(array__count=4)) == []
 
 
-@pytest.mark.parametrize(("pitch", "severity"), [(8.1, Severity.WARNING), (60, Severity.NOTE)])
-def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, pitch, severity) -> None:
-    (found,) = judge("SIT211", design(array__count=5, array__pitch=pitch))
-    assert found.severity is severity
-    assert "C1 to C4 at address 0x2A, C5 to C5 at 0x2B" in found.message
-    assert (found.measured >= found.limit) == (severity is Severity.WARNING)
+@pytest.mark.parametrize(("coupling", "severity"), [(1.9e-3, Severity.NOTE), (2.1e-3, Severity.WARNING)])
+def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, estimates, coupling, severity) -> None:
+    spec = design(array__count=5)
+    matrix = [[2.5e-6 if i == j else 0.3e-6 if max(i, j) < 4 else 1e-10 for j in range(5)] for i in range(5)]
+    matrix[2][4] = matrix[4][2] = -coupling * 2.5e-6
+    (found,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
+    assert (found.severity, found.measured) == (severity, pytest.approx(coupling))
+    assert "C1, C2, C3, C4 at address 0x2A, C5 at 0x2B" in found.message
+    assert "C3 and C5" in found.message
 
 
 @pytest.mark.parametrize(("coupling", "severity"), [(0.03, None), (0.1, Severity.NOTE), (0.3, Severity.WARNING)])
