@@ -124,7 +124,7 @@ def _findings(checked: CheckedSpec) -> str:
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
-    line = checked.line(finding.line)
+    line = checked.line(finding.line, finding.file)
     quoted = f"<pre>{finding.line:>4} | {escape(line)}</pre>" if line is not None else ""
     hint = f"<p><b>To mend it:</b> {escape(finding.hint)}</p>" if finding.hint else ""
     unit = finding.unit or ""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from pathlib import Path
 
 from sitscad.spec import presets
-from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.document import FpcDocument, LayerDocument, PanelDocument, RulesDocument
+from sitscad.spec.document import FpcDocument, LayerDocument, PanelDocument
+from sitscad.spec.profiles import resolve_rules, spec_place
 from sitscad.spec.remarks import Remarks
 from sitscad.spec.sensor import CoilSpec, FpcSpec, PanelSpec, Tail
+from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
 _DEFAULT_STACKUP = {1: "flex-2l-18um", 2: "flex-2l-18um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
@@ -16,8 +17,10 @@ _LARGEST_STACKUP = "flex-8l"
 _WRITTEN = "written out"
 
 
-def resolve_fpc(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> FpcSpec:
-    """The flexible circuit; a stack-up that lacks the coil's layers is a flaw."""
+def resolve_fpc(
+    document: FpcDocument, coil: CoilSpec, remarks: Remarks, source: SpecSource, folder: Path | None
+) -> FpcSpec:
+    """The flexible circuit; a stack-up that lacks the coil's layers is a flaw. `folder` is where profile files are."""
     stackup = _stackup(document, coil, remarks)
     copper = len(stackup.copper)
     if max(coil.layers) > copper:
@@ -26,7 +29,7 @@ def resolve_fpc(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> FpcS
         remarks.flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper", **facts)
     return FpcSpec(
         stackup=stackup,
-        rules=_rules(document.rules, stackup.foil_thickness(coil.layers)),
+        rules=resolve_rules(document.rules, stackup.foil_thickness(coil.layers), spec_place(source, folder), remarks),
         tail=_tail(document, copper, remarks),
         panel=_panel(document.panel),
         finish=document.finish,
@@ -88,22 +91,6 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
         remarks.default(f"{key}.material", material)
     permittivity = presets.permittivity(material) if layer.permittivity is None else layer.permittivity
     return StackLayer(kind, thickness, material, permittivity)
-
-
-def _rules(document: str | RulesDocument, foil: float) -> DesignRules:
-    """The rules, with the coil lines of the copper that the coil is wound in; what is written out holds for any."""
-    if isinstance(document, str):
-        return presets.design_rules(document).for_foil(foil)
-    base = presets.design_rules(document.based_on).for_foil(foil)
-    own = ("name", "based_on", "source")
-    written = {name: value for name, value in document.values().items() if name not in own and value is not None}
-    coil_rules = any(name.startswith("coil_") for name in written)
-    sources = {**base.sources, **dict.fromkeys(written, document.source)}
-    source = f"{document.source}; the rest from {document.based_on}"
-    binding = coil_rules or base.coil_rule_binding
-    own_lines = {"coil_copper": None} if coil_rules else {}
-    written = {**written, **own_lines, "coil_rule_binding": binding}
-    return replace(base, **written, name=document.name, source=source, sources=sources)
 
 
 def _tail(document: FpcDocument, copper: int, remarks: Remarks) -> Tail | None:

@@ -30,7 +30,9 @@ _TABLES = {"conductor": "conductors", "dielectric": "dielectrics", "elastomer": 
 
 @cache
 def names(kind: str) -> tuple[str, ...]:
-    """The presets of one kind, sorted: stackup, rules, connector, jaw, conductor, dielectric or elastomer."""
+    """The presets of a kind, sorted: stackup, rules, connector, jaw, conductor, dielectric, elastomer, file naming."""
+    if kind == "file naming":
+        return tuple(sorted({row["naming"] for row in _read(DATA / "archive_names.csv")}))
     if kind in _FOLDERS:
         return tuple(sorted(path.stem for path in (DATA / _FOLDERS[kind]).glob("*.csv")))
     return tuple(sorted(_table(_TABLES[kind])))
