@@ -17,6 +17,7 @@ from sitscad.spec.kinds import (
     Kind,
     Layers,
     Number,
+    NumberOrList,
     Pair,
     Preset,
     ProfileName,
@@ -96,6 +97,8 @@ def _value(kind: Kind, places: Places) -> str:
         return f"one length, or `[x, y]`, {lengths}" if kind.single else f"`[x, y]`, {lengths}"
     if isinstance(kind, Number):
         return f"{'whole ' if kind.whole else ''}number, {kind.low:g} to {kind.high:g}"
+    if isinstance(kind, NumberOrList):
+        return f"{_value(kind.number, places)}, or a list of them, one a layer"
     if isinstance(kind, Text):
         return f"text, at most {kind.longest} characters" + (f": {kind.like}" if kind.like else "")
     if isinstance(kind, Choice):

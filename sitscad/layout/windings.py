@@ -14,15 +14,15 @@ def wind_coil(spec: SensorSpec, placement: CoilPlacement) -> tuple[Winding, ...]
     """The coil's layers in winding order: odd ones walked inwards, even ones mirrored and walked outwards."""
     coil, rotation = spec.coil, placement.rotation
     sense = -1 if coil.clockwise else 1
-    dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.turns)
-    sweep = sense * 2.0 * math.pi * coil.turns
+    sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
     angle = corner_angle(coil.shape, coil.start_angle, sense)
     windings = []
     for index, copper in enumerate(spec.coil_copper):
         inward = index % 2 == 0
         if not inward:
-            angle += 2.0 * sweep
+            angle += sweeps[index - 1] + sweeps[index]  # on to the inner end of the layer before, and out as far again
         layer_sense = sense if inward else -sense
+        dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.layer_turns[index])
         path = wind(coil.shape, dimensions, angle, layer_sense)
         if coil.shape in CORNERS:
             path = rounded_corners(path, coil.corner_radius, CORNERS[coil.shape], coil.pitch)

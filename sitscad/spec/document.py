@@ -8,7 +8,20 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.spec.kinds import Choice, Either, Layers, Number, Pair, Preset, Quantity, Special, Text, described, refuse
+from sitscad.spec.kinds import (
+    Choice,
+    Either,
+    Layers,
+    Number,
+    NumberOrList,
+    Pair,
+    Preset,
+    Quantity,
+    Special,
+    Text,
+    described,
+    refuse,
+)
 from sitscad.spec.rules_document import RulesChoice, RulesDocument
 from sitscad.spec.section import ListOf, NameOr, Part, Section, key
 
@@ -106,7 +119,9 @@ class CoilDocument(Section):
     outer_diameter: tuple[float, float] = key(
         CoilSize, "across the outer copper edges (polygons: across flats); rectangle and racetrack: [x, y]"
     )
-    turns: float = key(Number(0.25, 200), "per layer")
+    turns: tuple[float, ...] = key(
+        NumberOrList(Number(0.25, 200)), "per layer; a list gives each its own, in the order of layers: [8, 7]"
+    )
     layers: tuple[int, ...] = key(Layers(), "copper layers in series: a count from the top, or a list like [1, 2]", 1)
     trace_width: float = key(Trace, "width of the trace")
     trace_spacing: float = key(Trace, "gap between neighbouring turns")

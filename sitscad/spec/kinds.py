@@ -373,6 +373,27 @@ class Layers(Scalar):
         return {"anyOf": [one, many]}
 
 
+@dataclass(frozen=True)
+class NumberOrList(Scalar):
+    """A number, or a list of numbers; read as a tuple, of one where it was no list."""
+
+    number: Number
+    most: int = 8
+
+    def read(self, value: Any) -> tuple[float, ...]:
+        """The numbers."""
+        if not isinstance(value, list):
+            return (self.number.read(value),)
+        if not 1 <= len(value) <= self.most:
+            refuse("SIT006", f"{described(value)} is out of range: 1 to {self.most} numbers", "like [8, 7]")
+        return tuple(self.number.read(entry) for entry in value)
+
+    def schema(self) -> dict[str, Any]:
+        """A number or a list of numbers."""
+        one = self.number.schema()
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "maxItems": self.most}]}
+
+
 @dataclass(frozen=True, eq=False)
 class Special(Scalar):
     """A value read by a function, with its JSON Schema given."""

@@ -18,7 +18,8 @@ class CoilSpec:
     """One coil: all its copper layers in series, one conductor and one net.
 
     ``size`` is measured across the outer copper edges (polygons: across flats), equal in x and y except for rectangle
-    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order.
+    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` are those of every
+    layer or, where they differ, the most that a layer has, and ``unequal_turns`` those of each.
     """
 
     shape: str
@@ -30,6 +31,17 @@ class CoilSpec:
     start_angle: float = 0.0
     clockwise: bool = False
     corner_radius: float = 0.0
+    unequal_turns: tuple[float, ...] = ()
+
+    @property
+    def layer_turns(self) -> tuple[float, ...]:
+        """The turns of each layer, in winding order."""
+        return self.unequal_turns or (self.turns,) * len(self.layers)
+
+    @property
+    def turns_in_words(self) -> str:
+        """The turns for people: one number, or those of every layer."""
+        return ", ".join(f"{turns:g}" for turns in self.unequal_turns) or f"{self.turns:g}"
 
     @property
     def pitch(self) -> float:
