@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from sitscad.finding import Finding
@@ -15,7 +16,8 @@ from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.outline import Body, outline
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
-from sitscad.layout.tail import Run, TailFrame, connector_of, frame, opening, runs, stiffener
+from sitscad.layout.tail import Run, TailFrame, connector_of, frame, opening, runs, stiffener, turn_begin
+from sitscad.layout.turn import course, turned
 from sitscad.layout.wound_coils import WoundCoil, wind_all
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
@@ -98,7 +100,8 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
     body = _body(spec, traces, vias, half_width, tail)
     plate = stiffener(spec, tail)
-    return Layout(
+    begin = turn_begin(spec, bus, tail)
+    straight = Layout(
         spec=spec,
         coils=tuple(coils),
         traces=traces,
@@ -109,9 +112,11 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         top_openings=(opening(spec, tail),),
         bottom_openings=(),
         stiffener=plate,
-        bend_zone=_bend_zone(spec, tail),
+        bend_zone=_bend_zone(spec, tail, begin if tail.turn else math.inf),
         findings=findings,
     )
+    line = course(spec.fpc.tail, tail.half_width, begin)
+    return turned(straight, line) if line else straight
 
 
 def _body(
@@ -135,11 +140,11 @@ def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...]) -> list[tup
     return points
 
 
-def _bend_zone(spec: SensorSpec, tail: TailFrame) -> tuple[float, float] | None:
-    """Where the tail may be bent: between the taper and the stiffener, free of vias."""
+def _bend_zone(spec: SensorSpec, tail: TailFrame, limit: float) -> tuple[float, float] | None:
+    """Where the tail may be bent: between the taper and the stiffener, or its turn at the limit (m), free of vias."""
     if spec.fpc.tail is None or spec.fpc.tail.bend == "none":
         return None
-    end = tail.end - tail.connector.stiffener_length
+    end = min(tail.end - tail.connector.stiffener_length, limit)
     return (tail.start, end) if end > tail.start else None
 
 

@@ -9,6 +9,7 @@ from sitscad.geometry.region import Region
 from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
+from sitscad.layout.turn import turn_length
 from sitscad.spec.sensor import Connector, SensorSpec
 
 TAIL_TRACE_WIDTH = 0.2e-3
@@ -26,7 +27,10 @@ CAP = 0.25e-3
 
 @dataclass(frozen=True)
 class TailFrame:
-    """Where the tail lies (m): its start and end along x, its half width, and the connector it ends in."""
+    """Where the tail lies (m), before it is turned: its start and end along x, its half width, its connector.
+
+    ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
+    """
 
     connector: Connector
     body_end: float
@@ -38,6 +42,7 @@ class TailFrame:
     end_gap: float
     trace_width: float
     neck_width: float
+    turn: float = 0.0
 
     @property
     def pad_start(self) -> float:
@@ -94,6 +99,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     funnel = front if narrows else front + slack
     start = body_end + abs(body_half_width - half_width)
     needed = _fan_length(spec, bus, connector) + half_width - plug + connector.contact_length + end_gap
+    if turn := turn_length(spec.fpc.tail, half_width):
+        needed = max(needed, connector.stiffener_length) + turn + CAP
     length = (
         max(spec.fpc.tail.length, start - body_end + needed)
         if spec.fpc.tail
@@ -101,7 +108,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     )
     width = _tail_trace_width(spec, bus, connector)
     end = body_end + length
-    return TailFrame(connector, body_end, funnel, start, end, half_width, plug, end_gap, width, bus.width)
+    turn = turn_length(spec.fpc.tail, half_width)
+    return TailFrame(connector, body_end, funnel, start, end, half_width, plug, end_gap, width, bus.width, turn)
 
 
 def _outer_copper(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
@@ -142,15 +150,23 @@ def _parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
     return tail.pad_start - tail.shoulder - spec.fpc.rules.via_pad - 2.0 * CAP - tail.connector.pitch / 2
 
 
+def turn_begin(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+    """Where along x the turn begins; on a straight tail, where the pairs must have come down to their lanes."""
+    parting = _parting(spec, bus, tail)
+    if not tail.turn:
+        return parting
+    return min(parting, tail.end - tail.connector.stiffener_length) - CAP - tail.turn
+
+
 def stretched(
     spec: SensorSpec, bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[tuple[Point, Point]]
 ) -> TailFrame:
     """The tail, made longer where the pairs, entering at these points, would come down to their lanes too late."""
-    late = 0.0
+    late, limit = 0.0, turn_begin(spec, bus, tail)
     for lane, ends in zip(lanes, entries, strict=True):
         for entry in ends:
             _, foot = _descent(bus, tail, entry, pair_height(spec, tail, lane))
-            late = max(late, foot.x + tail.connector.pitch / 2 - _parting(spec, bus, tail))
+            late = max(late, foot.x + tail.connector.pitch / 2 - limit)
     return replace(tail, end=tail.end + late)
 
 

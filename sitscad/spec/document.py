@@ -69,6 +69,8 @@ Thickness = Quantity("length", "1 um", "100 mm")
 Kerf = Quantity("length", "0 mm", "2 mm")
 Gap = Quantity("length", "0 mm", "100 mm")
 Run = Quantity("length", "1 mm", "5000 mm")
+Offset = Quantity("length", "-500 mm", "500 mm")
+TurnRadius = Quantity("length", "0.1 mm", "100 mm")
 Angle = Quantity("angle", "-360 deg", "360 deg")
 Capacitance = Quantity("capacitance", "0 pF", "1 uF")
 TankCapacitance = Either("auto", Quantity("capacitance", "1 pF", "1 uF"))
@@ -157,6 +159,11 @@ class TailDocument(Section):
     bend: str = key(
         Choice(("none", "static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static"
     )
+    turn: str = key(
+        Choice(("none", "left", "right")), "by 90 degrees in its plane before the contacts, seen from the coils", "none"
+    )
+    offset: float = key(Offset, "or led aside by so much before the contacts, to the left; negative: right", 0)
+    turn_radius: float | None = key(TurnRadius, "of the turn's inner edge: 2 mm, or the fabricator's least", None)
 
 
 class LayerDocument(Section):

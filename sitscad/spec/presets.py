@@ -63,7 +63,7 @@ def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
 
 _LENGTHS = (
     "trace_width", "trace_spacing", "via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge",
-    "coverlay_web", "coverlay_opening_to_trace", "outline_tolerance", "registration",
+    "coverlay_web", "coverlay_opening_to_trace", "outline_tolerance", "registration", "inside_radius",
 )  # fmt: skip
 
 

@@ -68,6 +68,7 @@ class RulesDocument(Section):
     stiffened_tolerance_fr4: Written = key(Tolerance, "with one of FR4", None)
     outline_tolerance: Written = key(Tolerance, "plus and minus", None)
     registration: Written = key(Tolerance, "layer to layer", None)
+    inside_radius: Written = key(Feature, "smallest radius of an inner edge of the outline", None)
     part_size: Written = key(Sides, "smallest part that is handled singly", None)
     panel_size: Written = key(Sides, "what a panel is filled up to", None)
     file_naming: str | None = key(Preset("file naming"), "how files are called in the archive", None)

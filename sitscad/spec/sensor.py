@@ -94,12 +94,21 @@ class Connector:
 
 @dataclass(frozen=True)
 class Tail:
-    """The strip that leads to the converter: length in metres, its connector, its copper layers and how it bends."""
+    """The strip that leads to the converter: length in metres along its middle, its connector, its copper layers and
+    how it bends.
+
+    ``turn`` is how it turns in its plane before the contacts, seen from the top and from the coils: ``none``, ``left``
+    or ``right`` (by 90 degrees); ``offset`` (m, to the left) how far it is led aside instead; ``turn_radius`` (m) that
+    of its inner edge.
+    """
 
     length: float
     connector: Connector
     layers: int
     bend: str
+    turn: str = "none"
+    offset: float = 0.0
+    turn_radius: float = 2e-3
 
 
 @dataclass(frozen=True)
