@@ -16,7 +16,7 @@ from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.outline import Body, outline
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
-from sitscad.layout.tail import Run, TailFrame, connector_of, frame, opening, runs, stiffener, turn_begin
+from sitscad.layout.tail import Run, TailFrame, connector_of, first_via, frame, opening, runs, stiffener, turn_begin
 from sitscad.layout.turn import course, turned
 from sitscad.layout.wound_coils import WoundCoil, wind_all
 from sitscad.spec.presets import connector
@@ -144,7 +144,7 @@ def _bend_zone(spec: SensorSpec, tail: TailFrame, limit: float) -> tuple[float, 
     """Where the tail may be bent: between the taper and the stiffener, or its turn at the limit (m), free of vias."""
     if spec.fpc.tail is None or spec.fpc.tail.bend == "none":
         return None
-    end = min(tail.end - tail.connector.stiffener_length, limit)
+    end = min(tail.end - tail.connector.stiffener_length, first_via(spec, tail), limit)
     return (tail.start, end) if end > tail.start else None
 
 
