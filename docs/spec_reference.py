@@ -11,7 +11,22 @@ from pathlib import Path
 
 from sitscad.spec import presets
 from sitscad.spec.document import SpecDocument
-from sitscad.spec.kinds import Choice, Either, Kind, Layers, Number, Pair, Preset, Quantity, Special, Text
+from sitscad.spec.kinds import (
+    Choice,
+    Either,
+    Kind,
+    Layers,
+    Number,
+    NumberOrList,
+    Pair,
+    Preset,
+    ProfileName,
+    Quantity,
+    Sourced,
+    Special,
+    Text,
+    Truth,
+)
 from sitscad.spec.section import Key, ListOf, NameOr, Part, Section, section_of
 
 PAGE = Path(__file__).with_name("spec.md")
@@ -82,12 +97,20 @@ def _value(kind: Kind, places: Places) -> str:
         return f"one length, or `[x, y]`, {lengths}" if kind.single else f"`[x, y]`, {lengths}"
     if isinstance(kind, Number):
         return f"{'whole ' if kind.whole else ''}number, {kind.low:g} to {kind.high:g}"
+    if isinstance(kind, NumberOrList):
+        return f"{_value(kind.number, places)}, or a list of them, one a layer"
     if isinstance(kind, Text):
         return f"text, at most {kind.longest} characters" + (f": {kind.like}" if kind.like else "")
     if isinstance(kind, Choice):
         return ", ".join(f"`{word}`" for word in kind.allowed)
     if isinstance(kind, Preset):
         return ", ".join(f"`{word}`" for word in presets.names(kind.kind))
+    if isinstance(kind, ProfileName):
+        return f"{_value(Preset('rules'), places)}, or a file like `ourshop.yaml`"
+    if isinstance(kind, Sourced):
+        return _value(kind.figure, places)
+    if isinstance(kind, Truth):
+        return "`true` or `false`"
     if isinstance(kind, Layers):
         return f"a count from the top, or a list like `[1, 2]`, up to {kind.most}"
     if isinstance(kind, Either):

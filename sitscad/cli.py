@@ -319,7 +319,7 @@ def _unreadable(path: str, error: Any) -> CheckedSpec:
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in _rules() if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    return sitscad.CheckedSpec(path, text, tuple(error.findings), not_checked)
+    return sitscad.CheckedSpec(path, text, tuple(error.findings), not_checked, error.texts)
 
 
 def _build_one(spec: Any, output: str, only: Iterable[str] | None, force: bool) -> int:
@@ -376,6 +376,7 @@ def _chosen(checked: CheckedSpec, select: tuple[str, ...], ignore: tuple[str, ..
         checked.text,
         tuple(finding for finding in checked.findings if is_wanted(finding.rule)),
         tuple(skipped for skipped in checked.not_checked if is_wanted(skipped.rule)) + left_out,
+        checked.texts,
     )
 
 

@@ -31,7 +31,8 @@ class Finding:
 
     ``key`` is the dotted path of the spec's entry (``coil.turns``); ``line`` and ``column`` count from 1 and are filled
     in where the spec's text is known. ``measured`` and ``limit`` are SI values in ``unit``; ``sigma`` says how many
-    standard deviations of manufacture lie between them, where that is known.
+    standard deviations of manufacture lie between them, where that is known. ``file`` is the path of the file that line
+    and column count in, where that is not the spec itself (a fabricator's profile).
     """
 
     rule: str
@@ -48,6 +49,7 @@ class Finding:
     source: str | None = None
     place: Place | None = None
     sigma: float | None = None
+    file: str | None = None
 
 
 @record

@@ -111,8 +111,8 @@ def channels(subject: Subject) -> Iterator[Verdict]:
             return
         yield Complaint(
             f"{len(names)} coils take two LDC1614: {', '.join(names[:each])} at address 0x2A, "
-            f"{', '.join(names[each:])} at 0x2B. They oscillate at the same time; {one} and {other} are coupled most, by "
-            f"{100.0 * coupling:.2g} %, while the estimate takes all other coils as grounded",
+            f"{', '.join(names[each:])} at 0x2B. They oscillate at the same time; {one} and {other} are coupled most, "
+            f"by {100.0 * coupling:.2g} %, while the estimate takes all other coils as grounded",
             "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
             "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
             "array.count",

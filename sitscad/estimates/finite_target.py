@@ -100,17 +100,21 @@ def _like_a_conductor(target: Target, distance: float) -> float:
 
 
 def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
-    """A coil as coaxial rings that enclose each turn's area; the last, broken turn counts as its fraction."""
-    turns = np.minimum(1.0, coil.turns - np.arange(math.ceil(coil.turns)))
+    """A coil as coaxial rings that enclose each turn's area; a layer's last, broken turn counts as its fraction."""
+    layers = [_layer_rings(coil, turns) for turns in coil.layer_turns]
+    radii, turns = (np.concatenate(parts) for parts in zip(*layers, strict=True))
+    return CoaxialRings(radii, np.repeat(np.asarray(heights, dtype=float), [r.size for r, _ in layers]), turns)
+
+
+def _layer_rings(coil: CoilSpec, count: float) -> tuple[Array, Array]:
+    # Radii (m) and turns of the rings of a layer of so many turns.
+    turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
     # A circle winds in steadily, a racetrack by half a pitch each half turn, a polygon by a pitch after each turn.
     middle = 0.5 * turns if coil.shape == "circle" else 0.25 if coil.shape == "racetrack" else 0.0
     inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
     sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
     cut = (4.0 - math.pi) * np.minimum(_corner(coil) - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
-    radii = np.sqrt((AREA.get(coil.shape, 1.0) * sides.prod(axis=1) - cut) / math.pi)
-    layers = len(heights)
-    return CoaxialRings(np.tile(radii, layers), np.repeat(np.asarray(heights, dtype=float), radii.size),
-                        np.tile(turns, layers))  # fmt: skip
+    return np.sqrt((AREA.get(coil.shape, 1.0) * sides.prod(axis=1) - cut) / math.pi), turns
 
 
 def _corner(coil: CoilSpec) -> float:

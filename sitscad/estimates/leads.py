@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.losses import Strip
+from sitscad.geometry.path import Arc
 from sitscad.layout.board import Coil, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.current_modes import ProximityLoss, joined
@@ -30,6 +31,9 @@ Array = NDArray[np.float64]
 
 FLATTENED = 10e-6
 """Arcs of the leads become chords within this distance (m)."""
+
+CHORD = math.radians(5.0)
+"""Those of a turned tail become chords of this angle at most (rad)."""
 
 SAMPLED = 50e-6
 """Chords of the winding, for its coupling with the leads, lie within this distance (m) of it."""
@@ -174,7 +178,7 @@ def _vias(coil: Coil, copper: dict[int, CopperLayer]) -> list[tuple[Via, float]]
 
 def _oriented(coil: Coil, trace: Trace) -> list[Place]:
     # The path's points in the current's direction: it ends nearer to what follows, or begins nearer to what precedes.
-    points: list[Place] = list(trace.path.flattened(FLATTENED))
+    points: list[Place] = list(_chords(trace))
     index = next(k for k, item in enumerate(coil.series) if item is trace)
     start, end = points[0], points[-1]
     if index + 1 < len(coil.series):
@@ -183,6 +187,17 @@ def _oriented(coil: Coil, trace: Trace) -> list[Place]:
     if index > 0:
         places = _places(coil.series[index - 1])
         return points if _near(start, places) <= _near(end, places) else points[::-1]
+    return points
+
+
+def _chords(trace: Trace) -> list[Place]:
+    """Points of a track; where a tail turns, arcs about one centre get chords that are parallel: the pair's two."""
+    if trace.role is not Role.TAIL:
+        return list(trace.path.flattened(FLATTENED))
+    points: list[Place] = [trace.path.start]
+    for segment in trace.path:
+        count = max(1, math.ceil(abs(segment.sweep) / CHORD - 1e-9)) if isinstance(segment, Arc) else 1
+        points += [segment.at((k + 1) / count) for k in range(count)]
     return points
 
 
@@ -209,7 +224,7 @@ def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trac
         if isinstance(item, Trace) and item.role is Role.WINDING:
             windings += 1
         elif isinstance(item, Trace):
-            lines = [(line, item) for line in pairwise(_distinct(item.path.flattened(FLATTENED)))]
+            lines = [(line, item) for line in pairwise(_distinct(_chords(item)))]
             if windings == 0:
                 way_in += lines
             elif windings == len(coil.windings):

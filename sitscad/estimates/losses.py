@@ -40,7 +40,7 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
     usual = wanted > FINE_TOLERANCE
     return bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 8, resolution.steps,
-                             half=usual and spec.turns >= 4.0)  # fmt: skip
+                             half=usual and min(spec.layer_turns) >= 4.0)  # fmt: skip
 
 
 def _wanted(tolerance: float | None) -> float:

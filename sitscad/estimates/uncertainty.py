@@ -94,9 +94,9 @@ def inductance_slopes(
     neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie face to face: up to a
     third more). Inductance is homogeneous of degree one in all lengths (Euler): the lateral size takes what is left.
     """
-    width, pitch, turns = spec.coil.trace_width, spec.coil.pitch, spec.coil.turns
+    width, pitch = spec.coil.trace_width, spec.coil.pitch
     by_width = by_thickness = 0.0
-    for winding in coil.windings:
+    for winding, turns in zip(coil.windings, spec.coil.layer_turns, strict=True):
         along, up = _mean_distance_slopes(width, winding.thickness, pitch, turns)
         by_width -= MU0 / (2.0 * math.pi) * winding.path.length * along
         by_thickness -= MU0 / (2.0 * math.pi) * winding.path.length * up
@@ -127,7 +127,9 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
 def _distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
     heights = sorted(layer.z for layer in layers)
     nearest = min(b - a for a, b in pairwise(heights))
-    return distance_derivative(spiral_spectrum(layers[:1], nearest, 0), [layer.z for layer in layers])
+    alike = len({layer.turns for layer in layers}) == 1
+    spectrum = spiral_spectrum(layers[:1] if alike else layers, nearest, 0)
+    return distance_derivative(spectrum, [layer.z for layer in layers])
 
 
 def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:

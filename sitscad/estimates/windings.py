@@ -35,20 +35,20 @@ class WindingGeometry:
     drawn: tuple[Track, ...] = ()
 
     @property
-    def turns(self) -> float:
-        """Turns per layer."""
-        return self.spec.turns
+    def fewest_turns(self) -> float:
+        """Turns of the layer that has fewest."""
+        return min(self.spec.layer_turns)
 
     @property
     def inner_radius(self) -> float:
         """Distance (m) of the innermost centre line from the centre, never below half a track."""
-        return max((self.spec.outer_diameter - self.spec.trace_width) / 2 - self.spec.pitch * self.turns,
+        return max((self.spec.outer_diameter - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.turns,
                    self.spec.trace_width / 2)  # fmt: skip
 
     @property
     def outline(self) -> SpiralOutline:
-        """What the closed formulas know of a layer."""
-        return SpiralOutline(self.turns, self.spec.outer_diameter, self.spec.trace_width, self.spec.trace_spacing)
+        """What the closed formulas know of a layer, the one with the most turns."""
+        return SpiralOutline(self.spec.turns, self.spec.outer_diameter, self.spec.trace_width, self.spec.trace_spacing)
 
 
 def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
@@ -56,10 +56,8 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
     if spec.shape == "circle":
         radius = (spec.outer_diameter - spec.trace_width) / 2
         spirals = tuple(
-            SpiralLayer(
-                radius, spec.pitch, spec.turns, w.outer_angle, w.sense, w.inward, w.z, spec.trace_width, w.thickness
-            )
-            for w in coil.windings
+            SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z, spec.trace_width, w.thickness)
+            for w, turns in zip(coil.windings, spec.layer_turns, strict=True)
         )
         return WindingGeometry(spec, spirals, ())
     centre = np.array(coil.centre)
@@ -90,10 +88,10 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
         return geometry.spirals
     spec = geometry.spec
     built = []
-    for w, chords in zip(coil.windings, geometry.tracks, strict=True):
-        mean = chords.length / (2.0 * math.pi * spec.turns)
-        radius = max(mean + 0.5 * spec.pitch * spec.turns, spec.pitch * spec.turns + 0.5 * spec.trace_width)
-        built.append(SpiralLayer(radius, spec.pitch, spec.turns, w.outer_angle, w.sense, w.inward, w.z,
+    for w, chords, turns in zip(coil.windings, geometry.tracks, spec.layer_turns, strict=True):
+        mean = chords.length / (2.0 * math.pi * turns)
+        radius = max(mean + 0.5 * spec.pitch * turns, spec.pitch * turns + 0.5 * spec.trace_width)
+        built.append(SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z,
                                  spec.trace_width, w.thickness))  # fmt: skip
     return tuple(built)
 
@@ -136,25 +134,26 @@ def _strands(*counts: int) -> Callable[[WindingGeometry], float]:
     return solve
 
 
-def crowding(geometry: WindingGeometry) -> Crowding:
-    """What the bounds of the methods' errors go by."""
+def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
+    """What the bounds of the methods' errors go by; for so many turns a layer where the layers' differ."""
     spec, layers = geometry.spec, geometry.spirals or geometry.drawn
     thickness = max(layer.thickness for layer in layers)
     heights = tuple(layer.z for layer in layers)
-    return Crowding(spec.turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius, min(spec.size), heights,
-                    spec.corner_radius)  # fmt: skip
+    return Crowding(turns or spec.turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
+                    min(spec.size), heights, spec.corner_radius)  # fmt: skip
 
 
 def _bound(method: str) -> Callable[[WindingGeometry], float]:
     def error(geometry: WindingGeometry) -> float:
         family = "rounded" if geometry.spec.corner_radius else geometry.spec.shape
-        return error_bound(family, method, crowding(geometry))
+        distinct = sorted(set(geometry.spec.layer_turns))
+        return max(error_bound(family, method, crowding(geometry, turns)) for turns in distinct)
 
     return error
 
 
 def _ring_error(geometry: WindingGeometry) -> float:
-    return _bound("rings")(geometry) if geometry.turns >= 5.0 else 0.05
+    return _bound("rings")(geometry) if geometry.fewest_turns >= 5.0 else 0.05
 
 
 def _always(geometry: WindingGeometry) -> bool:
@@ -166,7 +165,12 @@ def _formula(name: str) -> Callable[[WindingGeometry], float | None]:
 
     def solve(geometry: WindingGeometry) -> float | None:
         # below one turn there is no inner diameter in the formulas' sense: an arc is not a coil
-        if geometry.turns < 1.0 or geometry.outline.inner_diameter <= 0.0 or geometry.outline.fill <= 0.0:
+        if (
+            geometry.spec.unequal_turns
+            or geometry.fewest_turns < 1.0
+            or geometry.outline.inner_diameter <= 0.0
+            or geometry.outline.fill <= 0.0
+        ):
             return None
         single = functions[name](geometry.spec.shape, geometry.outline)
         return None if single is None else single * len(geometry.spec.layers) ** 2
@@ -194,7 +198,7 @@ METHODS: tuple[Method, ...] = (
            "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
     Method("spiral-filament", _ROUND, _spirals_coarse, _bound("spiral-filament"), _always,
            "tracks narrow against the inner radius", 2e-3, "the same with one filament a track"),
-    Method("rings", _ROUND, _rings, _ring_error, lambda g: g.turns >= 5.0,
+    Method("rings", _ROUND, _rings, _ring_error, lambda g: g.fewest_turns >= 5.0,
            "five turns or more", 2e-2, "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
     Method("strands", _STRAIGHT, _strands(2, 3), _bound("strands"), _always,
            "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,

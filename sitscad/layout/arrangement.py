@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import room
@@ -13,7 +15,8 @@ from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.outline import Body, outline
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
-from sitscad.layout.tail import Run, TailFrame, connector_of, frame, opening, runs, stiffener
+from sitscad.layout.tail import Run, TailFrame, connector_of, first_via, frame, opening, runs, stiffener, turn_begin
+from sitscad.layout.turn import course, turned
 from sitscad.layout.wound_coils import WoundCoil, wind_all
 from sitscad.record import record
 from sitscad.spec.presets import connector
@@ -97,7 +100,8 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
     body = _body(spec, traces, vias, half_width, tail)
     plate = stiffener(spec, tail)
-    return Layout(
+    begin = turn_begin(spec, bus, tail)
+    straight = Layout(
         spec=spec,
         coils=tuple(coils),
         traces=traces,
@@ -108,9 +112,11 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         top_openings=(opening(spec, tail),),
         bottom_openings=(),
         stiffener=plate,
-        bend_zone=_bend_zone(spec, tail),
+        bend_zone=_bend_zone(spec, tail, begin if tail.turn else math.inf),
         findings=findings,
     )
+    line = course(spec.fpc.tail, tail.half_width, begin)
+    return turned(straight, line) if line else straight
 
 
 def _body(
@@ -134,11 +140,11 @@ def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...]) -> list[tup
     return points
 
 
-def _bend_zone(spec: SensorSpec, tail: TailFrame) -> tuple[float, float] | None:
-    """Where the tail may be bent: between the taper and the stiffener, free of vias."""
+def _bend_zone(spec: SensorSpec, tail: TailFrame, limit: float) -> tuple[float, float] | None:
+    """Where the tail may be bent: between the taper and the stiffener, or its turn at the limit (m), free of vias."""
     if spec.fpc.tail is None or spec.fpc.tail.bend == "none":
         return None
-    end = tail.end - tail.connector.stiffener_length
+    end = min(tail.end - tail.connector.stiffener_length, first_via(spec, tail), limit)
     return (tail.start, end) if end > tail.start else None
 
 

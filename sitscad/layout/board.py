@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from sitscad.finding import Finding
@@ -145,6 +146,19 @@ class Layout:
         from sitscad.layout.teardrops import teardrops
 
         return teardrops(self)
+
+    def reach_at(self, x: float) -> tuple[float, float]:
+        """The lowest and the highest y (m) of the board's outline at a place along x; both 0 where there is no board.
+
+        Arcs count as chords within 10 um.
+        """
+        points = self.outline.flattened(1e-5)
+        found = [
+            a.y + (x - a.x) / (b.x - a.x) * (b.y - a.y)
+            for a, b in pairwise(points)
+            if a.x != b.x and min(a.x, b.x) <= x <= max(a.x, b.x)
+        ]
+        return min(found, default=0.0), max(found, default=0.0)
 
     def on_layer(self, number: int) -> tuple[Trace, ...]:
         """The traces on one copper layer."""

@@ -79,14 +79,14 @@ class Inside:
     rotation: float = 0.0
 
 
-def place_inner_vias(windings: Sequence[Winding], turns: float, inside: Inside, width: float, rules: DesignRules,
-                     spacing: float) -> tuple[InnerJoin, ...] | None:  # fmt: skip
+def place_inner_vias(windings: Sequence[Winding], turns: Sequence[float], inside: Inside, width: float,
+                     rules: DesignRules, spacing: float) -> tuple[InnerJoin, ...] | None:  # fmt: skip
     """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
 
-    Of all choices that keep every distance one with short stubs is taken.
+    `turns` are those of each winding. Of all choices that keep every distance one with short stubs is taken.
     """
     joins = [tuple(inner_end(w) for w in windings[i : i + 2]) for i in range(0, len(windings), 2)]
-    copper = {winding.layer: _innermost_copper(winding, turns) for winding in windings}
+    copper = {w.layer: _innermost_copper(w, count) for w, count in zip(windings, turns, strict=True)}
     hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
     keep = hole_keep_out(hole, rules, spacing)
     places = _clear_places(inside, joins[0][0].point, copper, keep, width)

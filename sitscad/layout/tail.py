@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from sitscad.geometry.path import Path, Point, closed_polygon, polyline, rectangle
@@ -9,6 +10,7 @@ from sitscad.geometry.region import Region
 from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
+from sitscad.layout.turn import turn_length
 from sitscad.record import record
 from sitscad.spec.sensor import Connector, SensorSpec
 
@@ -27,7 +29,11 @@ CAP = 0.25e-3
 
 @record
 class TailFrame:
-    """Where the tail lies (m): its start and end along x, its half width, and the connector it ends in."""
+    """Where the tail lies (m), before it is turned: its start and end along x, its half width, its connector.
+
+    ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
+    ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias need more.
+    """
 
     connector: Connector
     body_end: float
@@ -39,6 +45,9 @@ class TailFrame:
     end_gap: float
     trace_width: float
     neck_width: float
+    fan_pitch: float
+    edge: float
+    turn: float = 0.0
     outermost: float = 0.0
     """How far from the axis (m) the outermost of the pairs enters the funnel that part in it."""
 
@@ -51,6 +60,27 @@ class TailFrame:
     def shoulder(self) -> float:
         """How much wider the tail is, on each side, than what is plugged in: room for the outer vias' edge distance."""
         return self.half_width - self.plug_half_width
+
+    @property
+    def squeeze(self) -> float:
+        """By how much a contact's track is farther from the axis at its via than at the contact, for the first one."""
+        outer = self.plug_half_width - self.connector.edge_margin
+        return outer * (self.fan_pitch / self.connector.pitch - 1.0)
+
+    @property
+    def squeeze_start(self) -> float:
+        """Where tracks at the vias' pitch begin to draw together, so that all are straight again before the contacts.
+
+        Drawing in at 45 degrees beside the shoulder, the outermost keeps its distance from the edge.
+        """
+        beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2) - self.connector.edge_margin
+        return self.pad_start - max(beside, 1.5 * self.connector.contact_width) - self.squeeze
+
+    @property
+    def fan_end(self) -> float:
+        """Up to where the tracks run as far apart as the vias ask, and the tail has its whole width."""
+        shoulder = self.pad_start - self.shoulder
+        return min(shoulder, self.squeeze_start) if self.squeeze > 1e-9 else shoulder
 
     def strip(self, start: float) -> Path:
         """The closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
@@ -88,7 +118,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     edge = spec.fpc.rules.copper_to_edge
     contacts = 2 * len(spec.array.placements)
     plug = connector.width(contacts) / 2
-    half_width = max(plug, contact_height(connector, contacts, 1) + _outer_copper(spec, bus, connector) + edge)
+    fan = fan_pitch(spec, bus, connector)
+    half_width = max(plug, contact_height(fan, contacts, 1) + _outer_copper(spec, bus, connector) + edge)
     end_gap = max(END_GAP, edge) if connector.kind == "pads" else END_GAP
     slack = STAGGER * (edge + bus.width / 2)
     stagger = STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0))
@@ -96,15 +127,33 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     body_end = front + slack + max(0.0, stagger) if narrows else front
     funnel = front if narrows else front + slack
     start = body_end + abs(body_half_width - half_width)
-    needed = _fan_length(spec, bus, connector) + half_width - plug + connector.contact_length + end_gap
+    width = _tail_trace_width(spec, bus, connector)
+    turn = turn_length(spec.fpc.tail, half_width)
+    laid = TailFrame(
+        connector, body_end, funnel, start, start, half_width, plug, end_gap, width, bus.width, fan, edge, turn
+    )
+    needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
+    if turn:
+        needed = max(needed, connector.stiffener_length) + turn + CAP
     length = (
         max(spec.fpc.tail.length, start - body_end + needed)
         if spec.fpc.tail
         else start - body_end + needed + BARE_LENGTH
     )
-    width = _tail_trace_width(spec, bus, connector)
-    end = body_end + length
-    return TailFrame(connector, body_end, funnel, start, end, half_width, plug, end_gap, width, bus.width)
+    return replace(laid, end=body_end + length)
+
+
+def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
+    """Pitch (m) of the tracks where a via stands beside every other one: the contacts', or what such a row needs."""
+    if not bus.is_stacked:
+        return connector.pitch
+    return max(connector.pitch, _beside_via(spec, bus) + spec.fpc.rules.trace_width / 2)
+
+
+def _beside_via(spec: SensorSpec, bus: Bus) -> float:
+    """From a via's centre to the nearest edge of a track beside it (m)."""
+    rules = spec.fpc.rules
+    return hole_keep_out(Hole(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
 
 
 def _outer_copper(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
@@ -114,35 +163,45 @@ def _outer_copper(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
 
 
 def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
-    """As wide as a via beside it allows at the connector's pitch, at most `TAIL_TRACE_WIDTH`."""
-    rules = spec.fpc.rules
-    keep = hole_keep_out(Hole(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
-    return max(rules.trace_width, min(TAIL_TRACE_WIDTH, 2.0 * (connector.pitch - keep), connector.contact_width))
+    """As wide as a via beside it allows, at most `TAIL_TRACE_WIDTH`; tracks that draw together run at 45 degrees."""
+    fan = fan_pitch(spec, bus, connector)
+    widest = min(TAIL_TRACE_WIDTH, 2.0 * (fan - _beside_via(spec, bus)), connector.contact_width)
+    if fan > connector.pitch:
+        widest = min(widest, fan / math.sqrt(2.0) - bus.spacing, connector.pitch - bus.spacing)
+    return max(spec.fpc.rules.trace_width, widest)
 
 
 def _fan_length(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
     """Length (m) in which a stacked pair parts, changes layer and reaches the contacts, or a flat pair widens."""
-    pad = spec.fpc.rules.via_pad
-    return connector.pitch + CAP + (connector.pitch / 2 + CAP + pad if bus.is_stacked else 0.0)
+    pad, pitch = spec.fpc.rules.via_pad, fan_pitch(spec, bus, connector)
+    return pitch + CAP + (pitch / 2 + CAP + pad if bus.is_stacked else 0.0)
 
 
-def contact_height(connector: Connector, contacts: int, number: int) -> float:
-    """Height (m) of a contact above the axis, number 1 at the top."""
-    return connector.pitch * ((contacts - 1) / 2 - (number - 1))
+def contact_height(pitch: float, contacts: int, number: int) -> float:
+    """Height (m) above the axis of a contact, or of its track in the tail, number 1 at the top."""
+    return pitch * ((contacts - 1) / 2 - (number - 1))
 
 
 def pair_height(spec: SensorSpec, tail: TailFrame, lane: Lane) -> float:
     """Height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
     contacts = 2 * len(spec.array.placements)
-    first = contact_height(tail.connector, contacts, 2 * lane.rank + 1)
-    return (first + contact_height(tail.connector, contacts, 2 * lane.rank + 2)) / 2
+    first = contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 1)
+    return (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
 
 
 def _parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
     """Where along x the two tracks of a stacked pair part, or a flat pair must have reached its lanes."""
     if not bus.is_stacked:
         return tail.pad_start - CAP
-    return tail.pad_start - tail.shoulder - spec.fpc.rules.via_pad - 2.0 * CAP - tail.connector.pitch / 2
+    return tail.fan_end - spec.fpc.rules.via_pad - 2.0 * CAP - tail.fan_pitch / 2
+
+
+def turn_begin(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+    """Where along x the turn begins; on a straight tail, where the pairs must have come down to their lanes."""
+    parting = _parting(spec, bus, tail)
+    if not tail.turn:
+        return parting
+    return min(parting, tail.end - tail.connector.stiffener_length) - CAP - tail.turn
 
 
 def stretched(
@@ -152,11 +211,11 @@ def stretched(
     heights = [abs(pair_height(spec, tail, lane)) for lane in lanes]
     outwards = [abs(e.y) for ends, height in zip(entries, heights, strict=True) for e in ends if abs(e.y) <= height]
     tail = replace(tail, outermost=max(outwards, default=0.0))
-    late = 0.0
+    late, limit = 0.0, turn_begin(spec, bus, tail)
     for lane, ends in zip(lanes, entries, strict=True):
         for entry in ends:
             _, foot = _descent(bus, tail, entry, pair_height(spec, tail, lane))
-            late = max(late, foot.x + tail.connector.pitch / 2 - _parting(spec, bus, tail))
+            late = max(late, foot.x + tail.fan_pitch / 2 - limit)
     return replace(tail, end=tail.end + late)
 
 
@@ -164,7 +223,7 @@ def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entries: tuple
     """Both conductors (A, B) of one coil from where they enter the funnel to their contacts."""
     contacts = 2 * len(spec.array.placements)
     first = 2 * lane.rank + 1
-    heights = (contact_height(tail.connector, contacts, first), contact_height(tail.connector, contacts, first + 1))
+    heights = (contact_height(tail.fan_pitch, contacts, first), contact_height(tail.fan_pitch, contacts, first + 1))
     if bus.is_stacked:
         middle = (heights[0] + heights[1]) / 2
         return (
@@ -188,7 +247,7 @@ def _descent(bus: Bus, tail: TailFrame, entry: Point, height: float) -> tuple[Pa
     behind = abs(entry.y) - lane_height(bus, 0) if inwards else tail.outermost - abs(entry.y)
     bend = Point(tail.funnel + STAGGER * max(0.0, behind), entry.y)
     foot = Point(bend.x + abs(height - entry.y), height)
-    widens = foot.shifted(tail.connector.pitch, 0.0)
+    widens = foot.shifted(tail.fan_pitch, 0.0)
     return polyline([entry, bend, foot, widens]), widens
 
 
@@ -204,27 +263,37 @@ def _stacked_run(
     end: str,
 ) -> Run:
     neck, foot = _descent(bus, tail, entry, middle)
-    pad = _contact(spec, tail, lane, height, number, end)
-    via_x = tail.pad_start - tail.shoulder - spec.fpc.rules.via_pad / 2 - CAP
+    contacts = 2 * len(spec.array.placements)
+    pad = _contact(spec, tail, lane, contact_height(tail.connector.pitch, contacts, number), number, end)
+    via_x = tail.fan_end - spec.fpc.rules.via_pad / 2 - CAP
     part = Point(_parting(spec, bus, tail), middle)
     joint = Point(part.x + abs(height - middle), height)
     layer = bus.layers[0] if end == "A" else bus.layers[1]
     pieces: list[Track | Hole] = [Track(neck, bus.width, layer)]
     if end == "A":
-        pieces.append(Track(polyline([foot, part, joint, pad.centre]), tail.trace_width, layer))
+        pieces.append(Track(polyline([foot, part, joint, *_squeezed(tail, height, pad)]), tail.trace_width, layer))
         return Run(tuple(pieces), pad)
     hole = Hole(Point(via_x, height), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill)
     pieces += [
         Track(polyline([foot, part, joint, hole.centre]), tail.trace_width, layer),
         hole,
-        Track(polyline([hole.centre, pad.centre]), tail.trace_width, pad.layer),
+        Track(polyline([hole.centre, *_squeezed(tail, height, pad)]), tail.trace_width, pad.layer),
     ]
     return Run(tuple(pieces), pad)
 
 
+def _squeezed(tail: TailFrame, height: float, pad: Pad) -> list[Point]:
+    """The rest of a track that comes along at a height: to its contact, drawn together with the others if need be."""
+    aside = abs(height - pad.centre.y)
+    if aside < 1e-9:
+        return [pad.centre]
+    begin = Point(tail.squeeze_start, height)
+    return [begin, Point(begin.x + aside, pad.centre.y), pad.centre]
+
+
 def _flat_run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entry: Point, number: int, end: str) -> Run:
     contacts = 2 * len(spec.array.placements)
-    height = contact_height(tail.connector, contacts, number)
+    height = contact_height(tail.connector.pitch, contacts, number)
     neck, foot = _descent(bus, tail, entry, height)
     pad = _contact(spec, tail, lane, height, number, end)
     wide = Track(polyline([foot, pad.centre]), tail.trace_width, bus.layers[0])
@@ -259,9 +328,10 @@ def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
     thickness = connector.insertion_thickness - bare
     if spec.fpc.tail is None or connector.insertion_thickness <= 0.0 or thickness <= 0.0:
         return None
-    start = max(tail.start, min(tail.end - connector.stiffener_length, _first_via(spec, tail)))
+    start = max(tail.start, min(tail.end - connector.stiffener_length, first_via(spec, tail)))
     return Stiffener(Region(tail.strip(start)), thickness, "polyimide")
 
 
-def _first_via(spec: SensorSpec, tail: TailFrame) -> float:
-    return tail.pad_start - tail.shoulder - spec.fpc.rules.via_pad - 2.0 * CAP
+def first_via(spec: SensorSpec, tail: TailFrame) -> float:
+    """Where along x the vias at the contacts begin: up to there the tail may be bent."""
+    return tail.fan_end - spec.fpc.rules.via_pad - 2.0 * CAP

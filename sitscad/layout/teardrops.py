@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -120,6 +121,12 @@ def _of_via(via: Via, leg: Line, width: float) -> Iterator[tuple[Path, float]]:
 
 def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[tuple[Path, float]]:
     """The trapezoid from the edge of a contact to a track that leaves it square."""
+    if abs(leg.end.x - leg.start.x) < SLACK < abs(leg.end.y - leg.start.y):
+        across = replace(pad, centre=_exchanged(pad.centre), size=pad.size[::-1])
+        lying = Line(_exchanged(leg.start), _exchanged(leg.end))
+        for outline, reach in _of_contact(across, lying, width):
+            yield outline.mapped(_exchanged, flips=True).reversed(), reach
+        return
     height = pad.size[1]
     if abs(leg.end.y - leg.start.y) > SLACK or width >= height:
         return
@@ -132,6 +139,10 @@ def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[tuple[Path, float
         low, high = pad.centre.y - height / 2, pad.centre.y + height / 2
         corners = [Point(base, low), Point(edge, low), Point(far, y - width / 2), Point(far, y + width / 2)]
         yield closed_polygon([*corners, Point(edge, high), Point(base, high)]), reach
+
+
+def _exchanged(point: Point) -> Point:
+    return Point(point.y, point.x)
 
 
 def _holds(pad: Pad, point: Point) -> bool:

@@ -23,15 +23,15 @@ def wind_coil(spec: SensorSpec, placement: CoilPlacement) -> tuple[Winding, ...]
 def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float) -> tuple[Winding, ...]:
     # About the origin: the coils of an array differ in their places alone.
     sense = -1 if coil.clockwise else 1
-    dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.turns)
-    sweep = sense * 2.0 * math.pi * coil.turns
+    sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
     angle = corner_angle(coil.shape, coil.start_angle, sense)
     windings = []
     for index, copper in enumerate(layers):
         inward = index % 2 == 0
         if not inward:
-            angle += 2.0 * sweep
+            angle += sweeps[index - 1] + sweeps[index]  # on to the inner end of the layer before, and out as far again
         layer_sense = sense if inward else -sense
+        dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.layer_turns[index])
         path = wind(coil.shape, dimensions, angle, layer_sense)
         if coil.shape in CORNERS:
             path = rounded_corners(path, coil.corner_radius, CORNERS[coil.shape], coil.pitch)

@@ -131,17 +131,21 @@ def _layered_green(slabs: Sequence[Slab], waves: Array) -> Array:
     return np.asarray(np.linalg.inv(chain), dtype=np.float64)
 
 
-def winding_voltages(radii: Array, heights: Sequence[float], inward: Sequence[bool], size: float) -> Array:
+def winding_voltages(
+    radii: Array, heights: Sequence[float], inward: Sequence[bool], size: Array, turns: Array
+) -> Array:
     """Voltage along the layers of a series winding, -1/2 to 1/2 from end to end: (layers, radii).
 
-    Every radius (m, from the outside in) stands for an equal share of a layer's turns; what its turns see of the flux
-    of all (Maxwell's rings, `size` (m) their own geometric mean distance) is the voltage that they add.
+    Every radius (m, from the outside in) stands for `turns` (layers, radii) of a layer, none where it ends farther out;
+    what they see of the flux of all (Maxwell's rings, `size` (radii; m) their own geometric mean distance) is the
+    voltage that they add.
     """
     layers, count = len(heights), radii.size
     r = np.tile(radii, layers)
     z = np.repeat(np.asarray(heights, dtype=float), count)
-    square = (r[:, None] - r[None, :]) ** 2 + (z[:, None] - z[None, :]) ** 2 + size * size
-    flux = coaxial_rings(r[:, None], r[None, :], square).sum(axis=1).reshape(layers, count)
+    square = (r[:, None] - r[None, :]) ** 2 + (z[:, None] - z[None, :]) ** 2
+    square += np.tile(size, layers) ** 2
+    flux = turns * (coaxial_rings(r[:, None], r[None, :], square) @ turns.ravel()).reshape(layers, count)
     voltages = np.empty((layers, count))
     reached = 0.0
     for k in range(layers):
@@ -161,19 +165,20 @@ def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float
 
 
 def turn_capacitance(
-    lengths: Array, voltages: Array, turns: float, width: float, spacing: float, thickness: float, permittivity: float
+    lengths: Array, voltages: Array, shares: Array, width: float, spacing: float, thickness: float, permittivity: float
 ) -> float:
-    """Capacitance (F) that neighbouring turns of the layers add between the winding's ends.
+    """Capacitance (F) that neighbouring turns of a layer add between the winding's ends.
 
-    Lengths (m) of the turns at the places and their voltages (layers, places) as above; the pair's capacitance is that
-    of coplanar strips and of the side walls as plates.
+    Lengths (m) of the turns at the places, their voltages and the turns that each place stands for; the pair's
+    capacitance is that of coplanar strips and of the side walls as plates.
     """
-    if turns <= 1.0 or voltages.shape[1] < 2:
+    turns = float(shares.sum())
+    if turns <= 1.0 or shares.size < 2:
         return 0.0
     pair = coplanar_strips(width, spacing, permittivity) + EPSILON0 * permittivity * thickness / spacing
-    share = turns / voltages.shape[1]
-    between = (np.diff(voltages, axis=1) / share) ** 2
-    along = 0.5 * (lengths[1:] + lengths[:-1]) * share * (turns - 1.0) / turns
+    apart = 0.5 * (shares[1:] + shares[:-1])
+    between = (np.diff(voltages) / apart) ** 2
+    along = 0.5 * (lengths[1:] + lengths[:-1]) * apart * (turns - 1.0) / turns
     return pair * float(np.sum(between * along))
 
 

@@ -119,13 +119,14 @@ def reflected_inductances(
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:
-    """Change of the mutual inductance of every two alike layers with their distance (H/m), 0 on the diagonal.
+    """Change of the mutual inductance of every two layers with their distance (H/m), 0 on the diagonal.
 
-    dM/dh = -mu0 pi times the sum of k S^2 exp(-k h) for layers at `heights` (m) whose currents circulate alike; S is
-    that of the spectrum's first layer, its `nearest` no more than the least of the distances.
+    dM/dh = -mu0 pi times the sum of k S_i S_j exp(-k h) for layers at `heights` (m) whose currents circulate alike; S
+    are those of the spectrum's layers, or of its only one where all are alike, its `nearest` no more than the least of
+    the distances.
     """
     k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
     distance = np.abs(z[:, None] - z[None, :])
-    share = spectrum.weights * spectrum.power[:, 0, 0] * k
-    slope = -MU0 * math.pi * np.tensordot(share, np.exp(-k[:, None, None] * distance), axes=1)
+    share = (spectrum.weights * k)[:, None, None] * spectrum.power
+    slope = -MU0 * math.pi * np.sum(share * np.exp(-k[:, None, None] * distance), axis=0)
     return np.asarray(slope * (1.0 - np.eye(z.size)), dtype=np.float64)

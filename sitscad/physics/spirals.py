@@ -65,7 +65,7 @@ class Resolution:
 
 
 def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution: Resolution = Resolution()) -> float:
-    """Mutual inductance (H) of two coaxial spiral layers of one pitch and number of turns; the self one when identical.
+    """Mutual inductance (H) of two coaxial spiral layers of one pitch; the self one when identical.
 
     Uniform current over the real cross-sections (strands at the Gauss points of the width whose distances keep the
     rectangles' geometric mean distance). Neumann 1845 for the integral; Grover 1946 chapter 3 for the mean distance.
@@ -94,12 +94,15 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
 
 
 def _likeness(a: SpiralLayer, b: SpiralLayer) -> tuple[object, ...]:
-    # Pairs that a rotation, a mirror or an exchange turns into each other have one inductance.
+    # Pairs that a rotation, a mirror or (of layers of as many turns) an exchange turns into each other have one
+    # inductance.
     turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
-    turn = min(turn, 2.0 * math.pi - turn) if a.sense == b.sense else turn
-    section = tuple(sorted(((a.width, a.thickness), (b.width, b.thickness))))
+    sections = ((a.width, a.thickness), (b.width, b.thickness))
+    alike = a.turns == b.turns
+    turn = min(turn, 2.0 * math.pi - turn) if a.sense == b.sense and alike else turn
+    section = tuple(sorted(sections)) if alike else sections
     return (a.sense == b.sense, round(turn, 9) % round(2.0 * math.pi, 9), round(abs(a.z - b.z), 12), section,
-            a.radius, b.radius, a.pitch, a.turns, a.inward == b.inward)  # fmt: skip
+            a.radius, b.radius, a.pitch, a.turns, b.turns, a.inward == b.inward)  # fmt: skip
 
 
 def _strands(first: SpiralLayer, second: SpiralLayer, count: int) -> list[tuple[float, float, float]]:
@@ -133,7 +136,8 @@ def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple
 
 def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
     b = first.pitch / (2.0 * math.pi * unit)
-    ra, rb, span = first.radius / unit, second.radius / unit, first.span
+    ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
+    span = max(spans)
     height = (first.z - second.z) / unit
     offset = first.sense * (first.angle - second.angle)
     count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
@@ -143,13 +147,13 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     slant = mean_radius / math.hypot(mean_radius, b)
     clearance = strand_clearance(apart * slant, height, (first.width / unit, second.width / unit),
                                  (first.thickness / unit, second.thickness / unit), resolution.strands)  # fmt: skip
-    low, high, owner = _panels(centres, -span, span, [0.0])
+    low, high, owner = _panels(centres, -spans[0], spans[1], [0.0, spans[1] - spans[0]])
     reach = apart**2 + height**2 + clearance
     smallest = 0.02 * (first.width / unit) ** 2
     scale = np.sqrt(np.maximum(reach, smallest))[owner] / mean_radius
     v, weight = _graded(low - centres[owner], high - centres[owner], scale, resolution.around)
     u = v + centres[owner][:, None]
-    start, end = np.maximum(0.0, -u), np.minimum(span, span - u)
+    start, end = np.maximum(0.0, -u), np.minimum(spans[0], spans[1] - u)
     nodes, along = gauss(resolution.along)
     theta = (0.5 * (start + end))[..., None] + (0.5 * (end - start))[..., None] * nodes
     weight = (weight * 0.5 * (end - start))[..., None] * along
@@ -172,7 +176,8 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
 
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
     b = first.pitch / (2.0 * math.pi * unit)
-    ra, rb, span = first.radius / unit, second.radius / unit, first.span
+    ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
+    span = max(spans)
     height = (first.z - second.z) / unit
     offset = -first.sense * (first.angle - second.angle)
     count = math.ceil(span / math.pi) + 2
@@ -181,16 +186,18 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     table = _clearance_table(height, widths, (first.thickness / unit, second.thickness / unit), resolution.strands)
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
-    low, high, owner = _panels(centres, 0.0, 2.0 * span, [span])
+    low, high, owner = _panels(centres, 0.0, math.fsum(spans), list(spans))
     v, weight = _graded(low - centres[owner], high - centres[owner], np.full(owner.shape, grade / mean_radius),
                         resolution.around)  # fmt: skip
     total_angle = v + centres[owner][:, None]
-    reach = b * np.minimum(total_angle, 2.0 * span - total_angle)
+    # How much farther in the one is than the other: their angles' sum is given, each runs from 0 to its span.
+    least = b * (total_angle - 2.0 * np.minimum(total_angle, spans[0]))
+    most = b * (2.0 * np.minimum(total_angle, spans[1]) - total_angle)
     width = np.sqrt(grade**2 + (mean_radius * 2.0 * np.sin(0.5 * v)) ** 2)
-    gap, gap_weight = _graded(-reach.ravel(), reach.ravel(), width.ravel(), 2 * resolution.along)
-    shape = (*reach.shape, 2 * resolution.along)
+    apart = ra - rb
+    gap, gap_weight = _graded(apart + least.ravel(), apart + most.ravel(), width.ravel(), 2 * resolution.along)
+    shape = (*width.shape, 2 * resolution.along)
     gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
-    gap = gap + (ra - rb)
     extra = height**2 + np.interp(np.abs(gap), *table)
     cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
     half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Any
 
 from sitscad import __version__
@@ -17,12 +17,16 @@ from sitscad.spec.source import SpecSource
 
 @record
 class CheckedSpec:
-    """One spec after its checks: the path as typed, the text that findings point into, and what was found."""
+    """One spec after its checks: the path as typed, the text that findings point into, and what was found.
+
+    ``texts`` are those of other files that findings point into, by path.
+    """
 
     path: str
     text: str
     findings: tuple[Finding, ...]
     not_checked: tuple[NotChecked, ...] = ()
+    texts: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -39,9 +43,9 @@ class CheckedSpec:
         """How many findings have this severity."""
         return sum(finding.severity == severity for finding in self.findings)
 
-    def line(self, number: int | None) -> str | None:
-        """A line of the spec's text, counted from 1; None where there is none."""
-        lines = self.text.splitlines()
+    def line(self, number: int | None, file: str | None = None) -> str | None:
+        """A line of the spec's text, or of another file's, counted from 1; None where there is none."""
+        lines = (self.text if file is None else self.texts.get(file, "")).splitlines()
         return lines[number - 1] if number and 0 < number <= len(lines) else None
 
 
@@ -110,7 +114,7 @@ def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
 
 def in_order(findings: Sequence[Finding]) -> list[Finding]:
     """Findings in the order of the spec's text."""
-    return sorted(findings, key=lambda f: (f.line or 0, f.column or 0, f.rule))
+    return sorted(findings, key=lambda f: (f.file or "", f.line or 0, f.column or 0, f.rule))
 
 
 def by_weight(findings: Sequence[Finding]) -> list[Finding]:
@@ -138,10 +142,10 @@ def printable(text: str) -> str:
 
 
 def _finding_text(spec: CheckedSpec, finding: Finding, colour: bool) -> str:
-    where = ":".join(str(part) for part in (printable(spec.path), finding.line, finding.column) if part)
+    where = ":".join(str(part) for part in (printable(finding.file or spec.path), finding.line, finding.column) if part)
     severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], colour)
     lines = [f"{styled(where, 'bold', colour)} {finding.rule} {severity} {printable(finding.message)}"]
-    text = spec.line(finding.line)
+    text = spec.line(finding.line, finding.file)
     if text is not None:
         margin = f"{finding.line:>5} | "
         caret = " " * (len(margin) - 2) + "| " + " " * ((finding.column or 1) - 1)
@@ -190,6 +194,8 @@ def finding_json(finding: Finding) -> dict[str, Any]:
     }
     if finding.sigma is not None:
         entry["sigma"] = finding.sigma
+    if finding.file is not None:
+        entry["file"] = finding.file
     if finding.place is not None:
         place = finding.place
         entry["place"] = {"x_m": place.x, "y_m": place.y, "layer": place.layer, "nets": list(place.nets)}

@@ -83,7 +83,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec) -> str:
     errors = _counted(checked.count(Severity.ERROR), "error")
     verdict = "No errors found" if checked.ok else f"{errors}: do not order this"
     coil = spec.coil
-    turns = f"{coil.turns:g} turns on {_counted(len(coil.layers), 'layer')}"
+    turns = f"{coil.turns_in_words} turns on {_counted(len(coil.layers), 'layer')}"
     shape = _ADJECTIVES.get(coil.shape, coil.shape)
     what = (
         f"{_counted(len(spec.array.placements), f'{shape} coil')} of {show(coil.outer_diameter, 'm')}, {turns}, "
@@ -124,7 +124,7 @@ def _findings(checked: CheckedSpec) -> str:
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
-    line = checked.line(finding.line)
+    line = checked.line(finding.line, finding.file)
     quoted = f"<pre>{finding.line:>4} | {escape(line)}</pre>" if line is not None else ""
     hint = f"<p><b>To mend it:</b> {escape(finding.hint)}</p>" if finding.hint else ""
     unit = finding.unit or ""

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from pathlib import Path
 
 from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.document import FpcDocument, LayerDocument, PanelDocument, RulesDocument
+from sitscad.spec.document import FpcDocument, LayerDocument, PanelDocument, TailDocument
+from sitscad.spec.profiles import resolve_rules, spec_place
 from sitscad.spec.remarks import Remarks
 from sitscad.spec.sensor import CoilSpec, FpcSpec, PanelSpec, Tail
+from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+from sitscad.units import show
 
 _DEFAULT_STACKUP = {1: "flex-2l-18um", 2: "flex-2l-18um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
 _LARGEST_STACKUP = "flex-8l"
 _WRITTEN = "written out"
+_TURN_RADIUS = 2e-3
 
 
-def resolve_fpc(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> FpcSpec:
-    """The flexible circuit; a stack-up that lacks the coil's layers is a flaw."""
+def resolve_fpc(
+    document: FpcDocument, coil: CoilSpec, remarks: Remarks, source: SpecSource, folder: Path | None
+) -> FpcSpec:
+    """The flexible circuit; a stack-up that lacks the coil's layers is a flaw. `folder` is where profile files are."""
     stackup = _stackup(document, coil, remarks)
     copper = len(stackup.copper)
     if max(coil.layers) > copper:
         message = f"the coil uses copper layer {max(coil.layers)}, stack-up {stackup.name} has {copper}"
         facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
         remarks.flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper", **facts)
+    rules = resolve_rules(document.rules, stackup.foil_thickness(coil.layers), spec_place(source, folder), remarks)
     return FpcSpec(
         stackup=stackup,
-        rules=_rules(document.rules, stackup.foil_thickness(coil.layers)),
-        tail=_tail(document, copper, remarks),
+        rules=rules,
+        tail=_tail(document, copper, rules, remarks),
         panel=_panel(document.panel),
         finish=document.finish,
         copper=document.copper,
@@ -90,30 +97,36 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
     return StackLayer(kind, thickness, material, permittivity)
 
 
-def _rules(document: str | RulesDocument, foil: float) -> DesignRules:
-    """The rules, with the coil lines of the copper that the coil is wound in; what is written out holds for any."""
-    if isinstance(document, str):
-        return presets.design_rules(document).for_foil(foil)
-    base = presets.design_rules(document.based_on).for_foil(foil)
-    own = ("name", "based_on", "source")
-    written = {name: value for name, value in document.values().items() if name not in own and value is not None}
-    coil_rules = any(name.startswith("coil_") for name in written)
-    sources = {**base.sources, **dict.fromkeys(written, document.source)}
-    source = f"{document.source}; the rest from {document.based_on}"
-    binding = coil_rules or base.coil_rule_binding
-    own_lines = {"coil_copper": None} if coil_rules else {}
-    written = {**written, **own_lines, "coil_rule_binding": binding}
-    return replace(base, **written, name=document.name, source=source, sources=sources)
-
-
-def _tail(document: FpcDocument, copper: int, remarks: Remarks) -> Tail | None:
-    if document.tail is None:
+def _tail(document: FpcDocument, copper: int, rules: DesignRules, remarks: Remarks) -> Tail | None:
+    written = document.tail
+    if written is None:
         return None
-    layers = document.tail.layers
+    layers = written.layers
     if layers is None:
         layers = min(2, copper)
         remarks.default("fpc.tail.layers", str(layers))
     if layers > copper:
         message = f"the tail has {layers} copper layers, the stack-up has {copper}"
         remarks.flaw("SIT009", "fpc.tail.layers", message, "", measured=float(layers), limit=float(copper))
-    return Tail(document.tail.length, presets.connector(document.tail.connector), layers, document.tail.bend)
+    radius = _turn_radius(written, rules, remarks)
+    connector = presets.connector(written.connector)
+    return Tail(written.length, connector, layers, written.bend, written.turn, written.offset, radius)
+
+
+def _turn_radius(tail: TailDocument, rules: DesignRules, remarks: Remarks) -> float:
+    """The radius (m) of the inner edge of the tail's turn, no less than the fabricator's."""
+    radius, is_turned = tail.turn_radius, tail.turn != "none" or tail.offset != 0.0
+    if tail.turn != "none" and tail.offset:
+        message = f"the tail turns {tail.turn} and is led aside too"
+        remarks.flaw("SIT009", "fpc.tail.offset", message, "keep one of turn and offset")
+    if radius is None:
+        radius = max(_TURN_RADIUS, rules.inside_radius)
+        if is_turned:
+            remarks.default("fpc.tail.turn_radius", show(radius, "m"))
+    elif is_turned and radius < rules.inside_radius * (1 - 1e-9):
+        message = (
+            f"an inner edge of {show(radius, 'm')} radius tears; {rules.name} asks {show(rules.inside_radius, 'm')}"
+        )
+        facts = {"measured": radius, "limit": rules.inside_radius, "unit": "m"}
+        remarks.flaw("SIT009", "fpc.tail.turn_radius", message, "make it larger", **facts)
+    return radius

@@ -11,20 +11,28 @@ from sitscad.units import show
 
 def resolve_coil(document: CoilDocument, remarks: Remarks) -> CoilSpec:
     """The coil, with its turns held against its shape and size."""
-    turns = nearest_turns(document.shape, document.turns)
+    shape = document.shape
+    turns = tuple(nearest_turns(shape, n) if is_whole(shape, n) else n for n in document.turns)
+    if len(turns) not in (1, len(document.layers)):
+        message = f"{len(turns)} numbers of turns for {len(document.layers)} layers"
+        facts = {"measured": float(len(turns)), "limit": float(len(document.layers))}
+        remarks.flaw("SIT009", "coil.turns", message, "write one number for each layer, or one for all", **facts)
     coil = CoilSpec(
-        shape=document.shape,
+        shape=shape,
         size=document.outer_diameter,
-        turns=turns if is_whole(document.shape, document.turns) else document.turns,
+        turns=max(turns),
         layers=document.layers,
         trace_width=document.trace_width,
         trace_spacing=document.trace_spacing,
         start_angle=document.start_angle,
         clockwise=document.sense == "clockwise",
         corner_radius=document.corner_radius,
+        unequal_turns=turns if len(set(turns)) > 1 else (),
     )
     _check_size(coil, remarks)
-    _check_turns(coil, remarks)
+    _check_room(coil, remarks)
+    for index, number in enumerate(turns):
+        _check_turns(coil, number, "coil.turns" if len(turns) == 1 else f"coil.turns.{index}", remarks)
     _check_corner(coil, remarks)
     return coil
 
@@ -41,25 +49,31 @@ def _check_size(coil: CoilSpec, remarks: Remarks) -> None:
         )
 
 
-def _check_turns(coil: CoilSpec, remarks: Remarks) -> None:
-    parts = turn_fraction(coil.shape)
-    if parts and not is_whole(coil.shape, coil.turns):
-        nearest = nearest_turns(coil.shape, coil.turns)
-        message = f"{coil.turns:g} turns of a {coil.shape} do not end at a corner: a multiple of 1/{parts} is wanted"
-        if coil.shape == "racetrack":
-            message = f"{coil.turns:g} turns of a racetrack do not end at a side: a multiple of 1/2 is wanted"
-        remarks.flaw(
-            "SIT015", "coil.turns", message, f"the nearest is {nearest:.7g}", measured=coil.turns, limit=nearest
-        )
-    most = most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
-    if most <= 0:
+def _check_room(coil: CoilSpec, remarks: Remarks) -> None:
+    if _most_turns(coil) <= 0:
         message = f"a trace of {show(coil.trace_width, 'm')} leaves no inside in {show(coil.outer_diameter, 'm')}"
         remarks.flaw("SIT016", "coil.outer_diameter", message, "make the coil larger or the trace finer")
-    elif coil.turns > most * (1 + 1e-9):
+
+
+def _most_turns(coil: CoilSpec) -> float:
+    return most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
+
+
+def _check_turns(coil: CoilSpec, turns: float, key: str, remarks: Remarks) -> None:
+    """Whether the turns of a layer, written at a key, end where the shape has an end, and fit."""
+    parts = turn_fraction(coil.shape)
+    if parts and not is_whole(coil.shape, turns):
+        nearest = nearest_turns(coil.shape, turns)
+        message = f"{turns:g} turns of a {coil.shape} do not end at a corner: a multiple of 1/{parts} is wanted"
+        if coil.shape == "racetrack":
+            message = f"{turns:g} turns of a racetrack do not end at a side: a multiple of 1/2 is wanted"
+        remarks.flaw("SIT015", key, message, f"the nearest is {nearest:.7g}", measured=turns, limit=nearest)
+    most = _most_turns(coil)
+    if most > 0 and turns > most * (1 + 1e-9):
         fits = f"{int(most * 100) / 100:g}" if parts is None else f"{most:.7g}"
-        message = f"{coil.turns:g} turns do not fit in {show(coil.outer_diameter, 'm')}: at most {fits}"
+        message = f"{turns:g} turns do not fit in {show(coil.outer_diameter, 'm')}: at most {fits}"
         hint = "fewer turns, a finer trace and spacing, more layers, or a larger coil"
-        remarks.flaw("SIT016", "coil.turns", message, hint, measured=coil.turns, limit=float(fits))
+        remarks.flaw("SIT016", key, message, hint, measured=turns, limit=float(fits))
 
 
 def _check_corner(coil: CoilSpec, remarks: Remarks) -> None:

@@ -29,7 +29,7 @@ class DesignRules:
     ``static_bend_ratio``, ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m) go by the number of
     copper layers, the largest one listed standing for more; ``stiffened_tolerance`` (m) by the stiffener's material.
     Parts below ``part_size`` are not handled singly; ``panel_size`` is what a panel is filled up to; ``file_naming`` is
-    how files are called in the archive that is sent.
+    how files are called in the archive that is sent; ``inside_radius`` is the smallest of inner edges of the outline.
     """
 
     name: str
@@ -57,6 +57,7 @@ class DesignRules:
     panel_size: tuple[float, float] = (0.1, 0.08)
     outline_tolerance: float = 0.1e-3
     registration: float = 0.1e-3
+    inside_radius: float = 1e-3
     thickness_tolerance: Mapping[int, float] = field(
         default_factory=lambda: {1: 50e-6, 2: 50e-6, 3: 100e-6}, hash=False
     )

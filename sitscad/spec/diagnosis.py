@@ -35,20 +35,25 @@ def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
     return _finding(flaw.rule, message, flaw.hint, flaw.key, line, column, **facts)
 
 
-def findings_from_pydantic(error: ValidationError, source: SpecSource, empty: frozenset[str]) -> list[Finding]:
-    """The complaints about single values; those about keys in `empty`, which were reported already, are left out."""
+def findings_from_pydantic(
+    error: ValidationError, source: SpecSource, empty: frozenset[str], form: type[Section] = SpecDocument
+) -> list[Finding]:
+    """The complaints about single values; those about keys in `empty`, which were reported already, are left out.
+
+    `form` is the section that the whole text is.
+    """
     errors = error.errors(include_url=False, include_context=True)
-    return [_from_error(entry, key, source) for entry in errors if (key := _key(entry["loc"])) not in empty]
+    return [_from_error(entry, key, source, form) for entry in errors if (key := _key(entry["loc"])) not in empty]
 
 
 def _key(loc: Iterable[Any]) -> str:
     return ".".join(str(part) for part in loc if part not in _TAGS)
 
 
-def _from_error(error: Mapping[str, Any], key: str, source: SpecSource) -> Finding:
+def _from_error(error: Mapping[str, Any], key: str, source: SpecSource, form: type[Section]) -> Finding:
     kind, context = error["type"], error.get("ctx", {})
     if kind == "unexpected_keyword_argument":
-        return _unknown_key(error["loc"], key, source)
+        return _unknown_key(error["loc"], key, source, form)
     if kind == "missing":
         return _missing_key(key, source)
     line, column = source.locate(key)
@@ -62,13 +67,13 @@ def _from_error(error: Mapping[str, Any], key: str, source: SpecSource) -> Findi
     return _finding("SIT004", message, "see `sitscad schema` for its form", key, line, column)
 
 
-def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource) -> Finding:
+def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[Section]) -> Finding:
     line, column = source.keys.get(key, (1, 1))
-    section = _section(loc[:-1])
+    section = _section(loc[:-1], form)
     allowed = tuple(section.keys) if section else ()
     word = str(loc[-1])
     close = difflib.get_close_matches(word[:64].lower().replace("-", "_"), allowed, 1, 0.6)
-    elsewhere = _homes().get(word) if not close else None
+    elsewhere = _homes().get(word) if not close and form is SpecDocument else None
     hint = f"did you mean {close[0]}? " if close else f"did you mean {elsewhere}? " if elsewhere else ""
     where = f"in {_key(loc[:-1])}" if len(loc) > 1 else "at the top"
     message = f"{described(word)} is no key {where}"
@@ -82,9 +87,9 @@ def _missing_key(key: str, source: SpecSource) -> Finding:
     return _finding("SIT003", f"{where} has no {name}", f"add {name}: to {where}", key, line, column)
 
 
-def _section(loc: tuple[Any, ...]) -> type[Section] | None:
+def _section(loc: tuple[Any, ...], form: type[Section]) -> type[Section] | None:
     """The section at a place of the document."""
-    section: type[Section] | None = SpecDocument
+    section: type[Section] | None = form
     for part in loc:
         if not isinstance(part, int) and part not in _TAGS:
             section = section_of(section.keys[part].kind) if section and part in section.keys else None

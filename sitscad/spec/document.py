@@ -8,7 +8,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.spec.kinds import Choice, Either, Layers, Number, Pair, Preset, Quantity, Special, Text, described, refuse
+from sitscad.spec.kinds import (
+    Choice,
+    Either,
+    Layers,
+    Number,
+    NumberOrList,
+    Pair,
+    Preset,
+    Quantity,
+    Special,
+    Text,
+    described,
+    refuse,
+)
+from sitscad.spec.rules_document import RulesChoice, RulesDocument
 from sitscad.spec.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1
@@ -55,7 +69,8 @@ Thickness = Quantity("length", "1 um", "100 mm")
 Kerf = Quantity("length", "0 mm", "2 mm")
 Gap = Quantity("length", "0 mm", "100 mm")
 Run = Quantity("length", "1 mm", "5000 mm")
-Feature = Quantity("length", "5 um", "10 mm")
+Offset = Quantity("length", "-500 mm", "500 mm")
+TurnRadius = Quantity("length", "0.1 mm", "100 mm")
 Angle = Quantity("angle", "-360 deg", "360 deg")
 Capacitance = Quantity("capacitance", "0 pF", "1 uF")
 TankCapacitance = Either("auto", Quantity("capacitance", "1 pF", "1 uF"))
@@ -106,7 +121,9 @@ class CoilDocument(Section):
     outer_diameter: tuple[float, float] = key(
         CoilSize, "across the outer copper edges (polygons: across flats); rectangle and racetrack: [x, y]"
     )
-    turns: float = key(Number(0.25, 200), "per layer")
+    turns: tuple[float, ...] = key(
+        NumberOrList(Number(0.25, 200)), "per layer; a list gives each its own, in the order of layers: [8, 7]"
+    )
     layers: tuple[int, ...] = key(Layers(), "copper layers in series: a count from the top, or a list like [1, 2]", 1)
     trace_width: float = key(Trace, "width of the trace")
     trace_spacing: float = key(Trace, "gap between neighbouring turns")
@@ -142,6 +159,11 @@ class TailDocument(Section):
     bend: str = key(
         Choice(("none", "static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static"
     )
+    turn: str = key(
+        Choice(("none", "left", "right")), "by 90 degrees in its plane before the contacts, seen from the coils", "none"
+    )
+    offset: float = key(Offset, "or led aside by so much before the contacts, to the left; negative: right", 0)
+    turn_radius: float | None = key(TurnRadius, "of the turn's inner edge: 2 mm, or the fabricator's least", None)
 
 
 class LayerDocument(Section):
@@ -154,27 +176,7 @@ class LayerDocument(Section):
     permittivity: float | None = key(Number(1, 100), "relative, if not the material's", None)
 
 
-class RulesDocument(Section):
-    """A fabricator's design rules written out; what is left out comes from `based_on`."""
-
-    name: str = key(Label, "what to call them", "written out")
-    based_on: str = key(Preset("rules"), "where the rest comes from", "generic-flex")
-    source: str = key(Label, "where the figures come from", "the spec")
-    trace_width: float | None = key(Feature, "smallest", None)
-    trace_spacing: float | None = key(Feature, "smallest", None)
-    via_drill: float | None = key(Feature, "smallest finished hole", None)
-    annular_ring: float | None = key(Feature, "smallest copper ring around a hole", None)
-    coil_trace_width: float | None = key(Feature, "smallest width of coil (loop) lines", None)
-    coil_trace_spacing: float | None = key(Feature, "smallest gap of coil (loop) lines", None)
-    hole_to_hole: float | None = key(Feature, "smallest web between holes", None)
-    drill_to_copper: float | None = key(Feature, "hole's edge to foreign copper", None)
-    copper_to_edge: float | None = key(Feature, "copper to the outline", None)
-    coverlay_web: float | None = key(Feature, "smallest coverlay between openings", None)
-    coverlay_opening_to_trace: float | None = key(Feature, "opening's edge to a trace that stays covered", None)
-
-
 StackupChoice = NameOr(Preset("stackup"), ListOf(Part(LayerDocument)))
-RulesChoice = NameOr(Preset("rules"), Part(RulesDocument))
 
 
 class PanelDocument(Section):
@@ -196,7 +198,7 @@ class FpcDocument(Section):
 
     stackup: str | list[LayerDocument] | None = key(StackupChoice, "a preset, or the layers from top to bottom", None)
     rules: str | RulesDocument = key(
-        RulesChoice, "a fabricator's design rules: a preset, or written out", "generic-flex"
+        RulesChoice, "a fabricator's design rules: a preset, a profile file, or written out", "generic-flex"
     )
     tail: TailDocument | None = key(Part(TailDocument), "none: solder pads at the outline", None)
     panel: str | PanelDocument = key(

@@ -240,6 +240,93 @@ class Preset(Scalar):
 
 
 @record
+class ProfileName(Scalar):
+    """A fabricator's design rules by name: a preset, or a file beside the spec, told apart by the file's ending."""
+
+    def read(self, value: Any) -> str:
+        """The name; whether a file is there is looked up later."""
+        if is_profile_file(value):
+            return str(Text(200).read(value))
+        try:
+            return Choice(presets.names("rules")).read(value)
+        except PydanticCustomError as error:
+            context = dict(error.context or {})
+            context["hint"] = f"{context.get('hint', '')}; or a profile file beside the spec, like ourshop.yaml"
+            raise PydanticCustomError(error.type, error.message_template, context) from None
+
+    def schema(self) -> dict[str, Any]:
+        """A preset that is installed, or a file's name."""
+        file = {"type": "string", "maxLength": 200, "pattern": r"\.ya?ml$", "examples": ["ourshop.yaml"]}
+        return {"anyOf": [Choice(presets.names("rules")).schema(), file]}
+
+
+def is_profile_file(name: Any) -> bool:
+    """Whether a name of design rules is that of a file and not of a preset."""
+    return isinstance(name, str) and name.endswith((".yaml", ".yml"))
+
+
+@record
+class Figure:
+    """A figure with where it comes from ("" for where the whole table comes from), and whether that was seen."""
+
+    value: Any
+    source: str = ""
+    is_verified: bool = True
+
+
+@record
+class Sourced(Scalar):
+    """A value, or a section with the value, its source and whether that was seen."""
+
+    figure: Scalar
+
+    _OTHERS = ("source", "status")
+
+    def read(self, value: Any) -> Figure:
+        """The figure with its source."""
+        if not isinstance(value, dict):
+            return Figure(self.figure.read(value))
+        unknown = [name for name in value if name not in ("value", *self._OTHERS)]
+        if unknown:
+            hint = did_you_mean(unknown[0], ("value", *self._OTHERS))
+            refuse("SIT002", f"{described(unknown[0])} is no key of a figure", hint)
+        if "value" not in value:
+            refuse("SIT003", "the figure has no value", "write {value: 80 um, source: their page}")
+        status = Choice(("verified", "unverified")).read(value.get("status", "verified"))
+        return Figure(self.figure.read(value["value"]), Text(200).read(value.get("source", "")), status == "verified")
+
+    def schema(self) -> dict[str, Any]:
+        """The value alone, or the section."""
+        inner = self.figure.schema()
+        named = {
+            "type": "object",
+            "additionalProperties": False,
+            "required": ["value"],
+            "properties": {
+                "value": inner,
+                "source": Text(200).schema(),
+                "status": Choice(("verified", "unverified")).schema(),
+            },
+        }
+        return {"anyOf": [*inner.get("anyOf", [inner]), named]}
+
+
+@record
+class Truth(Scalar):
+    """True or false."""
+
+    def read(self, value: Any) -> bool:
+        """The truth."""
+        if not isinstance(value, bool):
+            refuse("SIT004", f"{described(value)}, where true or false is wanted", "write true or false")
+        return bool(value)
+
+    def schema(self) -> dict[str, Any]:
+        """A boolean."""
+        return {"type": "boolean"}
+
+
+@record
 class Either(Scalar):
     """A word with a meaning of its own, or any value of another kind."""
 
@@ -284,6 +371,27 @@ class Layers(Scalar):
         one = Number(1, self.most, whole=True).schema()
         many = {"type": "array", "items": one, "minItems": 1, "maxItems": self.most, "uniqueItems": True}
         return {"anyOf": [one, many]}
+
+
+@record
+class NumberOrList(Scalar):
+    """A number, or a list of numbers; read as a tuple, of one where it was no list."""
+
+    number: Number
+    most: int = 8
+
+    def read(self, value: Any) -> tuple[float, ...]:
+        """The numbers."""
+        if not isinstance(value, list):
+            return (self.number.read(value),)
+        if not 1 <= len(value) <= self.most:
+            refuse("SIT006", f"{described(value)} is out of range: 1 to {self.most} numbers", "like [8, 7]")
+        return tuple(self.number.read(entry) for entry in value)
+
+    def schema(self) -> dict[str, Any]:
+        """A number or a list of numbers."""
+        one = self.number.schema()
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "maxItems": self.most}]}
 
 
 @record(eq=False)

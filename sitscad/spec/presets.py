@@ -30,7 +30,9 @@ _TABLES = {"conductor": "conductors", "dielectric": "dielectrics", "elastomer": 
 
 @cache
 def names(kind: str) -> tuple[str, ...]:
-    """The presets of one kind, sorted: stackup, rules, connector, jaw, conductor, dielectric or elastomer."""
+    """The presets of a kind, sorted: stackup, rules, connector, jaw, conductor, dielectric, elastomer, file naming."""
+    if kind == "file naming":
+        return tuple(sorted({row["naming"] for row in _read(DATA / "archive_names.csv")}))
     if kind in _FOLDERS:
         return tuple(sorted(path.stem for path in (DATA / _FOLDERS[kind]).glob("*.csv")))
     return tuple(sorted(_table(_TABLES[kind])))
@@ -61,7 +63,7 @@ def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
 
 _LENGTHS = (
     "trace_width", "trace_spacing", "via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge",
-    "coverlay_web", "coverlay_opening_to_trace", "outline_tolerance", "registration",
+    "coverlay_web", "coverlay_opening_to_trace", "outline_tolerance", "registration", "inside_radius",
 )  # fmt: skip
 
 

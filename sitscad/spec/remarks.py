@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from sitscad.finding import Finding
 from sitscad.record import record
 
 
@@ -23,10 +24,15 @@ class Flaw:
 
 @dataclass
 class Remarks:
-    """What resolving has to say besides its values: flaws, and the defaults it filled in."""
+    """What resolving has to say besides its values: flaws of the spec, and the defaults it filled in.
+
+    ``findings`` are those about other files that the spec names, ``texts`` what those files hold, by path.
+    """
 
     flaws: list[Flaw] = field(default_factory=list)
     defaults: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    texts: dict[str, str] = field(default_factory=dict)
 
     def flaw(self, rule: str, key: str, message: str, hint: str = "", **facts: Any) -> None:
         """Note something that does not fit."""

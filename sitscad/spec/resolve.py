@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from sitscad.spec import presets
@@ -33,12 +34,17 @@ _CABLE_PER_METRE = {"inductance": 600e-9, "capacitance": 100e-12, "resistance": 
 _WRITTEN = "written out"
 
 
-def resolve(document: SpecDocument, source: SpecSource) -> tuple[SensorSpec | None, Remarks]:
-    """The sensor in SI values, or None where the pieces do not fit each other; and what there is to say about it."""
+def resolve(
+    document: SpecDocument, source: SpecSource, folder: Path | None = None
+) -> tuple[SensorSpec | None, Remarks]:
+    """The sensor in SI values, or None where the pieces do not fit each other; and what there is to say about it.
+
+    `folder` is the spec's, where the profile files are that it names; None for a text without a file.
+    """
     remarks = Remarks()
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
-    fpc = resolve_fpc(document.fpc, coil, remarks)
+    fpc = resolve_fpc(document.fpc, coil, remarks, source, folder)
     side = max(coil.outer_diameter, array.pitch or 0.0)
     target = resolve_target(document, side, remarks)
     shield = resolve_shield(document)
@@ -57,7 +63,7 @@ def resolve(document: SpecDocument, source: SpecSource) -> tuple[SensorSpec | No
         source=source,
     )
     _note_plain_defaults(document, "", source.keys, remarks)
-    return (None if remarks.flaws else spec), remarks
+    return (None if remarks.flaws or remarks.findings else spec), remarks
 
 
 def _note_plain_defaults(section: Section, path: str, written: Mapping[str, Any], remarks: Remarks) -> None:

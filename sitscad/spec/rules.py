@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from sitscad.finding import Finding
 from sitscad.record import record
 
@@ -18,11 +20,15 @@ class SpecRule:
 
 
 class SpecError(ValueError):
-    """The spec cannot be used; `findings` says everything that is wrong with it, in the order of the file."""
+    """The spec cannot be used; `findings` says everything that is wrong with it, in the order of the file.
 
-    def __init__(self, findings: tuple[Finding, ...]) -> None:
+    ``texts`` are the texts of other files that findings point into, by path.
+    """
+
+    def __init__(self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None) -> None:
         super().__init__("; ".join(finding.message for finding in findings))
         self.findings = findings
+        self.texts = dict(texts or {})
 
 
 SPEC_RULES: tuple[SpecRule, ...] = (
@@ -141,6 +147,20 @@ SPEC_RULES: tuple[SpecRule, ...] = (
         "More turns than fit would cross the centre and short themselves.",
         "Use at most the number of turns that the finding names, a finer trace and spacing, more "
         "layers, or a larger coil.",
+    ),
+    SpecRule(
+        "SIT017",
+        "profile-outside",
+        "A fabricator's profile file lies in the spec's folder, or in a folder below it.",
+        "A spec that is passed on must not read files from elsewhere on the machine of whoever checks it.",
+        "Put the profile beside the spec and write its name alone, like ourshop.yaml.",
+    ),
+    SpecRule(
+        "SIT018",
+        "profile-circle",
+        "Profile files lead, by based_on, to an installed profile.",
+        "Profiles that are based on each other have no first figure.",
+        "Base one of the files named on an installed profile, like generic-flex.",
     ),
 )
 

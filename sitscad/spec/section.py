@@ -11,11 +11,14 @@ from typing import Any, ClassVar, NoReturn
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
 from sitscad.record import record
-from sitscad.spec.kinds import Choice, Kind, Preset
+from sitscad.spec.kinds import Choice, Kind, Preset, ProfileName
 
 NAME = "<name>"
 WRITTEN = "<written out>"
 REQUIRED: Any = object()
+
+SHOWN_KEYS = 12
+"""Optional keys that a hint lists; the others are in docs/spec.md."""
 
 
 @record
@@ -99,7 +102,7 @@ class ListOf(Kind):
 class NameOr(Kind):
     """The name of a preset (or a word out of a list), or the same thing written out."""
 
-    preset: Preset | Choice
+    preset: Preset | Choice | ProfileName
     written: Kind
 
     def validator(self) -> core_schema.CoreSchema:
@@ -132,12 +135,14 @@ class NameOr(Kind):
             return f"a list of sections with {', '.join(keys)}"
         needed = [name for name, k in keys.items() if k.is_required]
         others = [name for name, k in keys.items() if not k.is_required]
-        form = f"a section with {', '.join(needed)}" if needed else f"a section with any of {', '.join(others)}"
-        return f"{form} and, if wanted, {', '.join(others)}" if needed and others else form
+        some = ", ".join(others[:SHOWN_KEYS]) + (", ..." if len(others) > SHOWN_KEYS else "")
+        form = f"a section with {', '.join(needed)}" if needed else f"a section with any of {some}"
+        return f"{form} and, if wanted, {some}" if needed and others else form
 
     def schema(self) -> dict[str, Any]:
         """Either form."""
-        return {"anyOf": [self.preset.schema(), self.written.schema()]}
+        names = self.preset.schema()
+        return {"anyOf": [*names.get("anyOf", [names]), self.written.schema()]}
 
 
 def validator_of(section: type[Section]) -> SchemaValidator:

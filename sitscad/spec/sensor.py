@@ -17,7 +17,8 @@ class CoilSpec:
     """One coil: all its copper layers in series, one conductor and one net.
 
     ``size`` is measured across the outer copper edges (polygons: across flats), equal in x and y except for rectangle
-    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order.
+    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` are those of every
+    layer or, where they differ, the most that a layer has, and ``unequal_turns`` those of each.
     """
 
     shape: str
@@ -29,6 +30,17 @@ class CoilSpec:
     start_angle: float = 0.0
     clockwise: bool = False
     corner_radius: float = 0.0
+    unequal_turns: tuple[float, ...] = ()
+
+    @property
+    def layer_turns(self) -> tuple[float, ...]:
+        """The turns of each layer, in winding order."""
+        return self.unequal_turns or (self.turns,) * len(self.layers)
+
+    @property
+    def turns_in_words(self) -> str:
+        """The turns for people: one number, or those of every layer."""
+        return ", ".join(f"{turns:g}" for turns in self.unequal_turns) or f"{self.turns:g}"
 
     @property
     def pitch(self) -> float:
@@ -81,12 +93,21 @@ class Connector:
 
 @record
 class Tail:
-    """The strip that leads to the converter: length in metres, its connector, its copper layers and how it bends."""
+    """The strip that leads to the converter: length in metres along its middle, its connector, its copper layers and
+    how it bends.
+
+    ``turn`` is how it turns in its plane before the contacts, seen from the top and from the coils: ``none``, ``left``
+    or ``right`` (by 90 degrees); ``offset`` (m, to the left) how far it is led aside instead; ``turn_radius`` (m) that
+    of its inner edge.
+    """
 
     length: float
     connector: Connector
     layers: int
     bend: str
+    turn: str = "none"
+    offset: float = 0.0
+    turn_radius: float = 2e-3
 
 
 @record

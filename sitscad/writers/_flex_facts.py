@@ -55,6 +55,20 @@ def bend_text(layout: Layout) -> str:
     )
 
 
+def turn_text(layout: Layout) -> str:
+    """How the tail turns in its plane, and the radius that its inner edge must keep; empty for a straight one."""
+    tail = layout.spec.fpc.tail
+    if tail is None or (tail.turn == "none" and not tail.offset):
+        return ""
+    side = "left" if tail.offset > 0.0 else "right"
+    how = (
+        f"turns {tail.turn} by 90 degrees"
+        if tail.turn != "none"
+        else f"runs {show(abs(tail.offset), 'm')} to the {side}"
+    )
+    return f"The tail {how} before its contacts; inner edges there have a radius of {show(tail.turn_radius, 'm')}."
+
+
 def laminate_text(layout: Layout) -> str:
     """Which of the films between copper are bonded with adhesive, as far as the stack-up says."""
     names = dict.fromkeys(

@@ -32,7 +32,7 @@ from sitscad.writers._drawing import (
 from sitscad.writers._drill_map import SYMBOLS, tool_table
 from sitscad.writers._excellon_text import DrilledHole, millimetres, on_grid
 from sitscad.writers._fabrication_files import fabrication_path
-from sitscad.writers._flex_facts import bend_text, finish_text, thickness_texts
+from sitscad.writers._flex_facts import bend_text, finish_text, thickness_texts, turn_text
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet
 
@@ -89,11 +89,19 @@ def _stations(layout: Layout) -> Iterator[float]:
         yield from layout.bend_zone
     if layout.stiffener is not None:
         yield bounding_box([layout.stiffener.outline.outline])[0]
-    yield from {pad.centre.x - pad.size[0] / 2 for pad in layout.pads}
+    if not _is_turned(layout):
+        yield from {pad.centre.x - pad.size[0] / 2 for pad in layout.pads}
+
+
+def _is_turned(layout: Layout) -> bool:
+    tail = layout.spec.fpc.tail
+    return tail is not None and tail.turn != "none"
 
 
 def _tail_reach(layout: Layout) -> tuple[float, ...]:
-    """The lowest and the highest y of the outline at its end."""
+    """The lowest and the highest y of the outline at its end; of a tail that turns, where the contacts begin."""
+    if _is_turned(layout):
+        return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in layout.pads[:1] for side in (-1, 1)})
     x1 = bounding_box([layout.outline])[2]
     ys = [p.y for p in layout.outline.flattened(1e-5) if p.x > x1 - 1e-6]
     return (min(ys), max(ys)) if ys else ()
@@ -117,7 +125,7 @@ def _detail(sheet: Sheet, layout: Layout, view: View) -> None:
 def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
     """Stiffener and bend zone as areas, coverlay openings as broken lines."""
     if layout.bend_zone is not None:
-        y0, y1 = _tail_reach(layout)
+        y0, y1 = layout.reach_at(sum(layout.bend_zone) / 2)
         zone = rectangle(layout.bend_zone[0], y0, layout.bend_zone[1], y1)
         sheet.draw(view.path(zone), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
         middle = sum(layout.bend_zone) / 2
@@ -213,6 +221,8 @@ def notes(layout: Layout) -> Iterator[str]:
         yield f"{next(number)}. Stiffener below the contacts: {plate.material}, {thickness} with adhesive."
     if layout.bend_zone is not None:
         yield f"{next(number)}. {bend_text(layout)}"
+    if turn := turn_text(layout):
+        yield f"{next(number)}. {turn}"
     yield f"{next(number)}. {finish_text(layout)}"
     yield f"{next(number)}. IPC-6013 class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
 

@@ -189,8 +189,11 @@ def _labels(layout: Layout, view: _View) -> Iterator[str]:
         place = f"x='{_n(view.x(x))}' y='{_n(view.y(y) + 0.35 * size)}'"
         yield f"<text {place} font-size='{_n(size)}'>{escape(coil.name)}</text>"
     for pad in layout.pads:
-        text = min(16.0, 0.9 * max(pad.size[1] * view.scale, 8.0))
-        place = f"x='{_n(view.x(pad.centre.x))}' y='{_n(view.y(pad.centre.y) + 0.35 * text)}'"
+        text = min(16.0, 0.9 * max(min(pad.size) * view.scale, 8.0))
+        across, down = view.x(pad.centre.x), view.y(pad.centre.y)
+        place = f"x='{_n(across)}' y='{_n(down + 0.35 * text)}'"
+        if pad.size[1] > pad.size[0]:  # a tail that turns: written along the contact
+            place += f" transform='rotate(-90 {_n(across)} {_n(down)})'"
         yield f"<text {place} font-size='{_n(text)}'>{pad.number}: {escape(pad.pin)}</text>"
     yield "</g>"
 

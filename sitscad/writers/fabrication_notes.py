@@ -20,7 +20,7 @@ from sitscad.writers._fabrication_files import (
     panel_path,
     stack_names,
 )
-from sitscad.writers._flex_facts import bend_text, finish_text, laminate_text, thickness_texts
+from sitscad.writers._flex_facts import bend_text, finish_text, laminate_text, thickness_texts, turn_text
 
 TEXT_WIDTH = 100
 
@@ -89,6 +89,8 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Contacts", _contacts(layout)
     if layout.bend_zone is not None:
         yield "Bend", bend_text(layout)
+    if turn := turn_text(layout):
+        yield "Outline", turn
     yield "Made for rules", _rules(layout)
 
 

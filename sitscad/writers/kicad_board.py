@@ -126,7 +126,7 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
         for i, path in enumerate((outline.outline, *outline.holes)):
             yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
     if layout.bend_zone is not None:
-        _, y0, _, y1 = bounding_box([layout.outline])
+        y0, y1 = layout.reach_at(sum(layout.bend_zone) / 2)
         zone = rectangle(layout.bend_zone[0], y0, layout.bend_zone[1], y1)
         yield from stroked("gr", zone, BEND_LAYER, 0.1e-3, (name, "bend"), sheet)
     yield from _notes(layout, sheet)

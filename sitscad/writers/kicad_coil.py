@@ -101,10 +101,11 @@ class _Footprint:
     def _description(self) -> str:
         spec = self.layout.spec.coil
         layers = ", ".join(self.names[number - 1] for number in spec.layers)
+        each = "" if spec.unequal_turns else "each of "
         return (
-            f"{spec.shape} coil, {spec.turns:g} turns on each of {layers}, tracks {show(spec.trace_width, 'm')}, gaps "
-            f"{show(spec.trace_spacing, 'm')} (the board's rules must allow them); its inductance holds for stack-up "
-            f"{self.layout.spec.fpc.stackup.name}"
+            f"{spec.shape} coil, {spec.turns_in_words} turns on {each}{layers}, "
+            f"tracks {show(spec.trace_width, 'm')}, gaps {show(spec.trace_spacing, 'm')} (the board's rules must allow "
+            f"them); its inductance holds for stack-up {self.layout.spec.fpc.stackup.name}"
         )
 
     # ------------------------------------------------------------------------------------------------------ terminals

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from sitscad.estimates import estimate
@@ -72,8 +73,9 @@ def test_polygons_hold_about_as_much_as_their_area_says(shape):
 
 def test_turn_lengths_add_up_to_the_track():
     layout = lay_out(load_text(f"sitscad: 1\nname: c\ncoil: {BENCH}\n", "c.yaml"))
-    lengths = turn_lengths(layout.coils[0], layout.spec)
-    assert lengths.mean() * 12 == pytest.approx(layout.coils[0].windings[0].path.length)
+    turns = layout.spec.coil.turns
+    lengths = turn_lengths(layout.coils[0], layout.spec, turns * (np.arange(12) + 0.5) / 12)
+    assert lengths.mean() * turns == pytest.approx(layout.coils[0].windings[0].path.length)
     assert lengths[0] == pytest.approx(2 * math.pi * (3.45e-3 - 0.1e-3), rel=1e-3)
 
 

@@ -47,7 +47,7 @@ def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
 
 def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
     spec = sensor(
-        coils=4, rules="generic-flex", width=120e-6, spacing=100e-6, turns=3.75, layers=2, stackup="flex-2l-18um"
+        coils=4, rules="osh-park-flex", width=160e-6, spacing=100e-6, turns=3.75, layers=2, stackup="flex-2l-18um"
     )
     tail = replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"))
     spec = replace(spec, fpc=replace(spec.fpc, tail=tail))

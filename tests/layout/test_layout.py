@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 
 import pytest
 
-from sitscad.geometry.path import Point
+from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import Role, Trace, Via, lay_out
 from sitscad.spec import positions, presets
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
@@ -239,9 +239,22 @@ def test_a_short_tail_is_made_long_enough_for_its_tracks(sensor):
     assert_sound(lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, coils=9, pitch=8e-3))))
 
 
+@pytest.mark.parametrize("coils", [1, 2, 4])
+@pytest.mark.parametrize("rules", ["generic-flex", "shipco", "rehan-2l"])
+def test_where_vias_need_more_than_the_contacts_pitch_the_tail_is_wider_and_draws_in(sensor, coils, rules):
+    spec = sensor(diameter=7e-3, turns=6.5, coils=coils, pitch=9e-3, rules=rules, layers=2, stackup="flex-2l-18um")
+    layout = lay_out(with_fine_connector(spec))
+    assert_sound(layout)
+    contacts = sorted((pad.centre.y for pad in layout.pads), reverse=True)
+    assert [a - b for a, b in pairwise(contacts)] == pytest.approx([0.3e-3] * (2 * coils - 1))
+    low, high = layout.reach_at(layout.pads[0].centre.x)
+    assert high - low == pytest.approx(0.3e-3 * (2 * coils + 1))
+    assert layout.bend_zone[1] <= bounding_box([layout.stiffener.outline.outline])[0] + 1e-9
+
+
 def test_a_tail_too_crowded_for_its_tracks_is_refused(sensor):
-    """At 0.3 mm pitch the vias of generic-flex leave no room for a track between them."""
-    layout = lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, pitch=8e-3, rules="generic-flex")))
+    """At 0.3 mm pitch contacts and tracks of six mils, six mils apart, leave each other no room."""
+    layout = lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, pitch=8e-3, rules="osh-park-flex")))
     assert [finding.name for finding in layout.findings] == ["tail-room"]
 
 

@@ -120,7 +120,7 @@ def test_area_weights_the_outer_turns():
 
 def test_voltages_follow_the_flux_and_run_from_end_to_end():
     radii = np.linspace(3.4e-3, 1.0e-3, 12)
-    found = winding_voltages(radii, [0.0, -60 * UM], [True, False], 30 * UM)
+    found = winding_voltages(radii, [0.0, -60 * UM], [True, False], np.full(12, 30 * UM), np.ones((2, 12)))
     along = np.concatenate([found[0], found[1][::-1]])
     assert np.all(np.diff(along) > 0.0)
     assert along[0] == pytest.approx(-along[-1], rel=1e-6)
@@ -130,9 +130,9 @@ def test_voltages_follow_the_flux_and_run_from_end_to_end():
 
 def test_turns_of_a_single_layer():
     # N turns, each 1/N of the voltage apart from the next: c l (N-1)/N^3
-    lengths, turns = np.full(10, 20e-3), 10.0
-    voltages = ((np.arange(10) + 0.5) / 10.0 - 0.5)[None, :]
+    lengths, shares = np.full(10, 20e-3), np.ones(10)
+    voltages = (np.arange(10) + 0.5) / 10.0 - 0.5
     pair = coplanar_strips(100 * UM, 100 * UM, 2.0) + EPSILON0 * 2.0 * 35.0 / 100.0
-    found = turn_capacitance(lengths, voltages, turns, 100 * UM, 100 * UM, 35 * UM, 2.0)
+    found = turn_capacitance(lengths, voltages, shares, 100 * UM, 100 * UM, 35 * UM, 2.0)
     assert found == pytest.approx(pair * 20e-3 * 9 * 0.01 * 0.9, rel=1e-9)
-    assert turn_capacitance(lengths, voltages, 1.0, 100 * UM, 100 * UM, 35 * UM, 2.0) == 0.0
+    assert turn_capacitance(lengths, voltages, 0.1 * shares, 100 * UM, 100 * UM, 35 * UM, 2.0) == 0.0

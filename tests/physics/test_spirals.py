@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from windings import MM, UM, bench, coil, four_layers
 
 from sitscad.physics.rings import ring_winding_inductance
-from sitscad.physics.spirals import Resolution, spiral_inductance_matrix, spiral_mutual_inductance
+from sitscad.physics.spirals import Resolution, SpiralLayer, spiral_inductance_matrix, spiral_mutual_inductance
 
 
 def test_reference_of_the_bench_coil():
@@ -26,6 +27,25 @@ def test_symmetric_pairs_are_not_mixed_up():
     each = np.array([[spiral_mutual_inductance(a, b) for b in layers] for a in layers])
     assert np.allclose(matrix, each, rtol=2e-5)
     assert np.allclose(each, each.T, rtol=2e-5)
+
+
+@pytest.mark.parametrize(("sense", "within"), [(1, 1e-9), (-1, 3e-6)])
+def test_a_layer_is_the_sum_of_its_outer_and_its_inner_turns(sense, within):
+    """Layers of different numbers of turns: exact, for Neumann's integral is one over the other layer's parts."""
+    first = SpiralLayer(2e-3, 160e-6, 7.3, 0.4, 1, True, 0.0, 80e-6, 18e-6)
+    second = SpiralLayer(2e-3, 160e-6, 5.6, 1.9, sense, sense < 0, -50e-6, 80e-6, 18e-6)
+    outer = replace(second, turns=2.35)
+    inner = replace(second, turns=5.6 - 2.35, radius=outer.inner_radius, angle=second.angle + sense * outer.span)
+    parts = spiral_mutual_inductance(first, outer) + spiral_mutual_inductance(first, inner)
+    whole = spiral_mutual_inductance(first, second)
+    assert parts == pytest.approx(whole, rel=within)
+    assert spiral_mutual_inductance(second, first) == pytest.approx(whole, rel=1e-9)
+
+
+def test_pairs_of_layers_of_different_turns_are_not_mixed_up():
+    layers = [replace(layer, turns=turns) for layer, turns in zip(four_layers(), (7.75, 6.5, 5.25, 6.5), strict=True)]
+    each = np.array([[spiral_mutual_inductance(a, b) for b in layers] for a in layers])
+    assert np.allclose(spiral_inductance_matrix(layers), each, rtol=2e-5)
 
 
 designs = st.tuples(

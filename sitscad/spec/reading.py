@@ -1,0 +1,112 @@
+"""One YAML file to a validated section: text, plain values, the declared keys, and every complaint with its place.
+
+Reads at most `MAX_BYTES`, and constructs nothing from the text but plain values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from pydantic_core import SchemaValidator, ValidationError
+
+from sitscad.finding import Finding
+from sitscad.spec.diagnosis import finding_from_text, findings_from_pydantic
+from sitscad.spec.rules import SpecError
+from sitscad.spec.section import Section, validator_of
+from sitscad.spec.source import SpecSource
+from sitscad.spec.yaml_text import MAX_BYTES, TextError, read_yaml
+
+Form = TypeVar("Form", bound=Section)
+
+
+def read_text(path: Path) -> str:
+    """The text of a file; raises `TextError` where it is none, cannot be read, is too large or not UTF-8."""
+    try:
+        if path.exists() and not path.is_file():
+            raise TextError("SIT011", f"{path} is not a file", "name the YAML file itself")
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise TextError("SIT011", f"cannot read {path}: {reason}", "is the path right?") from None
+    if len(content) > MAX_BYTES:
+        raise TextError("SIT010", f"{path} is larger than {MAX_BYTES // 1024} KiB", "is this the right file?")
+    return _decoded(content)
+
+
+def _decoded(content: bytes) -> str:
+    try:
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        before = content[: error.start]
+        line = before.count(b"\n") + 1
+        column = len(before[before.rfind(b"\n") + 1 :].decode("utf-8", "replace")) + 1
+        message = f"not UTF-8 text: byte 0x{content[error.start]:02X}"
+        raise TextError("SIT011", message, "save the file as UTF-8", (line, column)) from None
+
+
+def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[Form, SpecSource]:
+    """What a text says in the form of a section, and where each key of it stands; `begins` is how such a text begins.
+
+    Raises
+    ------
+    SpecError
+        with everything that is wrong with its keys and values.
+    """
+    try:
+        found = read_yaml(text)
+        if not isinstance(found.data, dict):
+            raise TextError("SIT001", "the file is not a mapping of keys to values", f"it begins with `{begins}`")
+    except TextError as error:
+        raise SpecError((finding_from_text(error),)) from None
+    source = SpecSource(path, text, found.keys, found.values)
+    findings = [finding_from_text(flaw) for flaw in found.flaws]
+    data, empty = _without_nulls(found.data, "")
+    findings += [_empty(key, source) for key in empty]
+    document: Any = None
+    try:
+        document = _validator(cast(Hashable, form)).validate_python(data)
+    except ValidationError as error:
+        findings += findings_from_pydantic(error, source, frozenset(empty), form)
+        findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
+    if findings:
+        raise SpecError(in_order(findings))
+    return cast(Form, document), source
+
+
+@cache
+def _validator(form: Hashable) -> SchemaValidator:
+    return validator_of(cast(type[Section], form))
+
+
+def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
+    """The values without the keys that hold nothing, and the dotted keys of those."""
+    empty: list[str] = []
+    if not isinstance(data, (dict, list)):
+        return data, empty
+    entries = data.items() if isinstance(data, dict) else enumerate(data)
+    kept: list[tuple[Any, Any]] = []
+    for name, value in entries:
+        inner_key = f"{key}.{name}" if key else str(name)
+        if value is None:
+            empty.append(inner_key)
+            continue
+        inner, inner_empty = _without_nulls(value, inner_key)
+        empty += inner_empty
+        kept.append((name, inner))
+    return (dict(kept) if isinstance(data, dict) else [value for _, value in kept]), empty
+
+
+def _empty(key: str, source: SpecSource) -> Finding:
+    place = source.keys.get(key, (1, 1))
+    return finding_from_text(
+        TextError("SIT004", f"{key}: has no value", "give it one, or leave the key out", place, key)
+    )
+
+
+def in_order(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Findings in the order of the text."""
+    return tuple(sorted(findings, key=lambda finding: (finding.line or 0, finding.column or 0, finding.rule)))

@@ -1,0 +1,47 @@
+"""Every template with every terminal: 0.5 and 0.3 mm sockets and solder pads, through KiCad's checker and read back."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import sitscad
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+BUILT = [
+    ("bench_7mm", "zif-0.3mm"),
+    *(
+        pytest.param(path.stem, terminal, marks=pytest.mark.slow)
+        for path in sorted(TEMPLATES.glob("*.yaml"))
+        for terminal in ("zif-0.3mm", "solder-pads")
+        if (path.stem, terminal) != ("bench_7mm", "zif-0.3mm") and path.stem != "single_coil"
+    ),
+]
+
+
+@pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli is not installed")
+@pytest.mark.parametrize(("template", "terminal"), BUILT)
+def test_a_template_with_another_terminal(template, terminal, tmp_path):
+    pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
+    text = (TEMPLATES / f"{template}.yaml").read_text(encoding="utf-8")
+    text, changed = re.subn(r"connector: [\w.-]+", f"connector: {terminal}", text)
+    assert changed == 1
+    spec = sitscad.load_text(text, "other.yaml")
+    layout = sitscad.lay_out(spec)
+    assert layout.findings == ()
+    found = [f for f in sitscad.check(spec, layout).findings if f.rule.startswith("SIT1")]
+    assert [f for f in found if f.severity == "error"] == []
+    sitscad.build(spec, tmp_path, only=("gerber", "kicad"), force=True)
+    folder = tmp_path / spec.name
+    assert sitscad.verify(folder).ok
+    report = tmp_path / "drc.json"
+    command = ["kicad-cli", "pcb", "drc", "--format", "json", "--severity-all", "--exit-code-violations"]
+    done = subprocess.run(
+        [*command, "-o", str(report), str(next(folder.glob("kicad/*.kicad_pcb")))], capture_output=True, check=False
+    )
+    assert done.returncode == 0, json.loads(report.read_text())

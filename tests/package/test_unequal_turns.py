@@ -1,0 +1,169 @@
+"""Coils whose layers have different numbers of turns: drawn, estimated, exported, accepted by KiCad and read back."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import subprocess
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+import sitscad
+from sitscad.estimates import estimate
+from sitscad.layout.windings import wind_coil
+from sitscad.spec.rules import SpecError
+
+COILS = {
+    "one turn fewer below": ("circle", 4, [7.75, 6.75, 7.75, 6.75], 4),
+    "more inside": ("circle", 4, [4.5, 7.25], 2),
+    "every layer another": ("circle", 5, [8, 6.3, 4.1, 2.7], 4),
+    "three layers": ("circle", 5, [6, 7.5, 5], 3),
+    "chosen layers": ("circle", 5, [7, 5], "[1, 3]"),
+    "square": ("square", 5, [7, 6.25, 7, 5.5], 4),
+    "rectangle": ("rectangle", "[6, 4.5]", [5.25, 4], 2),
+    "hexagon": ("hexagon", 5, [5.5, 4.5, 5], 3),
+    "octagon": ("octagon", 5, [6.125, 6, 5.875, 6], 4),
+    "racetrack": ("racetrack", "[7, 4.5]", [6, 5.5, 5, 4.5], 4),
+}
+
+
+def text_of(shape, size, turns, layers, array="{pattern: single}"):
+    return (
+        f"sitscad: 1\nname: unequal\n"
+        f"coil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: {layers}, trace_width: 80 um, "
+        f"trace_spacing: 80 um}}\narray: {array}\n"
+        "fpc: {stackup: flex-4l, rules: generic-fine, tail: {length: 25, connector: zif-0.5mm, layers: 2}}\n"
+    )
+
+
+def spec_of(name):
+    return sitscad.load_text(text_of(*COILS[name]), "unequal.yaml")
+
+
+@pytest.mark.parametrize("name", COILS)
+def test_layers_meet_and_all_currents_circulate_the_same_way(name):
+    spec = spec_of(name)
+    layout = sitscad.lay_out(spec)
+    assert layout.findings == ()
+    windings = layout.coils[0].windings
+    assert spec.coil.layer_turns == tuple(COILS[name][2]) and spec.coil.turns == max(COILS[name][2])
+    for winding, turns in zip(windings, spec.coil.layer_turns, strict=True):
+        ways = [p for segment in winding.path for p in segment.flattened(2e-6)]
+        steps = [math.remainder(math.atan2(b.y, b.x) - math.atan2(a.y, a.x), 2 * math.pi)
+                 for a, b in pairwise(ways)]  # fmt: skip
+        assert math.fsum(steps) / (2 * math.pi) == pytest.approx(turns, abs=0.06)
+    for one, other in pairwise(windings):
+        ends = [math.atan2(p.y, p.x) for p in (one.path.end, other.path.start)]
+        # polygons and racetracks: corners of turns further in do not lie in quite the same direction
+        assert abs(math.remainder(ends[0] - ends[1], 2 * math.pi)) < (1e-6 if spec.coil.shape == "circle" else 0.25)
+
+
+@pytest.mark.parametrize("name", ["every layer another", "hexagon"])
+def test_resistance_goes_with_the_copper_that_is_drawn(name):
+    layout = sitscad.lay_out(spec_of(name))
+    coil, spec = layout.coils[0], layout.spec
+    found = estimate(layout).coils[0]
+    squares = math.fsum(w.path.length / w.thickness for w in coil.windings) / spec.coil.trace_width
+    assert found.resistance_dc == pytest.approx(squares / 58e6, rel=0.02)
+
+
+def test_nearly_equal_layers_are_as_equal_ones():
+    equal = sitscad.load_text(text_of("circle", 4, 7.75, 4), "x.yaml")
+    nearly = sitscad.load_text(text_of("circle", 4, [7.75, 7.749999, 7.75, 7.749999], 4), "x.yaml")
+    one, other = (estimate(sitscad.lay_out(spec)).coils[0] for spec in (equal, nearly))
+    for field in ("winding_inductance", "resistance_dc", "resistance_ac", "winding_capacitance", "terminal_inductance"):
+        assert getattr(other, field) == pytest.approx(getattr(one, field), rel=1e-4), field
+
+
+def test_a_turn_fewer_lies_between():
+    values = []
+    for turns in (7.75, [7.75, 6.75, 7.75, 6.75], 6.75):
+        found = estimate(sitscad.lay_out(sitscad.load_text(text_of("circle", 4, turns, 4), "x.yaml"))).coils[0]
+        values.append((found.winding_inductance, found.resistance_ac, found.winding_capacitance, found.trace_length))
+    assert all(high > middle > low for high, middle, low in zip(*values, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("turns", "layers", "rule", "key"),
+    [
+        ([7, 6, 5], 2, "SIT009", "coil.turns"),
+        ([7], 2, None, None),
+        ([7, 7], 2, None, None),
+        ([7, 60], 2, "SIT016", "coil.turns.1"),
+        ([7, ".nan"], 2, "SIT006", "coil.turns"),
+        ([7, "x"], 2, "SIT004", "coil.turns"),
+        ([], 2, "SIT006", "coil.turns"),
+    ],
+)
+def test_lists_of_turns_are_held_against_layers_and_room(turns, layers, rule, key):
+    text = text_of("circle", 5, str(turns).replace("'", ""), layers)
+    if rule is None:
+        assert sitscad.load_text(text).coil == sitscad.load_text(text_of("circle", 5, 7, layers)).coil
+        return
+    with pytest.raises(SpecError) as caught:
+        sitscad.load_text(text)
+    if rule == "SIT009":
+        assert (caught.value.findings[0].measured, caught.value.findings[0].limit) == (3.0, 2.0)
+    assert [(f.rule, f.key) for f in caught.value.findings] == [(rule, key)]
+
+
+def test_a_broken_turn_of_one_layer_is_named_where_it_stands():
+    with pytest.raises(SpecError) as caught:
+        sitscad.load_text(text_of("square", 5, [7, 6.3], 2))
+    (found,) = caught.value.findings
+    assert (found.rule, found.key, found.limit) == ("SIT015", "coil.turns.1", 6.25)
+    assert found.column == text_of("square", 5, [7, 6.3], 2).splitlines()[2].index("6.3") + 1
+
+
+def test_the_other_coils_of_an_array_are_wound_alike():
+    array = "{pattern: line, count: 2, pitch: 5.2}"
+    spec = sitscad.load_text(text_of("circle", 4, [7.75, 6.75, 7.75, 6.75], 4, array), "x.yaml")
+    layout = sitscad.lay_out(spec)
+    assert layout.findings == () and len(layout.coils) == 2
+    for coil in layout.coils:
+        home = wind_coil(spec, replace(coil.placement, centre=(0.0, 0.0)))
+        assert [w.path.length for w in coil.windings] == pytest.approx([w.path.length for w in home])
+
+
+@pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli is not installed")
+@pytest.mark.parametrize(
+    "name", ["one turn fewer below", *(pytest.param(n, marks=pytest.mark.slow) for n in list(COILS)[1:])]
+)
+def test_kicad_accepts_the_board_and_the_files_read_back(name, tmp_path):
+    pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
+    spec = spec_of(name)
+    errors = [f for f in sitscad.check(spec).findings if f.severity == "error" and f.rule.startswith("SIT1")]
+    assert errors == []
+    sitscad.build(spec, tmp_path, only=("gerber", "kicad"), force=True)
+    assert sitscad.verify(tmp_path / "unequal").ok
+    report = tmp_path / "drc.json"
+    board = next((tmp_path / "unequal").glob("kicad/*.kicad_pcb"))
+    command = ["kicad-cli", "pcb", "drc", "--format", "json", "--severity-all", "--exit-code-violations"]
+    done = subprocess.run([*command, "-o", str(report), str(board)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, json.loads(report.read_text())
+
+
+@pytest.mark.slow
+@pytest.mark.needs("gmsh", "scipy")
+@pytest.mark.parametrize("name", ["every layer another", "hexagon"])
+def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_path):
+    for module in ("gerbonara", "shapely", "gmsh", "scipy"):
+        pytest.importorskip(module)
+    from sitscad.extraction import copper_resistance, extract
+    from sitscad.writers import excellon, gerber, ipc356
+
+    layout = sitscad.lay_out(spec_of(name))
+    for writer in (gerber, excellon, ipc356):
+        for file, content in writer.render(layout).items():
+            (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / file).write_bytes(content)
+    net = extract(tmp_path).net("C1")
+    ends = [contact.touched() for contact in sorted(net.contacts, key=lambda contact: contact.function)]
+    copper, plating = layout.spec.fpc.stackup.copper, layout.spec.fpc.stackup.plating_thickness
+    found = copper_resistance(
+        net, *ends, [c.thickness for c in copper], depths=[c.z for c in copper], plating=plating or None, fineness=1.0
+    )
+    assert found == pytest.approx(estimate(layout).coils[0].terminal_resistance_dc, rel=0.02)

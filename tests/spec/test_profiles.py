@@ -1,0 +1,294 @@
+"""Fabricators' profiles as files beside the spec: inheritance, sources by line, and every way to get one wrong."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from sitscad.checks import check
+from sitscad.cli import cli
+from sitscad.package.manifest import made_from, without_text
+from sitscad.spec import presets
+from sitscad.spec.load import load, load_text
+from sitscad.spec.rules import SpecError
+from sitscad.spec.rules_document import RulesDocument
+
+COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    inside = tmp_path / "specs"
+    inside.mkdir()
+    return inside
+
+
+def write(folder, rules, stackup="flex-2l-18um", **profiles):
+    """A spec with these rules, and profiles by name, written into a folder."""
+    for name, text in profiles.items():
+        (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
+    spec = folder / "sensor.yaml"
+    spec.write_text(f"sitscad: 1\nname: x\n{COIL}\nfpc: {{stackup: {stackup}, rules: {rules}}}\n", encoding="utf-8")
+    return spec
+
+
+def rules_of(folder, text, rules="ours.yaml", **more):
+    return load(write(folder, rules, ours=text, **more)).fpc.rules
+
+
+def refused(spec):
+    with pytest.raises(SpecError) as caught:
+        load(spec)
+    return caught.value
+
+
+def test_a_profile_lies_over_its_base_and_names_its_lines(folder):
+    rules = rules_of(
+        folder,
+        "based_on: jselectronic\nsource: their quotation\nvia_drill: 0.15\n"
+        "annular_ring: {value: 90 um, source: on the telephone, status: unverified}\nstatic_bend_2: 12\n"
+        "stiffened_tolerance_fr4: 80 um\npart_size: [6, 12]\nchecked_on: 2026-11-20\nfile_naming: kicad\n",
+    )
+    base = presets.design_rules("jselectronic")
+    assert (rules.name, rules.via_drill, rules.annular_ring) == ("ours", 150e-6, pytest.approx(90e-6))
+    assert rules.hole_to_hole == base.hole_to_hole and rules.sources["hole_to_hole"] == base.sources["hole_to_hole"]
+    assert rules.sources["via_drill"] == "ours.yaml line 3: their quotation"
+    assert rules.sources["annular_ring"] == "unverified: ours.yaml line 4: on the telephone"
+    assert rules.static_bend_ratio == {**base.static_bend_ratio, 2: 12.0}
+    assert rules.stiffened_tolerance["fr4"] == 80e-6
+    assert rules.stiffened_tolerance["polyimide"] == base.stiffened_tolerance["polyimide"]
+    assert rules.part_size == (6e-3, 12e-3) and rules.panel_size == base.panel_size
+    assert (rules.checked_on, rules.file_naming, rules.coil_rule_binding) == ("2026-11-20", "kicad", True)
+    assert rules.source == "their quotation; the rest from jselectronic"
+
+
+@pytest.mark.parametrize("name", ["./ours.yaml", "ours.yaml", "shops/near.yaml", "shops/../ours.yaml"])
+def test_files_are_named_from_the_folder_of_the_text_that_names_them(folder, name):
+    (folder / "shops").mkdir()
+    (folder / "shops" / "near.yaml").write_text("based_on: nearer.yml\n")
+    (folder / "shops" / "nearer.yml").write_text("via_drill: 0.11\n")
+    assert rules_of(folder, "via_drill: 0.11\n", rules=name).via_drill == pytest.approx(110e-6)
+
+
+def test_a_chain_of_files_and_the_spec_itself_lie_over_each_other(folder):
+    rules = rules_of(
+        folder,
+        "based_on: theirs.yaml\ntrace_width: 90 um\n",
+        rules="{name: mine, based_on: ours.yaml, copper_to_edge: 0.4}",
+        theirs="based_on: generic-fine\ntrace_width: 95 um\ntrace_spacing: 85 um\n",
+    )
+    assert (rules.name, rules.trace_width, rules.trace_spacing) == ("mine", pytest.approx(90e-6), pytest.approx(85e-6))
+    assert rules.copper_to_edge == pytest.approx(0.4e-3)
+    assert rules.sources["trace_width"] == "ours.yaml line 2"
+    assert rules.sources["trace_spacing"] == "theirs.yaml line 3"
+    assert rules.sources["copper_to_edge"] == "the spec"
+    assert rules.sources["coverlay_web"] == presets.design_rules("generic-fine").sources["coverlay_web"]
+
+
+@pytest.mark.parametrize(("stackup", "wanted"), [("flex-2l-18um", 80e-6), ("flex-2l-35um", 120e-6)])
+@pytest.mark.parametrize("kind", ["trace", "coil_trace"])
+def test_lines_go_by_the_coils_foil(folder, kind, stackup, wanted):
+    text = "".join(
+        f"{kind}_{what}_{foil}um: {size} um\n" for foil, size in ((18, 80), (35, 120)) for what in ("width", "spacing")
+    )
+    rules = rules_of(folder, text, stackup=stackup)
+    assert getattr(rules, f"{kind}_width") == getattr(rules, f"{kind}_spacing") == pytest.approx(wanted)
+    assert rules.sources[f"{kind}_width"] == f"ours.yaml line {1 if wanted < 100e-6 else 3}"
+
+
+def test_a_figure_for_every_copper_takes_the_place_of_the_bases_table(folder):
+    rules = rules_of(
+        folder, "based_on: hkgalaxy\ntrace_width: 70 um\ncoil_trace_width: 75 um\n", stackup="flex-2l-35um"
+    )
+    base = presets.design_rules("hkgalaxy").for_foil(35e-6)
+    assert (rules.trace_width, rules.coil_trace_width) == (pytest.approx(70e-6), pytest.approx(75e-6))
+    assert (rules.trace_spacing, rules.coil_trace_spacing) == (base.trace_spacing, base.coil_trace_spacing)
+    assert rules.for_foil(70e-6).trace_width == pytest.approx(70e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "binding"),
+    [
+        ("via_drill: 0.2\n", False),
+        ("coil_trace_width: 0.2\n", True),
+        ("coil_trace_width: 0.2\ncoil_rule_binding: false\n", False),
+        ("based_on: hkgalaxy\ncoil_rule_binding: false\n", False),
+        ("coil_rule_binding: true\n", True),
+    ],
+)
+def test_coil_lines_bind_where_they_are_written_unless_the_profile_says_otherwise(folder, text, binding):
+    assert rules_of(folder, text).coil_rule_binding is binding
+
+
+def test_a_limit_of_the_profile_is_what_the_checks_hold_the_board_against(folder):
+    spec = load(write(folder, "ours.yaml", ours="name: our shop\ntrace_width: 0.2\n"))
+    found = [f for f in check(spec).findings if f.rule == "SIT101"]
+    assert found and all("our shop" in f.message and f.source == "ours.yaml line 2" for f in found)
+    assert found[0].limit == pytest.approx(200e-6) and found[0].key == "coil.trace_width" and found[0].file is None
+
+
+def test_a_package_knows_that_its_profile_has_changed(folder):
+    spec = write(folder, "ours.yaml", ours="copper_to_edge: 0.3\n")
+    before = made_from(without_text(load(spec)))
+    (folder / "ours.yaml").write_text("copper_to_edge: 0.31\n")
+    assert made_from(without_text(load(spec))) != before
+
+
+FAULTS = {
+    "unknown key": ("trace_widht: 0.1\n", "SIT002", 1, 1),
+    "not a number": ("via_drill: 0.2\ntrace_width: .nan\n", "SIT006", 2, 14),
+    "infinite": ("trace_width: .inf\n", "SIT006", 1, 14),
+    "out of range": ("trace_width: 1 um\n", "SIT006", 1, 14),
+    "a unit of something else": ("\n\ntrace_width: 100 ohm\n", "SIT005", 3, 14),
+    "no value": ("trace_width:\n", "SIT004", 1, 1),
+    "a list": ("trace_width: [1, 2]\n", "SIT004", 1, 14),
+    "yes is a text": ("coil_rule_binding: yes\n", "SIT004", 1, 20),
+    "a misspelt mark": ("via_drill: {value: 0.2, status: seen}\n", "SIT007", 1, 12),
+    "a figure without value": ("via_drill: {source: them}\n", "SIT003", 1, 12),
+    "an unknown word of a figure": ("via_drill: {value: 0.2, sorce: them}\n", "SIT002", 1, 12),
+    "an unknown base": ("via_drill: 0.2\nbased_on: generic-flexx\n", "SIT007", 2, 11),
+    "width without spacing": ("trace_width_18um: 0.1\n", "SIT003", 1, 19),
+    "one figure and a table": ("trace_width: 0.1\ntrace_width_18um: 0.1\ntrace_spacing_18um: 0.1\n", "SIT009", 1, 14),
+    "no date": ("checked_on: yesterday\n", "SIT006", 1, 13),
+    "empty": ("", "SIT001", 1, 1),
+    "a word": ("trace_width\n", "SIT001", 1, 1),
+    "twice": ("trace_width: 0.1\ntrace_width: 0.2\n", "SIT012", 2, 1),
+    "an alias": ("trace_width: &a 0.1\ntrace_spacing: *a\n", "SIT013", 1, 14),
+    "an object": ("name: !!python/object/apply:os.system ['true']\n", "SIT013", 1, 7),
+    "two documents": ("trace_width: 0.1\n---\ntrace_width: 0.2\n", "SIT013", 2, 1),
+    "deep": ("trace_width: " + "[" * 500, "SIT010", 1, 25),
+    "large": ("# " + "x" * 300_000, "SIT010", 1, 1),
+    "a spec": (f"sitscad: 1\nname: x\n{COIL}\n", "SIT002", 1, 1),
+    "its own base": ("via_drill: 0.2\nbased_on: ours.yaml\n", "SIT018", 2, 11),
+    "a missing base": ("based_on: theirs.yaml\n", "SIT011", 1, 11),
+    "a base outside": ("based_on: ../theirs.yaml\n", "SIT017", 1, 11),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_what_is_wrong_with_a_profile_is_said_at_its_own_line(folder, fault):
+    text, rule, line, column = FAULTS[fault]
+    (folder.parent / "theirs.yaml").write_text("via_drill: 0.3\n")
+    spec = write(folder, "ours.yaml", ours=text)
+    error = refused(spec)
+    first = error.findings[0]
+    assert (first.rule, first.line, first.column) == (rule, line, column), first
+    assert first.file == str(folder / "ours.yaml") and error.texts[first.file] == (text if fault != "large" else "")
+    assert first.message and "fpc.rules" not in first.message
+
+
+def test_bytes_that_are_no_text_have_their_place(folder):
+    spec = write(folder, "ours.yaml")
+    (folder / "ours.yaml").write_bytes(b"name: x\nsource: \xff\n")
+    (found,) = refused(spec).findings
+    assert (found.rule, found.line, found.column) == ("SIT011", 2, 9) and "0xFF" in found.message
+
+
+@pytest.mark.parametrize(
+    ("name", "rule", "words"),
+    [
+        ("gone.yaml", "SIT011", "not there"),
+        ("shops.yaml", "SIT011", "not a file"),
+        ("pipe.yaml", "SIT011", "not a file"),
+        ("loop.yaml", "SIT011", "loop.yaml"),
+        ("../theirs.yaml", "SIT017", "outside"),
+        ("shops.yaml/../../theirs.yaml", "SIT017", "outside"),
+        ("link.yaml", "SIT017", "outside"),
+        ("/etc/passwd.yaml", "SIT017", "not a path below"),
+        ("'C:\\x.yaml'", "SIT017", "not a path below"),
+        ("'..\\theirs.yaml'", "SIT017", "not a path below"),
+        ('"a\\0.yaml"', "SIT006", "form"),
+        ("/etc/passwd", "SIT007", "not known"),
+        ("ourshop", "SIT007", "not known"),
+        ("generic-flex.yaml", "SIT011", "not there"),
+    ],
+)
+def test_a_file_that_cannot_or_must_not_be_read_is_said_in_the_spec(folder, name, rule, words):
+    import os
+
+    (folder.parent / "theirs.yaml").write_text("via_drill: 0.3\n")
+    (folder / "link.yaml").symlink_to(folder.parent / "theirs.yaml")
+    (folder / "loop.yaml").symlink_to(folder / "loop.yaml")
+    (folder / "shops.yaml").mkdir()
+    os.mkfifo(folder / "pipe.yaml")
+    (found,) = refused(write(folder, name)).findings
+    assert (found.rule, found.key, found.line, found.file) == (rule, "fpc.rules", 4, None)
+    assert words in found.message and found.hint
+    if rule == "SIT007":
+        assert "ourshop.yaml" in found.hint
+
+
+def test_a_circle_is_named_with_all_its_files(folder):
+    spec = write(
+        folder, "a.yaml", a="based_on: b.yaml\n", b="based_on: c.yaml\n", c="via_drill: 0.2\nbased_on: b.yaml\n"
+    )
+    (found,) = refused(spec).findings
+    assert found.rule == "SIT018" and "b.yaml -> c.yaml -> b.yaml" in found.message
+    assert (Path(found.file).name, found.line) == ("c.yaml", 2)
+
+
+def test_a_long_chain_ends(folder):
+    spec = write(folder, "p0.yaml", **{f"p{i}": f"based_on: p{i + 1}.yaml\n" for i in range(40)})
+    (found,) = refused(spec).findings
+    assert found.rule == "SIT010" and Path(found.file).name == "p7.yaml"
+
+
+def test_faults_of_the_spec_and_of_the_profile_are_reported_together(folder):
+    spec = write(folder, "ours.yaml", ours="trace_widht: 0.1\n")
+    spec.write_text(spec.read_text().replace("turns: 5", "turns: 50"))
+    assert [(f.rule, f.file is None) for f in refused(spec).findings] == [("SIT016", True), ("SIT002", False)]
+
+
+def test_a_text_without_a_file_has_no_profiles(folder, monkeypatch):
+    spec = write(folder, "ours.yaml", ours="via_drill: 0.3\n")
+    monkeypatch.chdir(folder)
+    with pytest.raises(SpecError) as caught:
+        load_text(spec.read_text())
+    assert [f.rule for f in caught.value.findings] == ["SIT017"]
+    assert load("sensor.yaml").fpc.rules.via_drill == pytest.approx(0.3e-3)
+
+
+def test_the_command_line_shows_the_profiles_line_and_json_its_file(folder):
+    spec = write(folder, "ours.yaml", ours="# our shop\ntrace_widht: 0.1\n")
+    shown = CliRunner().invoke(cli, ["check", str(spec)], standalone_mode=False)
+    assert f"{folder / 'ours.yaml'}:2:1 SIT002 error" in shown.output
+    assert "    2 | trace_widht: 0.1" in shown.output and "did you mean trace_width?" in shown.output
+    shown = CliRunner().invoke(cli, ["check", "--format", "json", str(spec)], standalone_mode=False)
+    assert json.loads(shown.output)["specs"][0]["findings"][0]["file"] == str(folder / "ours.yaml")
+
+
+def test_the_documents_profile_loads(folder):
+    text = (ROOT / "docs" / "spec.md").read_text(encoding="utf-8")
+    (profile,) = re.findall(r"^```yaml profile\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    rules = rules_of(folder, profile)
+    assert (rules.name, rules.trace_width, rules.coil_rule_binding) == ("our shop", pytest.approx(80e-6), False)
+    line = next(n for n, row in enumerate(profile.splitlines(), 1) if row.startswith("annular_ring"))
+    assert rules.sources["annular_ring"] == f"unverified: ours.yaml line {line}: on the telephone"
+    assert f"`ourshop.yaml line {line}: on the telephone`" in text
+
+
+def test_every_field_of_the_installed_profiles_can_be_written():
+    fields = {row for name in presets.names("rules") for row in presets._fields("rules", name)}
+    assert fields <= RulesDocument.keys.keys()
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.dictionaries(st.sampled_from(sorted(RulesDocument.keys)), st.one_of(
+    st.none(), st.booleans(), st.floats(), st.integers(), st.text(max_size=8),
+    st.dictionaries(st.sampled_from(["value", "source", "status", "x"]), st.one_of(st.floats(), st.text(max_size=5))),
+), max_size=5))  # fmt: skip
+def test_any_values_give_rules_or_findings(folder, values):
+    spec = write(folder, "ours.yaml", ours=json.dumps(values))
+    try:
+        rules = load(spec).fpc.rules
+    except SpecError as error:
+        assert error.findings and all(finding.file and finding.line for finding in error.findings)
+    else:
+        assert rules.trace_width > 0
