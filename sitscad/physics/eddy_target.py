@@ -118,7 +118,8 @@ def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> 
     """Change of the mutual inductance of every two alike layers with their distance (H/m), 0 on the diagonal.
 
     dM/dh = -mu0 pi times the sum of k S^2 exp(-k h) for layers at `heights` (m) whose currents circulate alike; S is
-    that of the spectrum's first layer, its `nearest` no more than the least of the distances.
+    that of the spectrum's first layer, its `nearest` no more than the least of the distances, or a small part of the
+    winding's radial width.
     """
     k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
     distance = np.abs(z[:, None] - z[None, :])
