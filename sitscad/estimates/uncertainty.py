@@ -41,6 +41,10 @@ EXTRA_INDUCTANCE = {WIDTH: 2.0, THICKNESS: -0.2}
 STEP = 1.02
 """Ratio of the frequencies between which the growth of the winding's loss with frequency is taken."""
 
+SHORT_WAVES = 0.04
+"""Distance, in radial widths of a winding, whose waves are short enough for the slope with the layers' distance: of 200
+turns that lacks 0.14 %, of 80 turns 0.05 %."""
+
 
 @record
 class Tolerance:
@@ -125,8 +129,10 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
 
 
 def _distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
-    heights = sorted(layer.z for layer in layers)
-    nearest = min(b - a for a, b in pairwise(heights))
+    heights, first = sorted(layer.z for layer in layers), layers[0]
+    # Waves much shorter than the winding is wide hold little of it: for many turns the nearest layer's are not needed.
+    wide = first.radius - first.inner_radius + first.pitch
+    nearest = max(SHORT_WAVES * wide, min(b - a for a, b in pairwise(heights)))
     alike = len({layer.turns for layer in layers}) == 1
     spectrum = spiral_spectrum(layers[:1] if alike else layers, nearest, 0)
     return distance_derivative(spectrum, [layer.z for layer in layers])

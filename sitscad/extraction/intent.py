@@ -133,8 +133,11 @@ _IPC_ALIAS = re.compile(r"P {2}(NNAME\d+) +(\S+)")
 
 
 def is_ipc_d_356(text: str) -> bool:
-    """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line."""
-    return bool(re.search(r"^3[12]7\S", text, re.MULTILINE))
+    """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line.
+
+    Not just its number: the last line but one of a PDF is a count of bytes, which may begin like one.
+    """
+    return bool(re.search(r"^3[12]7\S.{20}", text, re.MULTILINE))
 
 
 def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:

@@ -123,7 +123,7 @@ def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> 
 
     dM/dh = -mu0 pi times the sum of k S_i S_j exp(-k h) for layers at `heights` (m) whose currents circulate alike; S
     are those of the spectrum's layers, or of its only one where all are alike, its `nearest` no more than the least of
-    the distances.
+    the distances, or a small part of the winding's radial width.
     """
     k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
     distance = np.abs(z[:, None] - z[None, :])

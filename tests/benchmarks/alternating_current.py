@@ -1,29 +1,16 @@
-"""Run time, memory and error of the alternating-current solvers, as a table and a plot.
+"""The alternating-current solvers on windings of every shape: R and L from 10 kHz to 10 MHz.
 
-    python tests/benchmarks/alternating_current.py [folder]
-
-writes `alternating_current.csv` and `alternating_current.svg` to the folder (default: here, next to this file's name
-in the system's temporary folder). The error is against the same solver's finest setting, which tests/validation holds
-against filaments (rings within 0.6 %); the time is processor time, the best of several warm runs in one thread; `noise`
-is the middle run over the best one.
+The error is against the same solver's finest setting, which tests/validation holds against filaments (rings within
+0.6 %); L's is relative to the inductance at direct current.
 """
 
 from __future__ import annotations
 
-import csv
-import math
-import os
-import sys
-import tempfile
-import time
-import tracemalloc
 from collections.abc import Callable, Iterator
-from pathlib import Path
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-sys.path.insert(0, str(Path(__file__).parents[1] / "physics"))
+from functools import partial
 
 import numpy as np
+from measure import Growth, Measured, growth, peak, timed
 from windings import MM, UM, bench, coil, four_layers, miniature
 
 from sitscad.physics import proximity
@@ -66,125 +53,72 @@ BENT = {
 }
 
 
-def solvers() -> Iterator[tuple[str, float, dict[str, Callable[[], ProximityLoss]], Callable[[], ProximityLoss]]]:
-    """Design, its direct inductance (H), its settings, and the finest one."""
-    for name, layers in ROUND.items():
-        across = 24 if layers[0].width > 500 * UM else 9
-        points = 30 if layers[0].width > 500 * UM else 10
-        finest = proximity.Resolution(ModeSet(across, 3, (points, 3)), 13, 40)
-        settings = {
-            "3 %": lambda layers=layers: proximity.winding_loss(layers, COPPER, 0.03),
-            "1 %": lambda layers=layers: proximity.winding_loss(layers, COPPER, 0.01),
-        }
-        whole = float(spiral_inductance_matrix(layers).sum())
-        yield name, whole, settings, lambda a=layers, b=finest: proximity.winding_loss(a, COPPER, resolution=b)
-    for name, tracks in BENT.items():
-        settings = {
-            "3 %": lambda tracks=tracks: bent_winding_loss(tracks, COPPER, ModeSet(4, 1, (4, 2)), 4, 16, half=True),
-            "1 %": lambda tracks=tracks: bent_winding_loss(tracks, COPPER, ModeSet(6, 2, (6, 3)), 8, 27),
-        }
+BOUNDS = {"3 %": (0.03, 0.003), "1 %": (0.01, 0.001)}
+"""Stated errors of R and L."""
+
+RESISTANCE, INDUCTANCE = "resistance at frequency", "inductance at frequency"
+
+
+def round_settings(layers) -> dict[str, Callable[[], ProximityLoss]]:
+    """Both tolerances and, last, the finest setting."""
+    wide = layers[0].width > 500 * UM
+    finest = proximity.Resolution(ModeSet(24 if wide else 9, 3, (30 if wide else 10, 3)), 13, 40)
+    return {
+        "3 %": partial(_cold, layers, 0.03),
+        "1 %": partial(_cold, layers, 0.01),
+        "finest": partial(proximity.winding_loss, layers, COPPER, resolution=finest),
+    }
+
+
+def _cold(layers, tolerance: float) -> ProximityLoss:
+    # The cuts of a winding are kept for its states: here every run makes them anew.
+    proximity.winding_cuts.cache_clear()
+    return proximity.winding_loss(layers, COPPER, tolerance)
+
+
+def bent_settings(tracks: list[BentTrack]) -> dict[str, Callable[[], ProximityLoss]]:
+    """The same for straight sides."""
+    return {
+        "3 %": partial(bent_winding_loss, tracks, COPPER, ModeSet(4, 1, (4, 2)), 4, 16, half=True),
+        "1 %": partial(bent_winding_loss, tracks, COPPER, ModeSet(6, 2, (6, 3)), 8, 27),
+        "finest": partial(bent_winding_loss, tracks, COPPER, ModeSet(9, 3, (10, 3)), 12, 40),
+    }
+
+
+def solvers(designs: int) -> Iterator[tuple[str, float, dict[str, Callable[[], ProximityLoss]]]]:
+    """Design, its direct inductance (H), its settings."""
+    for name, layers in list(ROUND.items())[:designs]:
+        yield name, float(spiral_inductance_matrix(layers).sum()), round_settings(layers)
+    for name, tracks in list(BENT.items())[:designs]:
         lines = [PolylineTrack(np.vstack([t.starts, t.ends[-1:]]), t.width, t.thickness, t.z) for t in tracks]
-        whole = sum(track_mutual_inductance(a, b) for a in lines for b in lines)
-        yield (name, whole, settings,
-               lambda tracks=tracks: bent_winding_loss(tracks, COPPER, ModeSet(9, 3, (10, 3)), 12, 40))  # fmt: skip
+        yield name, sum(track_mutual_inductance(a, b) for a in lines for b in lines), bent_settings(tracks)
 
 
-def timed(solve: Callable[[], ProximityLoss], runs: int) -> tuple[ProximityLoss, float, float]:
-    """Result, best time (s) and the middle one over the best."""
-    spent = []
-    for _ in range(runs):
-        begin = time.process_time()
-        found = solve()
-        spent.append(time.process_time() - begin)
-    return found, min(spent), sorted(spent)[len(spent) // 2] / min(spent)
-
-
-def peak(solve: Callable[[], ProximityLoss]) -> int:
-    """Most bytes that a run holds at a time."""
-    tracemalloc.start()
-    solve()
-    most = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    return most
-
-
-def errors(loss: ProximityLoss, exact: ProximityLoss, inductance: float) -> tuple[float, float]:
-    """Largest relative errors of R and of L over the frequencies."""
-    of_r = max(abs(loss.resistance_ratio(f) / exact.resistance_ratio(f) - 1.0) for f in FREQUENCIES)
-    of_l = max(abs(loss.inductance_change(f) - exact.inductance_change(f)) for f in FREQUENCIES)
-    return of_r, of_l / inductance
-
-
-def measure(runs: int = 7) -> list[dict[str, str | float]]:
-    """A row for every design and setting."""
-    rows: list[dict[str, str | float]] = []
-    for design, inductance, settings, finest in solvers():
-        exact, longest, _ = timed(finest, 1)
+def measured(designs: int = 99) -> Iterator[Measured]:
+    """R and L of every design with both settings; `designs` of each kind at most."""
+    for name, direct, settings in solvers(designs):
+        exact = settings.pop("finest")()
         for setting, solve in settings.items():
-            solve()
-            loss, best, spread = timed(solve, runs)
-            of_r, of_l = errors(loss, exact, inductance)
-            rows.append({
-                "design": design, "setting": setting, "time_ms": 1e3 * best, "spread": spread,
-                "memory_MB": peak(solve) / 1e6, "error_R": of_r, "error_L": of_l, "finest_s": longest,
-                "R_10MHz_over_R_dc": exact.resistance_ratio(10e6),
-            })  # fmt: skip
-    return rows
+            loss, cost = solve(), (*timed(solve), peak(solve))
+            of_r = max(abs(loss.resistance_ratio(f) / exact.resistance_ratio(f) - 1.0) for f in FREQUENCIES)
+            of_l = max(abs(loss.inductance_change(f) - exact.inductance_change(f)) for f in FREQUENCIES)
+            kind = "modes, spirals" if name in ROUND else "modes, sides"
+            yield Measured(RESISTANCE, f"{kind}, {setting}", name, *cost, of_r, BOUNDS[setting][0])
+            yield Measured(INDUCTANCE, f"{kind}, {setting}", name, *cost, of_l / direct, BOUNDS[setting][1])
 
 
-def growth() -> list[tuple[int, float]]:
-    """Turns of two layers and the time of the default (s)."""
-    found = []
-    for turns in (5, 10, 20, 40, 80):
-        layers = coil((2 + 0.4 * turns) * MM, turns, 100 * UM, 80 * UM, (0.0, -60 * UM), (18 * UM, 18 * UM))
-        found.append((turns, timed(lambda layers=layers: proximity.winding_loss(layers, COPPER), 3)[1]))
-    return found
+def grown(turns: tuple[int, ...] = (12, 25, 50, 100), layers: tuple[int, ...] = (1, 2, 4, 8)) -> Iterator[Growth]:
+    """How the usual tolerance grows."""
+    for what, settings, make in (("modes, spirals, 3 %", round_settings, _round), ("modes, sides, 3 %", bent_settings,
+                                                                                   _square)):  # fmt: skip
+        yield growth(what, "turns", [(n, settings(make(n, 2))["3 %"]) for n in turns])
+        yield growth(what, "layers", [(n, settings(make(12, n))["3 %"]) for n in layers])
 
 
-def plot(rows: list[dict[str, str | float]], path: Path) -> None:
-    """Time against error, one point for every design and setting."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4.2), sharex=True)
-    for axis, key, bounds in zip(axes, ("error_R", "error_L"), ((0.03, 0.01), (0.003, 0.001)), strict=True):
-        for setting, marker in (("3 %", "o"), ("1 %", "s")):
-            chosen = [row for row in rows if row["setting"] == setting]
-            times, values = [row["time_ms"] for row in chosen], [row[key] for row in chosen]
-            axis.loglog(times, values, marker, label=f"tolerance {setting}")
-        for bound in bounds:
-            axis.axhline(bound, linewidth=0.8, color="grey")
-        axis.set_xlabel("processor time (ms)")
-        axis.set_ylabel(f"error of {key[-1]}, 10 kHz to 10 MHz")
-        axis.grid(True, which="both", alpha=0.2)
-    axes[0].legend()
-    figure.tight_layout()
-    figure.savefig(path)
+def _round(turns: int, layers: int):
+    return coil((2 + 0.4 * turns) * MM, turns, 100 * UM, 80 * UM, [-60 * k * UM for k in range(layers)],
+                [18 * UM] * layers)  # fmt: skip
 
 
-def main() -> None:
-    """Measure, print, write."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.gettempdir())
-    folder.mkdir(parents=True, exist_ok=True)
-    rows = measure()
-    print(f"{'design':22}{'setting':>8}{'time':>9}{'noise':>7}{'memory':>9}{'R':>8}{'L':>9}   R(10 MHz)/R(0)")
-    for row in rows:
-        print(f"{row['design']:22}{row['setting']:>8}{row['time_ms']:7.1f}ms{row['spread']:7.2f}"
-              f"{row['memory_MB']:7.1f}MB{100 * row['error_R']:7.2f}%{100 * row['error_L']:8.3f}%"
-              f"{row['R_10MHz_over_R_dc']:10.3f}")  # fmt: skip
-    times = growth()
-    print("turns of two layers, default:", ", ".join(f"{turns}: {1e3 * spent:.0f} ms" for turns, spent in times))
-    exponent = math.log(times[-1][1] / times[-3][1]) / math.log(times[-1][0] / times[-3][0])
-    print(f"growth with turns from {times[-3][0]} on: N^{exponent:.1f}")
-    with (folder / "alternating_current.csv").open("w", encoding="utf-8", newline="") as out:
-        writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    plot(rows, folder / "alternating_current.svg")
-    print("written:", folder / "alternating_current.csv", folder / "alternating_current.svg")
-
-
-if __name__ == "__main__":
-    main()
+def _square(turns: int, layers: int) -> list[BentTrack]:
+    return square(turns, (2 + 0.4 * turns) * MM, 100 * UM, 180 * UM, [-60 * k * UM for k in range(layers)])

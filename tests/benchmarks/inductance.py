@@ -1,161 +1,87 @@
-"""Run time against error of every method for a coil's inductance, and how time grows: a table and a plot.
+"""Every method for a coil's inductance, and for the mutual inductance of two coils, against the volume integral.
 
-    python tests/benchmarks/inductance.py [-o DIR] [--designs N]
-
-writes inductance.csv and inductance.svg (the Pareto front) into DIR (default: the working directory) and prints the
-table. The errors are against the volume integral of tests/validation. It never fails on time: it says how noisy the
-machine is.
+The references are those of tests/validation (random_designs.csv, coil_pairs.csv): random designs of every shape.
 """
 
 from __future__ import annotations
 
-import argparse
-import csv
-import math
-import resource
-import sys
-import time
+from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
+from types import SimpleNamespace
 
-import numpy as np
+import coil_pairs
+import designs
+import write_references
+from measure import Growth, Measured, growth, peak, timed
 
-TESTS = Path(__file__).parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS / "physics"), str(TESTS / "validation")]
+from sitscad.estimates.neighbours import mutual_error, side_by_side
+from sitscad.estimates.windings import METHODS, Method, WindingGeometry
+from sitscad.geometry.path import Point
+from sitscad.spec.sensor import CoilSpec
 
-import designs  # noqa: E402
-
-from sitscad.estimates.windings import METHODS, WindingGeometry  # noqa: E402
-from sitscad.spec.sensor import CoilSpec  # noqa: E402
-
-COLOURS = {
-    "circle": "#0b6",
-    "square": "#06c",
-    "rectangle": "#609",
-    "hexagon": "#c60",
-    "octagon": "#c06",
-    "racetrack": "#333",
-}
-
-
-def seconds(call) -> float:
-    """Best of three runs in process time: what the work costs, not what the neighbours leave of the machine."""
-    call()
-    best = math.inf
-    for _ in range(3):
-        start = time.process_time()
-        call()
-        best = min(best, time.process_time() - start)
-    return best
-
-
-def noise() -> float:
-    """Relative spread of one fixed piece of work."""
-    x = np.linspace(0.1, 1.0, 200_000)
-    spent = []
-    for _ in range(9):
-        start = time.perf_counter()
-        np.sum(np.arcsinh(x) / np.sqrt(x))
-        spent.append(time.perf_counter() - start)
-    return float(np.std(spent) / np.median(spent))
+TURNS, LAYERS = (12.0, 25.0, 50.0, 100.0, 200.0), (1, 2, 4, 8)
+WINDING, MUTUAL = "inductance of a coil", "mutual inductance of two coils"
 
 
 def geometry(design: designs.Design) -> WindingGeometry:
+    """The design as the methods want it."""
     return WindingGeometry(design.spec, design.spirals, (), design.drawn)
 
 
-def methods(shape: str):
-    return [m for m in METHODS if shape in m.shapes and not m.is_cross_check]
+def methods(shape: str) -> list[Method]:
+    """Every method for a shape, closed formulas too."""
+    return [method for method in METHODS if shape in method.shapes]
 
 
-def accuracy(count: int) -> list[dict[str, object]]:
-    """Every method on `count` random designs a shape: median and largest error, bound over error, time."""
-    rows: list[dict[str, object]] = []
+def measured(each: int) -> Iterator[Measured]:
+    """Every method on `each` small and `each` large designs a family, and the mutual inductance of `each` pairs."""
+    for family in designs.FAMILIES:
+        for series in ("small", "large"):
+            rows = [r for r in write_references.read() if r["family"] == family and r["series"] == series]
+            for row in rows[:: max(1, len(rows) // each)][:each]:
+                yield from _on_design(row)
+        rows = [row for row in coil_pairs.read() if row["family"] == family]
+        for row in rows[:: max(1, len(rows) // each)][:each]:
+            yield _on_pair(row)
+
+
+def _on_design(row: dict[str, str]) -> Iterator[Measured]:
+    design = designs.design(row["family"], int(row["number"]), row["series"] == "large")
+    coil, exact = geometry(design), float(row["inductance_H"])
+    name = f"{row['family']} {row['number']} ({row['series']}): {row['layers']} x {row['turns']}"
+    for method in methods(design.spec.shape):
+        if method.is_valid(coil) and (found := method.solve(coil)) is not None:
+            work = partial(method.solve, coil)
+            yield Measured(WINDING, method.name, name, *timed(work), peak(work), abs(found / exact - 1.0),
+                           method.error(coil))  # fmt: skip
+
+
+def _on_pair(row: dict[str, str]) -> Measured:
+    two = coil_pairs.pair(row["family"], int(row["number"]))
+    one, other = (
+        (SimpleNamespace(centre=Point(*centre)), geometry(design))
+        for design, centre in ((two.first, (0.0, 0.0)), (two.second, two.centre))
+    )
+    work = partial(side_by_side, one, other)
+    found, exact = work(), float(row["mutual_inductance_H"])
+    return Measured(MUTUAL, "side by side", f"{row['family']} {row['number']}", *timed(work), peak(work),
+                    abs(found.inductance / exact - 1.0), mutual_error(found, two.first.spec) / abs(exact))  # fmt: skip
+
+
+def grown(turns: tuple[float, ...] = TURNS, layers: tuple[int, ...] = LAYERS) -> Iterator[Growth]:
+    """How the methods of every shape grow with turns and with layers."""
     for shape in designs.SHAPES:
-        coils = [designs.design(shape, k) for k in range(count)]
-        exact = [designs.exact(coil) for coil in coils]
         for method in methods(shape):
-            valid = [k for k, coil in enumerate(coils) if method.is_valid(geometry(coil))]
-            if not valid:
+            if method.is_cross_check:
                 continue
-            errors = [abs(method.solve(geometry(coils[k])) / exact[k] - 1.0) for k in valid]
-            bounds = [method.error(geometry(coils[k])) for k in valid]
-            spent = [seconds(partial(method.solve, geometry(coils[k]))) for k in valid]
-            rows.append({"shape": shape, "method": method.name, "designs": len(valid),
-                         "median_error": float(np.median(errors)), "largest_error": max(errors),
-                         "median_bound_over_error": float(np.median(np.divide(bounds, errors))),
-                         "exceeded": sum(e > b for e, b in zip(errors, bounds, strict=True)),
-                         "median_ms": 1e3 * float(np.median(spent))})  # fmt: skip
-    return rows
+            what = f"{method.name}, {shape}"
+            yield growth(what, "turns", [(n, partial(method.solve, _coil(shape, n, 2))) for n in turns])
+            yield growth(what, "layers", [(n, partial(method.solve, _coil(shape, 24.0, n))) for n in layers])
 
 
-def growth() -> list[str]:
-    """How the time of the finest method grows with turns and with layers: exponents of power laws."""
-    lines = []
-    for shape in designs.SHAPES:
-        method = methods(shape)[0]
-
-        def one(turns: float, layers: int, shape: str = shape):
-            spec = CoilSpec(shape=shape, size=(30e-3, 20e-3) if shape in ("rectangle", "racetrack") else (20e-3, 20e-3),
-                            turns=turns, layers=tuple(range(1, layers + 1)), trace_width=40e-6,
-                            trace_spacing=40e-6)  # fmt: skip
-            return geometry(designs.built(spec, tuple(-60e-6 * k for k in range(layers)), 18e-6))
-
-        turns = [seconds(partial(method.solve, one(n, 1))) for n in (12.0, 24.0, 48.0, 96.0)]
-        layers = [seconds(partial(method.solve, one(12.0, n))) for n in (1, 2, 4, 8)]
-        power = np.polyfit(np.log([24, 48, 96]), np.log(turns[1:]), 1)[0]
-        power_layers = np.polyfit(np.log([1, 2, 4, 8]), np.log(layers), 1)[0]
-        lines.append(f"{shape}, {method.name}: turns^{power:.2f} (96 turns {1e3 * turns[-1]:.0f} ms), "
-                     f"layers^{power_layers:.2f} (8 layers of 12 turns {1e3 * layers[-1]:.0f} ms)")  # fmt: skip
-    return lines
-
-
-def plot(rows: list[dict[str, object]]) -> str:
-    """Error over time, both logarithmic, as SVG."""
-
-    def x(ms: float) -> float:
-        return 60 + 140 * (math.log10(ms) + 1.5)
-
-    def y(error: float) -> float:
-        return 20 + 62 * -math.log10(max(error, 1e-7))
-
-    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="720" height="500" font-family="sans-serif" '
-             'font-size="11">',
-             '<rect width="720" height="500" fill="#fff"/>']  # fmt: skip
-    for k in range(-1, 4):
-        parts.append(f'<text x="{x(10.0**k):.0f}" y="490">{10.0**k:g} ms</text>')
-    for k in range(1, 8):
-        parts.append(f'<text x="5" y="{y(10.0**-k):.0f}">1e-{k}</text>')
-        parts.append(f'<line x1="50" x2="710" y1="{y(10.0**-k):.0f}" y2="{y(10.0**-k):.0f}" stroke="#ddd"/>')
-    for row in rows:
-        px, py, top = x(row["median_ms"]), y(row["median_error"]), y(row["largest_error"])
-        colour = COLOURS[row["shape"]]
-        parts.append(f'<line x1="{px:.1f}" x2="{px:.1f}" y1="{py:.1f}" y2="{top:.1f}" stroke="{colour}"/>')
-        parts.append(f'<circle cx="{px:.1f}" cy="{py:.1f}" r="4" fill="{colour}"/>')
-        parts.append(f'<text x="{px + 6:.1f}" y="{py + 4:.1f}">{row["shape"]} {row["method"]}</text>')
-    return "\n".join([*parts, "</svg>"]) + "\n"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=Path("."))
-    parser.add_argument("--designs", type=int, default=12)
-    arguments = parser.parse_args()
-    rows = accuracy(arguments.designs)
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    with (arguments.output / "inductance.csv").open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
-    (arguments.output / "inductance.svg").write_text(plot(rows), encoding="utf-8")
-    print(f"{'shape':10} {'method':16} {'designs':>7} {'median':>8} {'largest':>8} {'bound/error':>11} {'ms':>7}")
-    for r in rows:
-        print(f"{r['shape']:10} {r['method']:16} {r['designs']:7} {r['median_error']:8.1e} {r['largest_error']:8.1e} "
-              f"{r['median_bound_over_error']:11.1f} {r['median_ms']:7.1f}")  # fmt: skip
-    print("\n".join(growth()))
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"peak memory {peak:.0f} MB; the same work repeated spreads by {100 * noise():.0f} %")
-
-
-if __name__ == "__main__":
-    main()
+def _coil(shape: str, turns: float, layers: int) -> WindingGeometry:
+    size = 4e-3 + 2.0 * 80e-6 * turns
+    long = 1.5 * size if shape in ("rectangle", "racetrack") else size
+    spec = CoilSpec(shape=shape, size=(long, size), turns=turns, layers=tuple(range(1, layers + 1)),
+                    trace_width=40e-6, trace_spacing=40e-6)  # fmt: skip
+    return geometry(designs.built(spec, tuple(-60e-6 * k for k in range(layers)), 18e-6))

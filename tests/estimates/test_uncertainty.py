@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sitscad.estimates import estimate
+from sitscad.estimates import estimate, uncertainty
 from sitscad.estimates.uncertainty import (
     CAPACITOR,
     DIAMETER,
@@ -24,6 +24,7 @@ from sitscad.estimates.windings import equivalent_spirals, winding_geometry
 from sitscad.layout import lay_out
 from sitscad.physics.proximity import winding_loss
 from sitscad.physics.resistance import COPPER_CONDUCTIVITY
+from sitscad.physics.spirals import SpiralLayer
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
@@ -75,6 +76,16 @@ def test_slopes_of_the_inductance_are_its_differences(shape):
         found = (winding_inductance(changed(spec, **{key: step}))
                  - winding_inductance(changed(spec, **{key: -step}))) / (2 * step)  # fmt: skip
         assert slopes[name] == pytest.approx(found, rel=0.25, abs=6e-3 * whole), name
+
+
+@pytest.mark.parametrize("turns", [2, 12, 60])
+def test_short_waves_hardly_count_for_the_slope_with_the_layers_distance(monkeypatch, turns):
+    """They took four of ten seconds of a coil of two hundred turns."""
+    one = SpiralLayer((1.0 + 0.22 * turns) * 1e-3, 2e-4, turns, 0.0, 1, True, 0.0, 1e-4, 18e-6)
+    layers = [one, replace(one, z=-6e-5, sense=-1, inward=False)]
+    slope = uncertainty._distance_slopes(layers)[0, 1]
+    monkeypatch.setattr(uncertainty, "SHORT_WAVES", 0.0)
+    assert slope == pytest.approx(uncertainty._distance_slopes(layers)[0, 1], rel=1e-3)
 
 
 @pytest.mark.parametrize("frequency", [1e6, 5e6, 10e6])

@@ -91,6 +91,9 @@ def test_rings_against_filaments(name, fine):
     assert changes[1:4] == pytest.approx(
         (reference - reference[0])[1:4], abs=(1e-3 if fine and name != "tight" else 3e-3) * reference[0]
     )
+    # at 20 MHz, beyond what the modes are chosen for
+    assert ours[4] == pytest.approx(limit.real[4], rel=0.015 if fine else 0.03)
+    assert changes[4] == pytest.approx((reference - reference[0])[4], abs=2e-3 * reference[0])
 
 
 # radii (mm), heights (um), width, copper (um) and filaments across and through. What was read before points and orders
@@ -110,7 +113,7 @@ def thick_rings_by_filaments(name):
     radius, height = np.array(radii) * MM, np.array(heights) * UM
     coarse, better = (
         ring_impedance(
-            radius, height, width * UM, copper * UM, COPPER, FREQUENCIES[1:4], across * n // 3, through * n // 3
+            radius, height, width * UM, copper * UM, COPPER, FREQUENCIES[1:], across * n // 3, through * n // 3
         )
         for n in (2, 3)
     )
@@ -130,9 +133,11 @@ def test_thick_copper_against_filaments(name, fine):
     gap = proximity.least_gap(100 * UM if width == 100 else 500 * UM, width * UM, sorted(set(height)))
     modes = suited_modes(width * UM, copper * UM, gap, skin_depth(10e6, COPPER), fine)
     loss = rings_by_modes(radius, height, width * UM, copper * UM, modes)
-    ours = [loss.direct * loss.resistance_ratio(f) for f in FREQUENCIES[1:4]]
-    assert ours == pytest.approx(limit, rel=0.015)
-    assert loss.is_resolved(10e6)
+    ours = [loss.direct * loss.resistance_ratio(f) for f in FREQUENCIES[1:]]
+    assert ours[:3] == pytest.approx(limit[:3], rel=0.015)
+    # at 20 MHz, beyond what the modes are chosen for, copper of 0.35 mm is too thick for them
+    assert ours[3] == pytest.approx(limit[3], rel=(0.03 if fine else 0.09) if copper > 300 else 0.015 if fine else 0.03)
+    assert loss.is_resolved(20e6)
 
 
 def test_too_few_points_are_noticed():
