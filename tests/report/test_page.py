@@ -10,7 +10,7 @@ import pytest
 
 import sitscad
 from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places, numbered_places
+from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.report.page import _findings, render
 
 SPEC = """\
