@@ -8,6 +8,7 @@ square to the line for a line and an arc), or the pieces cross. All of these are
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +59,7 @@ class Primitives:
         size = np.hypot(along[:, 0], along[:, 1])
         return along / np.where(size > 0.0, size, 1.0)[:, None]
 
-    @property
+    @cached_property
     def boxes(self) -> Floats:
         """Bounding boxes (n, 4): x_min, y_min, x_max, y_max; for arcs of ends and every axis crossing."""
         low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
@@ -132,18 +133,32 @@ def distances(one: Primitives, other: Primitives) -> Floats:
 
 def to_points(pieces: Primitives, points: Floats) -> Floats:
     """Distance (n,) from piece k to point k of (n, 2)."""
-    along = pieces.end - pieces.start
-    square = _dot(along, along)
-    offset = points - pieces.start
-    t = np.clip(_dot(offset, along) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    result = np.hypot(*(offset - t[:, None] * along).T)
-    arc = np.flatnonzero(pieces.radius > 0.0)
-    if arc.size:
-        out = points[arc] - pieces.centre[arc]
-        on = within_sweep(np.arctan2(out[:, 1], out[:, 0]), pieces.angle[arc], pieces.sweep[arc])
-        ends = np.minimum(np.hypot(*(points[arc] - pieces.start[arc]).T), np.hypot(*(points[arc] - pieces.end[arc]).T))
-        result[arc] = np.where(on, np.abs(np.hypot(out[:, 0], out[:, 1]) - pieces.radius[arc]), ends)
+    result = np.empty(len(pieces))
+    round_ = pieces.radius > 0.0
+    for index, distance in ((np.flatnonzero(~round_), _lines_to_points), (np.flatnonzero(round_), _arcs_to_points)):
+        if index.size == len(pieces):
+            return distance(pieces, points)
+        if index.size:
+            result[index] = distance(pieces.take(index), points[index])
     return result
+
+
+def _lines_to_points(lines: Primitives, points: Floats) -> Floats:
+    along = lines.end - lines.start
+    square = _dot(along, along)
+    offset = points - lines.start
+    t = np.clip(_dot(offset, along) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    return np.asarray(np.hypot(*(offset - t[:, None] * along).T))
+
+
+def _arcs_to_points(arcs: Primitives, points: Floats) -> Floats:
+    out = points - arcs.centre
+    on = _faces(arcs, out)
+    result = np.abs(np.hypot(out[:, 0], out[:, 1]) - arcs.radius)
+    off = np.flatnonzero(~on)
+    to_start, to_end = points[off] - arcs.start[off], points[off] - arcs.end[off]
+    result[off] = np.minimum(np.hypot(to_start[:, 0], to_start[:, 1]), np.hypot(to_end[:, 0], to_end[:, 1]))
+    return np.asarray(result)
 
 
 def nearest_pairs(
@@ -212,20 +227,28 @@ def _arc_arc(one: Primitives, other: Primitives) -> Floats:
     apart = np.hypot(axis[:, 0], axis[:, 1])
     unit = np.where(apart[:, None] > 1e-15, axis / np.where(apart > 1e-15, apart, 1.0)[:, None], [1.0, 0.0])
     result = np.full(len(apart), np.inf)
-    for s1 in (-1.0, 1.0):
-        for s2 in (-1.0, 1.0):
-            on = _faces(one, s1 * unit) & _faces(other, s2 * unit)
+    signs = (-1.0, 1.0)
+    faces, other_faces = [_faces(one, sign * unit) for sign in signs], [_faces(other, sign * unit) for sign in signs]
+    for s1, on in zip(signs, faces, strict=True):
+        for s2, other_on in zip(signs, other_faces, strict=True):
             gap = np.abs(apart + s2 * other.radius - s1 * one.radius)
-            result = np.where(on, np.minimum(result, gap), result)
+            result = np.where(on & other_on, np.minimum(result, gap), result)
     meets = (apart > 1e-15) & (apart <= one.radius + other.radius) & (apart >= np.abs(one.radius - other.radius))
-    at = (apart**2 + one.radius**2 - other.radius**2) / np.where(meets, 2.0 * apart, 1.0)
+    index = np.flatnonzero(meets)
+    result[index[_arcs_cross(one.take(index), other.take(index), apart[index], unit[index])]] = 0.0
+    return result
+
+
+def _arcs_cross(one: Primitives, other: Primitives, apart: Floats, unit: Floats) -> NDArray[np.bool_]:
+    """Whether arcs cross whose circles do; `apart` (m) and `unit` lead from one centre to the other."""
+    at = (apart**2 + one.radius**2 - other.radius**2) / (2.0 * apart)
     half = np.sqrt(np.maximum(0.0, one.radius**2 - at**2))
     normal = np.column_stack([-unit[:, 1], unit[:, 0]])
+    crossed = np.zeros(len(apart), dtype=bool)
     for sign in (-1.0, 1.0):
         offset = at[:, None] * unit + (sign * half)[:, None] * normal
-        hit = meets & _faces(one, offset) & _faces(other, offset - axis)
-        result = np.where(hit, 0.0, result)
-    return result
+        crossed |= _faces(one, offset) & _faces(other, offset - (other.centre - one.centre))
+    return crossed
 
 
 def _faces(arc: Primitives, direction: Floats) -> NDArray[np.bool_]:
