@@ -28,6 +28,10 @@ LEGS = 2
 """A branch has at most so many legs, with a via between them."""
 
 
+NO_LEG = -1, 0.0, 0.0
+NO_VIA = math.nan, math.nan, math.nan, math.nan
+
+
 @record(eq=False)
 class BranchTable:
     """Branches of one connection, the cheapest first; rows of all arrays are branches.
@@ -96,23 +100,20 @@ class BranchTable:
 
 def branch_table(around: Surroundings, branches: Sequence[Branch]) -> BranchTable:
     """The arrays of some branches."""
-    count = len(branches)
-    layer = np.full((count, LEGS), -1, dtype=np.intp)
-    low, sweep = np.zeros((count, LEGS)), np.zeros((count, LEGS))
-    centre, angle, beside = np.full((count, 2), np.nan), np.full(count, np.nan), np.full(count, np.nan)
-    stretches, owner = [], []
+    legs, vias, stretches, owner = [], [], [], []
     for k, branch in enumerate(branches):
-        for i, leg in enumerate(branch.legs):
-            layer[k, i], low[k, i], sweep[k, i] = leg.layer, leg.angle + min(leg.sweep, 0.0), abs(leg.sweep)
-            for line in leg.way:
-                stretches.append((*line.start, *line.end))
+        rows = [(leg.layer, leg.angle + min(leg.sweep, 0.0), abs(leg.sweep)) for leg in branch.legs]
+        legs.append((*rows, NO_LEG)[:LEGS])
+        vias.append(NO_VIA if branch.hole is None else (*branch.hole.centre, *around.stand(branch.hole)))
+        for leg in branch.legs:
+            for start, end in leg.stretches:
+                stretches.append((*start, *end))
                 owner.append(k)
-        if branch.hole is not None:
-            centre[k] = branch.hole.centre
-            angle[k], beside[k] = around.stand(branch.hole)
+    leg_of, via_of = np.array(legs, dtype=float).reshape(-1, LEGS, 3), np.array(vias, dtype=float).reshape(-1, 4)
     table = np.array(stretches, dtype=float).reshape(-1, 4)
-    return BranchTable(around, tuple(branches), layer, low, sweep, centre, angle, beside, table[:, :2],
-                       table[:, 2:] - table[:, :2], np.array(owner, dtype=np.intp))  # fmt: skip
+    return BranchTable(around, tuple(branches), leg_of[..., 0].astype(np.intp), leg_of[..., 1], leg_of[..., 2],
+                       via_of[:, :2], via_of[:, 2], via_of[:, 3], table[:, :2], table[:, 2:] - table[:, :2],
+                       np.array(owner, dtype=np.intp))  # fmt: skip
 
 
 def _interval_gap(low: Any, sweep: Any, other_low: Any, other_sweep: Any) -> Array:

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
+from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Line, Path, Point, polyline
 from sitscad.layout.board import Winding
@@ -112,10 +113,11 @@ class Leg:
         """Where the leg leaves the ring."""
         return self.angle + self.sweep
 
-    @cached_property
-    def way(self) -> Path:
-        """The part beyond the ring."""
-        return polyline([self.around.ring.at(self.end_angle), *self.finish])
+    @property
+    def stretches(self) -> list[tuple[Point, Point]]:
+        """Start and end of every straight stretch beyond the ring."""
+        corners = (self.around.ring.at(self.end_angle), *self.finish)
+        return [(start, end) for start, end in pairwise(corners) if start.distance(end) > 1e-12]
 
     @cached_property
     def track(self) -> Track:
@@ -125,7 +127,8 @@ class Leg:
         path = Path((Line(self.begin, first),)) if self.begin.distance(first) > 1e-9 else Path(())
         if self.sweep:
             path = path + ring.along(self.angle, self.end_angle, self.sweep > 0)
-        return Track(path + self.way, self.around.bus.width, self.layer)
+        beyond = Path(tuple(Line(start, end) for start, end in self.stretches))
+        return Track(path + beyond, self.around.bus.width, self.layer)
 
     @property
     def cost(self) -> float:
@@ -164,10 +167,10 @@ class Branch:
         """The hole, if there is one."""
         return (self.hole,) if self.hole else ()
 
-    @cached_property
+    @property
     def cost(self) -> float:
         """Length (m), a via counting as a millimetre."""
-        return sum(leg.cost for leg in self.legs) + (1e-3 if self.hole else 0.0)
+        return sum([leg.cost for leg in self.legs]) + (1e-3 if self.hole else 0.0)
 
 
 @record

@@ -262,16 +262,18 @@ def sampled_mutual_inductance(
     (p, dp), (q, dq) = first, second
     middle = 0.5 * (p.mean(axis=0) + q.mean(axis=0))
     p, q = p - middle, q - middle
-    squares, other_squares = np.sum(p * p, axis=1), np.sum(q * q, axis=1) + clearance
+    # Squared distances as one product: (-2 p, p^2, 1) with (q, 1, q^2).
+    own = np.column_stack([-2.0 * p, np.sum(p * p, axis=1), np.ones(len(p))])
+    other = np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1) + clearance])
     rows = max(1, chunk // max(1, len(q)))
     total = 0.0
     for k in range(0, len(p), rows):
         part = slice(k, k + rows)
-        distance = p[part] @ (-2.0 * q.T)
-        distance += squares[part, None]
-        distance += other_squares
+        distance = own[part] @ other
         np.sqrt(distance, out=distance)
-        total += float(np.sum((dp[part] @ dq.T) / distance))
+        shares = dp[part] @ dq.T
+        shares /= distance
+        total += float(np.sum(shares))
     return MU0 / (4.0 * math.pi) * total
 
 
@@ -297,6 +299,8 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
     away = points[:, None, :2] - segments.starts[None, :, :]
     along = away[..., 0] * axis[:, 0] + away[..., 1] * axis[:, 1]
     lateral = away[..., 0] * axis[:, 1] - away[..., 1] * axis[:, 0]
-    rho = np.sqrt(lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + clearance * clearance)
-    potential = np.arcsinh(along / rho) - np.arcsinh((along - lengths) / rho)
+    square = lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + clearance * clearance
+    # With the distances r of both ends: asinh(a / rho) - asinh((a - l) / rho) = ln((r1 + r2 + l) / (r1 + r2 - l)).
+    both = np.sqrt(along**2 + square) + np.sqrt((along - lengths) ** 2 + square)
+    potential = np.log((both + lengths) / (both - lengths))
     return MU0 / (4.0 * math.pi) * float(np.sum((elements @ axis.T) * potential))
