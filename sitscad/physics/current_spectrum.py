@@ -78,7 +78,11 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
     highest = _harmonics(layers, nearest) if harmonics is None else harmonics
-    values = np.array([_spiral_waves(layer, k, highest) for layer in layers])
+    known: dict[tuple[float, ...], _Radial] = {}
+    for layer in layers:  # layers of one size share all but angle, sense and way of the current
+        if _size(layer) not in known:
+            known[_size(layer)] = _radial(layer, k, highest)
+    values = np.array([_spiral_waves(layer, k, known[_size(layer)]) for layer in layers])
     twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
     power = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
     return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), power)
@@ -90,16 +94,33 @@ def _harmonics(layers: Sequence[SpiralLayer], nearest: float) -> int:
     return min(MOST_HARMONICS, max(LEAST_HARMONICS, math.ceil(0.65 * pitch / nearest)))
 
 
-def _spiral_waves(layer: SpiralLayer, k: Array, highest: int) -> ComplexArray:
-    # Harmonics of one layer across and along the waves, (2, highest + 1, k).
+def _size(layer: SpiralLayer) -> tuple[float, ...]:
+    return layer.radius, layer.pitch, layer.turns
+
+
+@record(eq=False)
+class _Radial:
+    # Radii between a spiral's ends (r), their weights (m), and J_m and J_m' of every wave there (m, k, r).
+    radii: Array
+    weights: Array
+    values: Array
+    slopes: Array
+
+
+def _radial(layer: SpiralLayer, k: Array, highest: int) -> _Radial:
     low = layer.inner_radius
     half = 0.5 * (layer.radius - low)
     nodes, share = gauss(12 + math.ceil(0.6 * (half * float(k[-1]) + math.pi * highest * layer.turns)))
     r = low + half * (1.0 + nodes)
+    return _Radial(r, share * half, *_bessel_slopes(k[:, None] * r, highest))
+
+
+def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> ComplexArray:
+    # Harmonics of one layer across and along the waves, (2, highest + 1, k).
+    r, values, slopes = radial_part.radii, radial_part.values, radial_part.slopes
     angle = layer.angle + layer.sense * 2.0 * math.pi * (layer.radius - r) / layer.pitch
-    m = np.arange(highest + 1)[:, None]
-    turn = np.exp(-1j * m * angle) * (share * half / layer.pitch)
-    values, slopes = _bessel_slopes(k[:, None] * r, highest)
+    m = np.arange(len(values))[:, None]
+    turn = np.exp(-1j * m * angle) * (radial_part.weights / layer.pitch)
     radial = -layer.sense * layer.pitch / (2.0 * math.pi) * turn
     around, inwards = (np.einsum("mkr,mr->mk", slopes, part) for part in (turn * r, radial))
     plain, beside = (np.einsum("mkr,mr->mk", values, part) for part in (turn, radial / r))
