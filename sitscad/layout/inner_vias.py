@@ -129,8 +129,9 @@ def _clear_places(inside: Inside, towards: Point, copper: dict[int, Array], keep
         return np.empty((0, 2))
     places = np.array(list(_places(inside, towards, max(0.0, reach))))
     turns = np.concatenate(list(copper.values()))
-    across, up = (places[:, None, axis] - turns[None, :, axis] for axis in (0, 1))
-    gaps = np.sqrt(np.min(across * across + up * up, axis=1))
+    across, up = (np.square(places[:, None, axis] - turns[None, :, axis]) for axis in (0, 1))
+    across += up
+    gaps = np.sqrt(np.min(across, axis=1))
     return np.asarray(places[gaps >= keep + width / 2 - ROUNDING])
 
 

@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 TRUSTED = 1e-3
 """Share of a resistance that may rest on negative relaxation times: rounding leaves 1e-20."""
 
-AT_ONCE = 4_000_000
-"""Distances of points that are held in memory at once."""
+AT_ONCE = 16_000
+"""Distances of points that are worked on at once: as many as stay near the processor."""
 
 FEW = 64
 """Modes up to which all their relaxation times cost less than a Lanczos run."""

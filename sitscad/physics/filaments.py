@@ -252,7 +252,7 @@ def sampled_mutual_inductance(
     first: tuple[Array, Array],
     second: tuple[Array, Array],
     clearance: float = 0.0,
-    chunk: int = 200_000,
+    chunk: int = 60_000,
 ) -> float:
     """Mutual inductance (H) of two filamentary curves far apart against the spacing of their nodes.
 
@@ -265,13 +265,16 @@ def sampled_mutual_inductance(
     # Squared distances as one product: (-2 p, p^2, 1) with (q, 1, q^2).
     own = np.column_stack([-2.0 * p, np.sum(p * p, axis=1), np.ones(len(p))])
     other = np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1) + clearance])
-    rows = max(1, chunk // max(1, len(q)))
+    rows = max(1, min(len(p), chunk // max(1, len(q))))
+    # Written over again and again: fresh memory for every part would cost as much as the sum.
+    distances, all_shares = np.empty((rows, len(q))), np.empty((rows, len(q)))
     total = 0.0
     for k in range(0, len(p), rows):
         part = slice(k, k + rows)
-        distance = own[part] @ other
+        distance, shares = distances[: len(p) - k], all_shares[: len(p) - k]
+        np.matmul(own[part], other, out=distance)
         np.sqrt(distance, out=distance)
-        shares = dp[part] @ dq.T
+        np.matmul(dp[part], dq.T, out=shares)
         shares /= distance
         total += float(np.sum(shares))
     return MU0 / (4.0 * math.pi) * total
