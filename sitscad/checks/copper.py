@@ -160,9 +160,7 @@ def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
     radius = np.array([item.drill / 2.0 if isinstance(item, Via) else np.nan for item in copper.items])
     drilled = radius[copper.item] if len(radius) else np.empty(0)
     half = np.where(np.isnan(drilled), copper.half, drilled)
-    i, j = _pairs(copper, clearance)
-    keep = np.isnan(drilled[i]) != np.isnan(drilled[j])
-    i, j = i[keep], j[keep]
+    i, j = _pairs(copper, clearance, ~np.isnan(drilled))
     gap = _gaps(copper, i, j, np.full(len(i), clearance), half)
     bad = np.flatnonzero(gap < clearance - ROUNDING)
     yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], half, np.full(len(bad), clearance))
@@ -194,13 +192,20 @@ def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
     yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
 
 
-def _pairs(copper: Copper, clearance: float) -> tuple[Indices, Indices]:
-    """Index pairs of pieces on one layer whose boxes come within the clearance of one another."""
+def _pairs(copper: Copper, clearance: float, chosen: NDArray[np.bool_] | None = None) -> tuple[Indices, Indices]:
+    """Index pairs of pieces on one layer whose boxes come within the clearance of one another; with `chosen` those of
+    a chosen piece and one that is not.
+    """
     boxes, reach = copper.pieces.boxes, copper.half + clearance / 2.0
     found = [np.empty((0, 2), dtype=np.intp)]
     for layer in sorted(set(copper.layer.tolist())):
         members = np.flatnonzero(copper.layer == layer)
-        found.append(members[nearest_pairs(boxes[members], reach[members])])
+        if chosen is None:
+            found.append(members[nearest_pairs(boxes[members], reach[members])])
+            continue
+        these, those = members[chosen[members]], members[~chosen[members]]
+        pairs = nearest_pairs(boxes[these], reach[these], boxes[those], reach[those])
+        found.append(np.sort(np.column_stack([these[pairs[:, 0]], those[pairs[:, 1]]]), axis=1))
     pairs = np.concatenate(found)
     return pairs[:, 0], pairs[:, 1]
 

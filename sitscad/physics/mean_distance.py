@@ -144,7 +144,7 @@ def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) 
 def _twice_integrated(x: Array, z: Array) -> Array:
     # Second integral over x of ln sqrt(x^2 + z^2); z > 0.
     square = x * x + z * z
-    return 0.25 * (x * x - z * z) * np.log(square) - 0.75 * x * x + x * z * np.arctan2(x, z)
+    return 0.25 * (x * x - z * z) * np.log(square) - 0.75 * x * x + x * z * np.arctan(x / z)
 
 
 @lru_cache(maxsize=256)
