@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 from sitscad.finding import Finding
-from sitscad.geometry.path import Point, bounding_box
+from sitscad.geometry.path import Point, Segment
 from sitscad.layout import room
 from sitscad.layout.advice import with_remedy
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Escape, Patience
 from sitscad.layout.lanes import Bus, bus_for
-from sitscad.layout.outline import Body, outline
+from sitscad.layout.outline import CORNER_RADIUS, Body, outline
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
 from sitscad.layout.tail import Run, TailFrame, connector_of, first_via, frame, opening, runs, stiffener, turn_begin
@@ -99,6 +99,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
     traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
     body = _body(spec, traces, vias, half_width, tail)
+    copper = _copper_points(traces, vias, body.start + CORNER_RADIUS)
     plate = stiffener(spec, tail)
     begin = turn_begin(spec, bus, tail)
     straight = Layout(
@@ -107,7 +108,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         traces=traces,
         vias=vias,
         pads=tuple(sorted(pads, key=lambda pad: pad.number)),
-        outline=outline(body, tail, _copper_points(traces, vias), spec.fpc.rules.copper_to_edge),
+        outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
         body=(body.start, -body.half_width, body.end, body.half_width),
         top_openings=(opening(spec, tail),),
         bottom_openings=(),
@@ -124,19 +125,38 @@ def _body(
 ) -> Body:
     """The body reaches from the farthest copper to where the tail begins to narrow."""
     edge = spec.fpc.rules.copper_to_edge
-    left = [bounding_box([trace.path])[0] - trace.width / 2 for trace in traces]
+    left = [_leftmost(traces)]
     left += [via.centre.x - via.pad / 2 for via in vias]
     left += [p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements]
     return Body(min(left) - edge, tail.body_end, half_width)
 
 
-def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...]) -> list[tuple[Point, float]]:
-    """Points of the copper with its half width there (m): ends of all pieces, middles of the windings' arcs, vias."""
+def _leftmost(traces: tuple[Trace, ...]) -> float:
+    """Least x (m) of the tracks' copper; infinite where there are none."""
+    least = math.inf
+    for trace in traces:
+        for segment in trace.path:
+            if _at_least(segment) - trace.width / 2 < least:
+                least = min(least, segment.box[0] - trace.width / 2)
+    return least
+
+
+def _at_least(segment: Segment) -> float:
+    # No point of a segment has a smaller x: cheaper than where it really ends.
+    return min(segment.start.x, segment.end.x) - segment.length
+
+
+def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:
+    """Points of the copper with its half width there (m): ends of all pieces, middles of the windings' arcs, vias.
+
+    Pieces that lie beyond x = `before` (m) are left out.
+    """
     points = [(via.centre, via.pad / 2) for via in vias]
     for trace in traces:
         points.append((trace.path.start, trace.width / 2))
         for segment in trace.path:
-            points += [(segment.at(fraction), trace.width / 2) for fraction in (0.25, 0.5, 0.75, 1.0)]
+            if _at_least(segment) < before:
+                points += [(segment.at(fraction), trace.width / 2) for fraction in (0.25, 0.5, 0.75, 1.0)]
     return points
 
 
