@@ -116,7 +116,7 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
     clearance = _side_distances((starts, ends), (starts, ends))
     for i, one in enumerate(sets):
         for j, other in enumerate(sets):
-            height = abs(one.z - other.z)
+            height = round(abs(one.z - other.z), 12)  # alike ones share a table
             widths = (min(one.width, other.width), max(one.width, other.width))
             thicknesses = (min(one.thickness, other.thickness), max(one.thickness, other.thickness))
             block = slice(sizes[i], sizes[i + 1]), slice(sizes[j], sizes[j + 1])

@@ -117,6 +117,7 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
     return tuple(sum(math.comb(2 * n, 2 * k) * (-1) ** k * x[n - k] * z[k] for k in range(n + 1)) for n in range(1, 6))
 
 
+@lru_cache(maxsize=64)
 def _difference_moments(a: float, b: float) -> tuple[float, ...]:
     # Even moments of the difference of two uniform variables of widths a and b.
     def uniform(width: float, n: int) -> float:
