@@ -11,7 +11,6 @@ from sitscad.geometry.spiral import outer_boundary
 from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
 from sitscad.layout.escape import Escape, OuterEnd, Patience, Surroundings, escape, outer_ends
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
-from sitscad.layout.maze import Ground, Maze
 from sitscad.layout.ring import Ring
 from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height, stretched
 from sitscad.layout.wound_coils import WoundCoil
@@ -198,6 +197,8 @@ class _Rows:
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | int:
         """Every coil's escape, or which coil found none."""
+        from sitscad.layout.maze import Ground, Maze  # coils in one line go without
+
         spec, tail = self.spec, self.tail
         start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
         board = Obstacles(spec.fpc.rules, self.bus.spacing, self.half_width)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
@@ -97,6 +96,8 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
 
 def to_json(document: object) -> str:
     """JSON text with every number that is not finite as null, and pure ASCII for every terminal and locale."""
+    import json  # text needs none of it, and most checks are read by people
+
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 
 
