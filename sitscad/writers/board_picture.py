@@ -147,7 +147,7 @@ def _copper(layout: Layout, layer: int, view: _View) -> Iterator[str]:
     for drop in (drop for drop in layout.teardrops if drop.layer == layer):
         yield f"<path d='{view.path(drop.outline)}' fill='{colour}' stroke='none'/>"
     yield "</g>"
-    for pad in (pad for pad in layout.pads if pad.layer == layer):
+    for pad in (pad for pad in layout.all_pads if pad.layer == layer):
         (w, h), (x, y) = pad.size, pad.centre
         size = f"width='{_n(w * view.scale)}' height='{_n(h * view.scale)}'"
         corner = f"x='{_n(view.x(x - w / 2))}' y='{_n(view.y(y + h / 2))}'"
