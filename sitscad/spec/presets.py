@@ -30,7 +30,7 @@ _TABLES = {"conductor": "conductors", "dielectric": "dielectrics", "elastomer": 
 
 @cache
 def names(kind: str) -> tuple[str, ...]:
-    """The presets of a kind, sorted: stackup, rules, connector, jaw, conductor, dielectric, elastomer, file naming."""
+    """The presets of a kind, sorted: stackup, rules, connector, jaw, material kinds, chip, file naming."""
     if kind == "file naming":
         return tuple(sorted({row["naming"] for row in _read(DATA / "archive_names.csv")}))
     if kind in _FOLDERS:

@@ -201,6 +201,9 @@ def _check_chip(document: SpecDocument, remarks: Remarks) -> None:
         remarks.flaw("SIT009", key, "the capacitors are at the converter", "capacitor_at: coil, or leave it out")
     if tail is None:
         remarks.flaw("SIT009", key, "there is no tail with a stiffener to carry them", "give the spec an fpc.tail")
+    elif presets.connector(tail.connector).insertion_thickness <= 0.0:
+        message = f"a tail that ends in {tail.connector} has no stiffener, and chips on bare film crack"
+        remarks.flaw("SIT009", key, message, "take a connector that is plugged in, like zif-0.5mm")
     elif tail.layers == 1:
         remarks.flaw("SIT009", key, "they need a tail of two copper layers", "fpc.tail.layers: 2")
 
