@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -119,7 +120,7 @@ class _Stand:
 def copper_of(layout: Layout) -> Copper:
     """The copper of a whole layout."""
     stands = dict(_stands(layout))
-    items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.pads, *layout.teardrops)
+    items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.all_pads, *layout.teardrops)
     rows: list[Row] = []
     columns: list[tuple[int, float, int, float, float, float, int]] = []
     for index, item in enumerate(items):
@@ -366,12 +367,22 @@ def _contact_stands(layout: Layout, coil: Coil, number: int, length: float) -> I
     traces = [element for element in coil.series if isinstance(element, Trace)]
     if not traces:
         return
-    ends = ((traces[0].path.start, 0.0), (traces[-1].path.end, length))
-    for pad in layout.pads:
+    ends: tuple[tuple[Position, float], ...] = ((traces[0].path.start, 0.0), (traces[-1].path.end, length))
+    ends += tuple(_ends_within(coil))
+    for pad in layout.all_pads:
         for point, at in ends:
             if pad.net == coil.net and _covers(pad, point):
                 yield id(pad), _Stand(number, at)
                 break
+
+
+def _ends_within(coil: Coil) -> Iterator[tuple[Position, float]]:
+    """Where tracks of one layer follow each other, and how far along the conductor (m): pads may stand there."""
+    way = 0.0
+    for one, other in pairwise(coil.series):
+        way += one.path.length if isinstance(one, Trace) else 0.0
+        if isinstance(one, Trace) and isinstance(other, Trace) and one.layer == other.layer:
+            yield one.path.end, way
 
 
 def _covers(pad: Pad, point: Position) -> bool:

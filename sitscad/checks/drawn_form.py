@@ -180,7 +180,7 @@ def _is_covered(subject: Subject, point: Floats, layer: int) -> bool:
     x, y = float(point[0]), float(point[1])
     return any(math.hypot(via.centre.x - x, via.centre.y - y) < _SAME_PLACE for via in subject.layout.vias) or any(
         pad.layer == layer and abs(pad.centre.x - x) <= pad.size[0] / 2 and abs(pad.centre.y - y) <= pad.size[1] / 2
-        for pad in subject.layout.pads
+        for pad in subject.layout.all_pads
     )
 
 
@@ -192,7 +192,7 @@ def _stiff_in_bend(subject: Subject, zone: tuple[float, float]) -> Iterator[Comp
     for via in layout.vias:
         if _overlap(via.centre.x, via.pad / 2, zone) > ROUNDING:
             yield _in_bend(f"a via of {via.net}", _overlap(via.centre.x, via.pad / 2, zone), _place_of(via))
-    for pad in layout.pads:
+    for pad in layout.all_pads:
         if _overlap(pad.centre.x, pad.size[0] / 2, zone) > ROUNDING:
             yield _in_bend(f"contact {pad.pin}", _overlap(pad.centre.x, pad.size[0] / 2, zone), _place_of(pad))
     if layout.stiffener is not None:

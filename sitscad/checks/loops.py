@@ -96,7 +96,7 @@ def _nodes(layout: Layout) -> Callable[[Point, int], Node]:
         cell = _cell(point)
         if cell in vias:
             return (0, vias[cell], 0)
-        for i, pad in enumerate(layout.pads):
+        for i, pad in enumerate(layout.all_pads):
             (x, y), (width, height) = pad.centre, pad.size
             if pad.layer == layer and abs(point.x - x) <= width / 2 and abs(point.y - y) <= height / 2:
                 return (-1, i, 0)

@@ -111,8 +111,8 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
     parts = _Parts()
     for edge in graph.edges:
         parts.join(edge.one, edge.other)
-    for net in dict.fromkeys(pad.net for pad in graph.layout.pads):
-        pads = [(i, pad) for i, pad in enumerate(graph.layout.pads) if pad.net == net]
+    for net in dict.fromkeys(pad.net for pad in graph.layout.all_pads):
+        pads = [(i, pad) for i, pad in enumerate(graph.layout.all_pads) if pad.net == net]
         roots = {parts.root((-1, i, 0)): pad for i, pad in reversed(pads)}
         first = pads[0][1]
         yield from ((first, pad) for pad in roots.values() if pad is not first)
@@ -146,7 +146,7 @@ def _nodes(layout: Layout) -> Callable[[Point, int], Node]:
         cell = _cell(point)
         if cell in vias:
             return (0, vias[cell], 0)
-        for i, pad in enumerate(layout.pads):
+        for i, pad in enumerate(layout.all_pads):
             (x, y), (width, height) = pad.centre, pad.size
             if pad.layer == layer and abs(point.x - x) <= width / 2 and abs(point.y - y) <= height / 2:
                 return (-1, i, 0)

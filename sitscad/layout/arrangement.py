@@ -8,14 +8,25 @@ from sitscad.finding import Finding
 from sitscad.geometry.path import Point, Segment
 from sitscad.layout import room
 from sitscad.layout.advice import with_remedy
-from sitscad.layout.board import Coil, Layout, Role, Trace, Via
+from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Escape, Patience
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.outline import CORNER_RADIUS, Body, outline
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
-from sitscad.layout.tail import Run, TailFrame, connector_of, first_via, frame, opening, runs, stiffener, turn_begin
+from sitscad.layout.tail import (
+    Run,
+    TailFrame,
+    chip_openings,
+    connector_of,
+    first_via,
+    frame,
+    opening,
+    runs,
+    stiffener,
+    turn_begin,
+)
 from sitscad.layout.turn import course, turned
 from sitscad.layout.wound_coils import WoundCoil, wind_all
 from sitscad.record import record
@@ -88,13 +99,16 @@ def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
 def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) -> Layout:
     bus, wound, routing, tail, half_width = found.bus, found.wound, found.routing, found.tail, found.half_width
     coils: list[Coil] = []
-    pads = []
+    pads, capacitors = [], []
     for index, (placement, coil) in enumerate(zip(spec.array.placements, wound, strict=True)):
         way = routing.escapes[index] if routing else None
         ends = runs(spec, bus, tail, routing.lanes[index], way.entries) if routing and way else None
         series = _series(spec, placement.name, coil, way, ends)
         coils.append(Coil(placement, placement.name, coil.windings, series, way is not None and way.lead_b is not None))
         pads += [run.pad for run in ends] if ends else []
+        if ends and ends[0].chip_pad and ends[1].chip_pad and tail.chip:
+            both = (ends[0].chip_pad, ends[1].chip_pad)
+            capacitors.append(Capacitor(both[0].reference, placement.name, tail.chip.name, both))
     pieces = [piece for coil in coils for piece in coil.series]
     traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
@@ -110,11 +124,12 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         pads=tuple(sorted(pads, key=lambda pad: pad.number)),
         outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
         body=(body.start, -body.half_width, body.end, body.half_width),
-        top_openings=(opening(spec, tail),),
+        top_openings=(opening(spec, tail), *(r for c in capacitors for r in chip_openings(c.pads))),
         bottom_openings=(),
         stiffener=plate,
         bend_zone=_bend_zone(spec, tail, begin if tail.turn else math.inf),
         findings=findings,
+        capacitors=tuple(capacitors),
     )
     line = course(spec.fpc.tail, tail.half_width, begin)
     return turned(straight, line) if line else straight

@@ -49,7 +49,10 @@ class Via:
 
 @record
 class Pad:
-    """A rectangular contact: centre and size [x, y] in metres, its net and its pin (``C1.A``, ``C1.B``)."""
+    """A rectangular contact: centre and size [x, y] in metres, its net and its pin (``C1.A``, ``C1.B``).
+
+    ``reference`` is the part that it belongs to: the contacts of the tail, or a capacitor.
+    """
 
     centre: Point
     size: tuple[float, float]
@@ -57,6 +60,23 @@ class Pad:
     net: str
     pin: str
     number: int
+    reference: str = "J1"
+
+
+@record
+class Capacitor:
+    """Two pads for a coil's tank capacitor across its pair, the first on end A; ``package`` is the chip's name."""
+
+    reference: str
+    coil: str
+    package: str
+    pads: tuple[Pad, Pad]
+
+    @property
+    def centre(self) -> Point:
+        """The middle between the pads."""
+        one, other = (pad.centre for pad in self.pads)
+        return Point((one.x + other.x) / 2, (one.y + other.y) / 2)
 
 
 @record
@@ -123,6 +143,12 @@ class Layout:
     stiffener: Stiffener | None
     bend_zone: tuple[float, float] | None
     findings: tuple[Finding, ...] = ()
+    capacitors: tuple[Capacitor, ...] = ()
+
+    @property
+    def all_pads(self) -> tuple[Pad, ...]:
+        """The contacts, and the capacitors' pads."""
+        return self.pads + tuple(pad for capacitor in self.capacitors for pad in capacitor.pads)
 
     @property
     def copper_layers(self) -> int:

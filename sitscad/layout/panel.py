@@ -173,7 +173,7 @@ def _is_free(layout: Layout, at: Point) -> bool:
     if layout.bend_zone is not None and layout.bend_zone[0] - keep < at.x < layout.bend_zone[1] + keep:
         return False
     boxes = [bounding_box([layout.stiffener.outline.outline])] if layout.stiffener is not None else []
-    for pad in layout.pads:
+    for pad in layout.all_pads:
         (w, h), (x, y) = pad.size, pad.centre
         boxes.append((x - w / 2, y - h / 2, x + w / 2, y + h / 2))
     return not any(x0 - keep < at.x < x1 + keep and y0 - keep < at.y < y1 + keep for x0, y0, x1, y1 in boxes)
@@ -205,8 +205,9 @@ def coupon_spec(spec: SensorSpec) -> SensorSpec:
     """The sensor reduced to its first coil in free air, with solder pads in place of the tail."""
     first = replace(spec.array.placements[0], centre=(0.0, 0.0))
     alone = ArraySpec("single", (CoilPlacement("C1", first.centre, first.rotation),))
+    readout = replace(spec.readout, chip=None)
     nothing = {"target": None, "elastomer": None, "encapsulation": None, "mount": None, "shield": None}
-    return replace(spec, array=alone, fpc=replace(spec.fpc, tail=None), **nothing)  # type: ignore[arg-type]
+    return replace(spec, array=alone, fpc=replace(spec.fpc, tail=None), readout=readout, **nothing)  # type: ignore[arg-type]
 
 
 def _coupon_places(

@@ -12,7 +12,7 @@ from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.layout.turn import turn_length
 from sitscad.record import record
-from sitscad.spec.sensor import Connector, SensorSpec
+from sitscad.spec.sensor import Chip, Connector, SensorSpec
 
 TAIL_TRACE_WIDTH = 0.2e-3
 """Tracks widen to this outside the jaw, for their resistance (m)."""
@@ -23,6 +23,12 @@ BARE_LENGTH = 2.0e-3
 END_GAP = 0.2e-3
 """Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance."""
 
+CHIP_ROOM = 0.3e-3
+"""Between a capacitor's pads and the vias behind and the bends before them (m): the opening's edge and its distance."""
+
+CHIP_OPENING = 0.05e-3
+"""How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)."""
+
 CAP = 0.25e-3
 """Straight copper left between the bends and the vias at the contacts (m)."""
 
@@ -32,7 +38,8 @@ class TailFrame:
     """Where the tail lies (m), before it is turned: its start and end along x, its half width, its connector.
 
     ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
-    ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias need more.
+    ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias or capacitors
+    (``chip``) need more.
     """
 
     connector: Connector
@@ -47,6 +54,7 @@ class TailFrame:
     neck_width: float
     fan_pitch: float
     edge: float
+    chip: Chip | None = None
     turn: float = 0.0
     outermost: float = 0.0
     """How far from the axis (m) the outermost of the pairs enters the funnel that part in it."""
@@ -78,9 +86,19 @@ class TailFrame:
 
     @property
     def fan_end(self) -> float:
-        """Up to where the tracks run as far apart as the vias ask, and the tail has its whole width."""
+        """Up to where the vias stand; behind them are the capacitors, if any."""
+        return self.chip_end - (self.chip.pad_across + 2.0 * CHIP_ROOM if self.chip else 0.0)
+
+    @property
+    def chip_end(self) -> float:
+        """Up to where capacitors may stand, and the tail has its whole width."""
         shoulder = self.pad_start - self.shoulder
         return min(shoulder, self.squeeze_start) if self.squeeze > 1e-9 else shoulder
+
+    @property
+    def chip_centre(self) -> float:
+        """Where along x the capacitors stand."""
+        return (self.fan_end + self.chip_end) / 2
 
     def strip(self, start: float) -> Path:
         """The closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
@@ -102,10 +120,11 @@ class TailFrame:
 
 @record
 class Run:
-    """One conductor from the funnel to its contact, in that direction: tracks and holes, and the contact."""
+    """One conductor from the funnel to its contact, in that direction: tracks, holes, contact; a capacitor's pad."""
 
     pieces: tuple[Track | Hole, ...]
     pad: Pad
+    chip_pad: Pad | None = None
 
 
 def connector_of(spec: SensorSpec, solder_pads: Connector) -> Connector:
@@ -130,8 +149,9 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     width = _tail_trace_width(spec, bus, connector)
     turn = turn_length(spec.fpc.tail, half_width)
     laid = TailFrame(
-        connector, body_end, funnel, start, start, half_width, plug, end_gap, width, bus.width, fan, edge, turn
-    )
+        connector, body_end, funnel, start, start, half_width, plug, end_gap, width, bus.width, fan, edge,
+        chip_of(spec, bus), turn,
+    )  # fmt: skip
     needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
     if turn:
         needed = max(needed, connector.stiffener_length) + turn + CAP
@@ -147,7 +167,13 @@ def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
     """Pitch (m) of the tracks where a via stands beside every other one: the contacts', or what such a row needs."""
     if not bus.is_stacked:
         return connector.pitch
-    return max(connector.pitch, _beside_via(spec, bus) + spec.fpc.rules.trace_width / 2)
+    chip = chip_of(spec, bus)
+    return max(connector.pitch, _beside_via(spec, bus) + spec.fpc.rules.trace_width / 2, chip.pitch if chip else 0.0)
+
+
+def chip_of(spec: SensorSpec, bus: Bus) -> Chip | None:
+    """What stands across every pair before its contacts; nothing without a tail, or where pairs lie side by side."""
+    return spec.readout.chip if spec.fpc.tail is not None and bus.is_stacked else None
 
 
 def _beside_via(spec: SensorSpec, bus: Bus) -> float:
@@ -158,8 +184,9 @@ def _beside_via(spec: SensorSpec, bus: Bus) -> float:
 
 def _outer_copper(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
     """How far copper reaches beyond the middle of an outermost contact: a via's pad, or half the track (m)."""
-    track = _tail_trace_width(spec, bus, connector) / 2
-    return max(track, spec.fpc.rules.via_pad / 2) if bus.is_stacked else track
+    track, chip = _tail_trace_width(spec, bus, connector) / 2, chip_of(spec, bus)
+    beyond = max(track, chip.pad_along / 2) if chip else track
+    return max(beyond, spec.fpc.rules.via_pad / 2) if bus.is_stacked else track
 
 
 def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
@@ -270,16 +297,36 @@ def _stacked_run(
     joint = Point(part.x + abs(height - middle), height)
     layer = bus.layers[0] if end == "A" else bus.layers[1]
     pieces: list[Track | Hole] = [Track(neck, bus.width, layer)]
+    chip_pad = _chip_pad(tail, lane, height, end)
     if end == "A":
-        pieces.append(Track(polyline([foot, part, joint, *_squeezed(tail, height, pad)]), tail.trace_width, layer))
-        return Run(tuple(pieces), pad)
+        pieces += _past_chip(tail, layer, [foot, part, joint], chip_pad, _squeezed(tail, height, pad))
+        return Run(tuple(pieces), pad, chip_pad)
     hole = Hole(Point(via_x, height), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill)
     pieces += [
         Track(polyline([foot, part, joint, hole.centre]), tail.trace_width, layer),
         hole,
-        Track(polyline([hole.centre, *_squeezed(tail, height, pad)]), tail.trace_width, pad.layer),
+        *_past_chip(tail, pad.layer, [hole.centre], chip_pad, _squeezed(tail, height, pad)),
     ]
-    return Run(tuple(pieces), pad)
+    return Run(tuple(pieces), pad, chip_pad)
+
+
+def _past_chip(
+    tail: TailFrame, layer: int, before: list[Point], pad: Pad | None, after: list[Point]
+) -> list[Track | Hole]:
+    """A track, broken in the middle of the capacitor's pad that it passes, if there is one."""
+    if pad is None:
+        return [Track(polyline([*before, *after]), tail.trace_width, layer)]
+    ways = ([*before, pad.centre], [pad.centre, *after])
+    return [Track(polyline(way), tail.trace_width, layer) for way in ways]
+
+
+def _chip_pad(tail: TailFrame, lane: Lane, height: float, end: str) -> Pad | None:
+    """The capacitor's pad on a track that comes along at a height."""
+    if tail.chip is None:
+        return None
+    reference, number = f"CT{lane.placement.name.removeprefix('C')}", 1 if end == "A" else 2
+    size, centre = (tail.chip.pad_across, tail.chip.pad_along), Point(tail.chip_centre, height)
+    return Pad(centre, size, 1, lane.placement.name, f"{reference}.{number}", number, reference)
 
 
 def _squeezed(tail: TailFrame, height: float, pad: Pad) -> list[Point]:
@@ -311,6 +358,15 @@ def opening(spec: SensorSpec, tail: TailFrame) -> Region:
     """The coverlay's opening over all contacts, out to the end of the board."""
     half = tail.plug_half_width - min(spec.fpc.rules.coverlay_web, tail.plug_half_width / 4)
     return Region(rectangle(tail.pad_start, -half, tail.end, half))
+
+
+def chip_openings(pads: tuple[Pad, ...]) -> tuple[Region, ...]:
+    """The coverlay's openings over capacitors' pads: a little larger, so that the whole pad is bare."""
+    found = []
+    for pad in pads:
+        (w, h), (x, y) = (side / 2 + CHIP_OPENING for side in pad.size), pad.centre
+        found.append(Region(rectangle(x - w, y - h, x + w, y + h)))
+    return tuple(found)
 
 
 def tail_thickness(spec: SensorSpec) -> float:

@@ -174,11 +174,11 @@ class _Surroundings:
         for i, via in enumerate(layout.vias):
             away = max(via.pad / 2 + spacing, via.drill / 2 + rules.drill_to_copper)
             add(line_row(*via.centre, *via.centre), away, ("via", i), via.net)
-        for i, pad in enumerate(layout.pads):
+        for i, pad in enumerate(layout.all_pads):
             if pad.layer == layer:
-                (x, y), (width, height) = pad.centre, pad.size
-                half = min(width, height) / 2
-                add(line_row(x - width / 2 + half, y, x + width / 2 - half, y), spacing + half, ("pad", i), pad.net)
+                (x, y), half = pad.centre, min(pad.size) / 2
+                dx, dy = (side / 2 - half for side in pad.size)
+                add(line_row(x - dx, y - dy, x + dx, y + dy), spacing + half, ("pad", i), pad.net)
         for row, _ in path_rows(layout.outline):
             add(row, rules.copper_to_edge, ("edge", 0), "")
         self._pieces: Primitives = from_rows(rows)
@@ -203,7 +203,7 @@ class _Surroundings:
         if kind == "via":
             return self._layout.vias[number].centre.distance(leg.start) < SLACK
         if kind == "pad":
-            return _holds(self._layout.pads[number], leg.start)
+            return _holds(self._layout.all_pads[number], leg.start)
         if number == index:
             return True
         other = self._layout.traces[number].path

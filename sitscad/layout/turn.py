@@ -162,6 +162,9 @@ def turned(layout: Layout, way: Course) -> Layout:
         traces=tuple(item for item in pieces if isinstance(item, Trace)),
         vias=tuple(item for item in pieces if isinstance(item, Via)),
         pads=tuple(_pad(pad, way) for pad in layout.pads),
+        capacitors=tuple(
+            replace(each, pads=(_pad(each.pads[0], way), _pad(each.pads[1], way))) for each in layout.capacitors
+        ),
         outline=way.path(layout.outline),
         top_openings=_regions(layout.top_openings, way.path),
         bottom_openings=_regions(layout.bottom_openings, way.path),

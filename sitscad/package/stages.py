@@ -191,7 +191,7 @@ class Design:
     @cached_property
     def nets(self) -> dict[str, tuple[str, ...]]:
         """The pins that every net of the layout joins."""
-        pads = self.layout.pads
+        pads = self.layout.all_pads
         return {net: tuple(sorted(pad.pin for pad in pads if pad.net == net)) for net in self.layout.nets}
 
     @cached_property

@@ -20,6 +20,9 @@ from sitscad.spec.yaml_text import TextError
 
 _TAGS = (NAME, WRITTEN)
 
+MOST_LISTED = 16
+"""Keys of a section that a hint lists."""
+
 
 def finding_from_text(error: TextError) -> Finding:
     """A complaint about the text itself."""
@@ -77,7 +80,8 @@ def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[
     hint = f"did you mean {close[0]}? " if close else f"did you mean {elsewhere}? " if elsewhere else ""
     where = f"in {_key(loc[:-1])}" if len(loc) > 1 else "at the top"
     message = f"{described(word)} is no key {where}"
-    return _finding("SIT002", message, f"{hint}allowed: {', '.join(allowed)}", key, line, column)
+    listed = ", ".join(allowed[:MOST_LISTED]) + (", ... (all: docs/spec.md)" if len(allowed) > MOST_LISTED else "")
+    return _finding("SIT002", message, f"{hint}allowed: {listed}", key, line, column)
 
 
 def _missing_key(key: str, source: SpecSource) -> Finding:

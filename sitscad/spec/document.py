@@ -285,7 +285,12 @@ class ReadoutDocument(Section):
 
     device: str = key(Choice(("ldc1614",)), "the converter", "ldc1614")
     capacitance: float | None = key(TankCapacitance, "of the tank, like 330 pF; auto: chosen, with reasons", "auto")
-    capacitor_at: str = key(Choice(("coil", "converter")), "where it is soldered", "converter")
+    capacitor_at: str | None = key(
+        Choice(("coil", "converter")), "where it is soldered: converter, unless capacitors_on_board", None
+    )
+    capacitors_on_board: str | None = key(
+        Preset("chip"), "places for the capacitors on the tail's stiffener, and of what size", None
+    )
     cable: CableDocument | None = key(Part(CableDocument), "none: the tail plugs into the converter's board", None)
     clock: float = key(Clock, "reference clock", "40 MHz")
     scan_rate: float = key(Rate, "complete scans of all coils per second", "100 Hz")

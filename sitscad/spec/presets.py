@@ -16,7 +16,7 @@ from typing import Any
 
 from sitscad.spec.design_rules import DesignRules, FoilLines
 from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.sensor import Connector, Jaw
+from sitscad.spec.sensor import Chip, Connector, Jaw
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 from sitscad.units import parse_quantity
 
@@ -25,12 +25,12 @@ DATA = Path(__file__).parent.parent / "data"
 Row = Mapping[str, str]
 
 _FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws"}
-_TABLES = {"conductor": "conductors", "dielectric": "dielectrics", "elastomer": "elastomers"}
+_TABLES = {"conductor": "conductors", "dielectric": "dielectrics", "elastomer": "elastomers", "chip": "chips"}
 
 
 @cache
 def names(kind: str) -> tuple[str, ...]:
-    """The presets of a kind, sorted: stackup, rules, connector, jaw, conductor, dielectric, elastomer, file naming."""
+    """The presets of a kind, sorted: stackup, rules, connector, jaw, material kinds, chip, file naming."""
     if kind == "file naming":
         return tuple(sorted({row["naming"] for row in _read(DATA / "archive_names.csv")}))
     if kind in _FOLDERS:
@@ -147,6 +147,14 @@ def connector(name: str) -> Connector:
     rows = _fields("connector", name)
     lengths = {field: parse_quantity(row["value"], "length") for field, row in rows.items() if field != "kind"}
     return Connector(name=name, kind=rows["kind"]["value"], **lengths, source=_sources(rows))
+
+
+@cache
+def chip(name: str) -> Chip:
+    """The land pattern of a chip; raises KeyError where there is none of that name."""
+    row = _table("chips")[name]
+    lengths = {field: parse_quantity(row[field], "length") for field in ("pad_along", "pad_across", "pitch")}
+    return Chip(name, **lengths, source=_source(row))
 
 
 @cache

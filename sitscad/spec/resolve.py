@@ -184,7 +184,28 @@ def resolve_readout(document: SpecDocument, remarks: Remarks) -> ReadoutSpec:
     """The converter and its cable."""
     part = document.readout
     cable = None if part.cable is None else _cable(part.cable, remarks)
-    return ReadoutSpec(part.device, part.capacitance, part.capacitor_at, cable, part.clock, part.scan_rate)
+    chip = None if part.capacitors_on_board is None else presets.chip(part.capacitors_on_board)
+    place = part.capacitor_at or ("coil" if chip else "converter")
+    if part.capacitor_at is None:
+        remarks.default("readout.capacitor_at", place)
+    _check_chip(document, remarks)
+    return ReadoutSpec(part.device, part.capacitance, place, cable, part.clock, part.scan_rate, chip)
+
+
+def _check_chip(document: SpecDocument, remarks: Remarks) -> None:
+    """Whether capacitors on the board have a place there, with the tail's pairs above each other."""
+    part, tail, key = document.readout, document.fpc.tail, "readout.capacitors_on_board"
+    if part.capacitors_on_board is None:
+        return
+    if part.capacitor_at == "converter":
+        remarks.flaw("SIT009", key, "the capacitors are at the converter", "capacitor_at: coil, or leave it out")
+    if tail is None:
+        remarks.flaw("SIT009", key, "there is no tail with a stiffener to carry them", "give the spec an fpc.tail")
+    elif presets.connector(tail.connector).insertion_thickness <= 0.0:
+        message = f"a tail that ends in {tail.connector} has no stiffener, and chips on bare film crack"
+        remarks.flaw("SIT009", key, message, "take a connector that is plugged in, like zif-0.5mm")
+    elif tail.layers == 1:
+        remarks.flaw("SIT009", key, "they need a tail of two copper layers", "fpc.tail.layers: 2")
 
 
 def _cable(document: CableDocument, remarks: Remarks) -> Cable:

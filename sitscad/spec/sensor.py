@@ -92,6 +92,17 @@ class Connector:
 
 
 @record
+class Chip:
+    """The land pattern of a two-terminal chip: its pads' size along and across it, distance of their centres (m)."""
+
+    name: str
+    pad_along: float
+    pad_across: float
+    pitch: float
+    source: str = ""
+
+
+@record
 class Tail:
     """The strip that leads to the converter: length in metres along its middle, its connector, its copper layers and
     how it bends.
@@ -219,7 +230,10 @@ class Cable:
 
 @record
 class ReadoutSpec:
-    """The converter; ``capacitance`` in farads (None: chosen), ``scan_rate`` is complete scans of all coils per s."""
+    """The converter; ``capacitance`` in farads (None: chosen), ``scan_rate`` is complete scans of all coils per s.
+
+    ``chip`` is the land pattern of the tank capacitors on the tail's stiffener, None where they are elsewhere.
+    """
 
     device: str
     capacitance: float | None
@@ -227,6 +241,7 @@ class ReadoutSpec:
     cable: Cable | None
     clock: float
     scan_rate: float
+    chip: Chip | None = None
 
 
 @record

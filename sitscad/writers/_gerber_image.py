@@ -70,12 +70,15 @@ def document(
 
 # Copper: each object with its aperture, (function, template), in an order that depends on nothing but the layout.
 
+CONTACTS = "J1"
+"""What the contacts of the tail are called; other pads are a capacitor's."""
+
 Object = Trace | Via | Pad
 Aperture = tuple[str, str]
 
 
 def _copper(layout: Layout, layer: int) -> Iterator[str]:
-    objects: list[Object] = [*layout.on_layer(layer), *layout.vias, *(p for p in layout.pads if p.layer == layer)]
+    objects: list[Object] = [*layout.on_layer(layer), *layout.vias, *(p for p in layout.all_pads if p.layer == layer)]
     contact = _contact_function(layout)
     drawn = sorted(((_aperture(item, contact), item.net, order), item) for order, item in enumerate(objects))
     codes = {aperture: 10 + i for i, aperture in enumerate(sorted({key[0] for key, _ in drawn}))}
@@ -107,7 +110,8 @@ def _aperture(item: Object, contact: str) -> Aperture:
         return "Conductor", f"C,{mm(item.width)}"
     if isinstance(item, Via):
         return "ViaPad", f"C,{mm(item.pad)}"
-    return contact, f"R,{mm(item.size[0])}X{mm(item.size[1])}"
+    function = contact if item.reference == CONTACTS else "SMDPad,CuDef"
+    return function, f"R,{mm(item.size[0])}X{mm(item.size[1])}"
 
 
 def _drawn(item: Object) -> Iterator[str]:
@@ -116,7 +120,7 @@ def _drawn(item: Object) -> Iterator[str]:
     elif isinstance(item, Via):
         yield f"{xy(grid(item.centre))}D03*"
     else:
-        yield f"%TO.P,J1,{item.number},{item.pin}*%"
+        yield f"%TO.P,{item.reference},{item.number},{item.pin}*%"
         yield f"{xy(grid(item.centre))}D03*"
         yield "%TD.P*%"
 

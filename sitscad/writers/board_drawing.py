@@ -144,7 +144,7 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float) -> None:
         pieces = [view.path(piece) for piece in _until(trace.path, limit)]
         if pieces:
             sheet.draw(pieces, Pen(view.length(trace.width), COPPER))
-    for pad in layout.pads:
+    for pad in layout.all_pads:
         (w, h), (x, y) = pad.size, pad.centre
         if x + w / 2 <= limit + 1e-9:
             sheet.draw(view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)), THIN, CONTACT)

@@ -147,7 +147,7 @@ def _copper(layout: Layout, layer: int, view: _View) -> Iterator[str]:
     for drop in (drop for drop in layout.teardrops if drop.layer == layer):
         yield f"<path d='{view.path(drop.outline)}' fill='{colour}' stroke='none'/>"
     yield "</g>"
-    for pad in (pad for pad in layout.pads if pad.layer == layer):
+    for pad in (pad for pad in layout.all_pads if pad.layer == layer):
         (w, h), (x, y) = pad.size, pad.centre
         size = f"width='{_n(w * view.scale)}' height='{_n(h * view.scale)}'"
         corner = f"x='{_n(view.x(x - w / 2))}' y='{_n(view.y(y + h / 2))}'"
@@ -188,6 +188,10 @@ def _labels(layout: Layout, view: _View) -> Iterator[str]:
         x, y = _free_place(layout, coil.centre, 0.9 * size / view.scale)
         place = f"x='{_n(view.x(x))}' y='{_n(view.y(y) + 0.35 * size)}'"
         yield f"<text {place} font-size='{_n(size)}'>{escape(coil.name)}</text>"
+    for each in layout.capacitors:
+        size = min(12.0, max(7.0, 0.4 * max(each.pads[0].size) * view.scale))
+        place = f"x='{_n(view.x(each.centre.x))}' y='{_n(view.y(each.centre.y) + 0.35 * size)}'"
+        yield f"<text {place} font-size='{_n(size)}'>{escape(each.reference)}</text>"
     for pad in layout.pads:
         text = min(16.0, 0.9 * max(min(pad.size) * view.scale, 8.0))
         across, down = view.x(pad.centre.x), view.y(pad.centre.y)

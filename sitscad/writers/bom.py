@@ -105,14 +105,19 @@ def _circuit(layout: Layout) -> Iterator[Item]:
 def _converter(layout: Layout, estimates: Sized) -> Iterator[Item]:
     readout, coils = layout.spec.readout, len(layout.coils)
     chosen = estimates.readout.capacitance
-    place = "at the coil" if readout.capacitor_at == "coil" else "at the converter, across INxA and INxB"
+    chip = readout.chip.name if layout.capacitors and readout.chip else ""
+    if chip:
+        references = ", ".join(each.reference for each in layout.capacitors)
+        place = f"soldered to the tail: {references}, places in fpc/{layout.spec.name}-placement.csv"
+    else:
+        place = "at the coil" if readout.capacitor_at == "coil" else "at the converter, across INxA and INxB"
     reason = estimates.readout.capacitance_reason
     yield Item(
         "capacitor",
         coils,
         show(chosen, "F") if chosen is not None and math.isfinite(chosen) else "none found",
         "C0G",
-        "",
+        chip,
         f"one a coil, {place}" + (f"; {reason}" if reason else ""),
     )
     devices = math.ceil(coils / CHANNELS)

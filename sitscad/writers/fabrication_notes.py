@@ -87,6 +87,15 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Stiffener", _stiffener(layout)
     if fpc.tail is not None and fpc.tail.connector.insertion_thickness > 0.0:
         yield "Contacts", _contacts(layout)
+    if layout.capacitors:
+        names = ", ".join(each.reference for each in layout.capacitors)
+        yield (
+            "Capacitors",
+            (
+                f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; "
+                "soldered on by hand or by an assembler, not part of this order unless it says so"
+            ),
+        )
     if layout.bend_zone is not None:
         yield "Bend", bend_text(layout)
     if turn := turn_text(layout):

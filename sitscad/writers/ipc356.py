@@ -33,7 +33,7 @@ def _header(layout: Layout) -> Iterator[str]:
 
 def _records(layout: Layout) -> Iterator[str]:
     for net in layout.nets:
-        yield from (_contact(layout, pad) for pad in layout.pads if pad.net == net)
+        yield from (_contact(layout, pad) for pad in layout.all_pads if pad.net == net)
         yield from (_via(layout, via) for via in layout.vias if via.net == net)
 
 
@@ -43,7 +43,7 @@ def _contact(layout: Layout, pad: Pad) -> str:
     size = f"X{_number(pad.size[0], 4)}Y{_number(pad.size[1], 4)}"
     covered = _covered(layout, pad.centre)
     access = f"A{pad.layer if bottom else 1:02d}"
-    return _record("327", pad.net, "J1", str(pad.number), "", access, pad.centre, size, covered)
+    return _record("327", pad.net, pad.reference, str(pad.number), "", access, pad.centre, size, covered)
 
 
 def _via(layout: Layout, via: Via) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sitscad.layout.board import Layout
 from sitscad.writers.kicad_board import board
+from sitscad.writers.kicad_capacitor import capacitor_footprints
 from sitscad.writers.kicad_coil import coil_footprints
 from sitscad.writers.kicad_footprint import FOOTPRINT_NAME, library_footprint
 from sitscad.writers.kicad_rules import custom_rules, project
@@ -24,6 +25,7 @@ def render(layout: Layout) -> dict[str, bytes]:
         f"kicad/{name}.kicad_dru": custom_rules(layout),
     }
     library = ({FOOTPRINT_NAME: library_footprint(layout)} if layout.pads else {}) | coil_footprints(layout)
+    library |= capacitor_footprints(layout)
     files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
     if library:
         files["kicad/fp-lib-table"] = _library_table(name)

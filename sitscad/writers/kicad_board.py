@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import Point, bounding_box, rectangle
 from sitscad.layout.board import Layout, Role, Trace, Via
+from sitscad.writers.kicad_capacitor import placed_capacitors
 from sitscad.writers.kicad_footprint import board_footprint, contact_openings, filled
 from sitscad.writers.kicad_sexpr import (
     Grid,
@@ -55,6 +56,7 @@ def board(layout: Layout) -> str:
     ]
     if layout.pads:
         children.append(board_footprint(layout, nets, sheet))
+    children += placed_capacitors(layout, nets, sheet)
     children += [*_graphics(layout, sheet), *_tracks(layout, nets, sheet)]
     children += [_via(via, i, layout, nets, sheet) for i, via in enumerate(layout.vias)]
     children += _teardrops(layout, nets, sheet)
@@ -90,7 +92,7 @@ def _paper(layout: Layout) -> str:
 
 def net_numbers(layout: Layout) -> dict[str, int]:
     """Net names and their numbers in the file; 0 is KiCad's "no net"."""
-    drawn_nets = (*(t.net for t in layout.traces), *(v.net for v in layout.vias), *(p.net for p in layout.pads))
+    drawn_nets = (*(t.net for t in layout.traces), *(v.net for v in layout.vias), *(p.net for p in layout.all_pads))
     return {name: number for number, name in enumerate(dict.fromkeys(("", *layout.nets, *drawn_nets)))}
 
 
@@ -138,7 +140,7 @@ def _free_openings(layout: Layout, sheet: Grid) -> Iterator[str]:
         ("F.Mask", layout.top_openings, 1),
         ("B.Mask", layout.bottom_openings, layout.copper_layers),
     ):
-        taken = contact_openings(openings, [pad for pad in layout.pads if pad.layer == number])
+        taken = contact_openings(openings, [pad for pad in layout.all_pads if pad.layer == number])
         for i, region in enumerate(o for o in openings if o not in taken):
             yield filled("gr", region, layer, sheet, (layout.spec.name, layer, "free", i))
 

@@ -57,24 +57,25 @@ def library_footprint(layout: Layout) -> str:
 
 def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> list[str]:
     place, owner = anchor(layout), (layout.spec.name, "board" if nets is not None else "library")
-    low, high = _extent(layout.pads)
+    low, high = extent(layout.pads)
     low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
     tail = layout.spec.fpc.tail
     value = tail.connector.name if tail else "solder pads"
     above, below = low[1] - _COURTYARD_MARGIN - 1_000_000, high[1] + _COURTYARD_MARGIN + 1_000_000
     rows = [
-        _property("Reference", reference, (0, above), owner),
-        _property("Value", value, (0, below), owner),
+        property_text("Reference", reference, (0, above), owner),
+        property_text("Value", value, (0, below), owner),
         f"(descr {quoted(f'{len(layout.pads)} contacts of {layout.spec.name}, {value}')})",
         _ATTRIBUTES,
         *_openings(layout, place, owner),
-        _courtyard(low, high, owner),
-        *(_pad(pad, layout, place, nets, owner) for pad in layout.pads),
+        courtyard(low, high, owner),
+        *(pad_text(pad, layout, place, nets, owner) for pad in layout.pads),
     ]
     return [*rows, "(embedded_fonts no)"]
 
 
-def _property(name: str, text: str, at: Grid, owner: tuple[str, ...]) -> str:
+def property_text(name: str, text: str, at: Grid, owner: tuple[str, ...]) -> str:
+    """A property of a footprint, shown on the fabrication layer."""
     place = f"{xy('at', at)[:-1]} 0)"
     return node(f"property {quoted(name)} {quoted(text)}", place, '(layer "F.Fab")', identity(*owner, name), _FONT)
 
@@ -103,14 +104,18 @@ def filled(prefix: str, region: Region, layer: str, place: Grid, names: tuple[ob
     return f"({prefix}_poly {points} {pen} (layer {quoted(layer)}) {identity(*names)})"
 
 
-def _courtyard(low: Grid, high: Grid, owner: tuple[str, ...]) -> str:
-    start = xy("start", (low[0] - _COURTYARD_MARGIN, low[1] - _COURTYARD_MARGIN))
-    end = xy("end", (high[0] + _COURTYARD_MARGIN, high[1] + _COURTYARD_MARGIN))
+def courtyard(low: Grid, high: Grid, owner: tuple[str, ...], margin: int = _COURTYARD_MARGIN) -> str:
+    """The courtyard's rectangle, a margin (nm) round what lies between two corners."""
+    start = xy("start", (low[0] - margin, low[1] - margin))
+    end = xy("end", (high[0] + margin, high[1] + margin))
     pen = "(stroke (width 0.05) (type solid)) (fill no)"
     return f'(fp_rect {start} {end} {pen} (layer "F.CrtYd") {identity(*owner, "courtyard")})'
 
 
-def _pad(pad: Pad, layout: Layout, place: Grid, nets: Mapping[str, int] | None, owner: tuple[str, ...]) -> str:
+def pad_text(
+    pad: Pad, layout: Layout, place: Grid, nets: Mapping[str, int] | None, owner: tuple[str, ...], kind: str = "connect"
+) -> str:
+    """A rectangular pad of a footprint that stands at `place`, with its net where `nets` numbers them."""
     layer = copper_names(layout.copper_layers)[pad.layer - 1]
     if layer not in ("F.Cu", "B.Cu"):
         raise ValueError(f"pad {pad.number} ({pad.pin}) is on {layer}: a contact must be on an outer layer")
@@ -118,7 +123,7 @@ def _pad(pad: Pad, layout: Layout, place: Grid, nets: Mapping[str, int] | None, 
     net = f" (net {nets[pad.net]} {quoted(pad.net)})" if nets is not None else ""
     pin = f' (pinfunction {quoted(pad.pin)}) (pintype "passive")' if nets is not None else ""
     where = xy("at", grid(pad.centre), place)
-    head = f'pad "{pad.number}" connect rect {where} {size} (layers {quoted(layer)})'
+    head = f'pad "{pad.number}" {kind} rect {where} {size} (layers {quoted(layer)})'
     return f"({head}{net}{pin} {identity(*owner, 'pad', pad.number)})"
 
 
@@ -128,7 +133,8 @@ def _corners(pad: Pad) -> tuple[Grid, Grid]:
     return (x - half[0], y - half[1]), (x + half[0], y + half[1])
 
 
-def _extent(pads: Sequence[Pad]) -> tuple[Grid, Grid]:
+def extent(pads: Sequence[Pad]) -> tuple[Grid, Grid]:
+    """The corners of the smallest rectangle round some pads."""
     corners = [corner for pad in pads for corner in _corners(pad)]
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
     return (min(xs), min(ys)), (max(xs), max(ys))

@@ -23,6 +23,7 @@ LOOKUPS = {
     "conductor": presets.conductor,
     "elastomer": presets.elastomer,
     "dielectric": presets.permittivity,
+    "chip": presets.chip,
 }
 ALL = [(kind, name) for kind in LOOKUPS for name in presets.names(kind)]
 SECTIONS = {
@@ -33,6 +34,7 @@ SECTIONS = {
     "conductor": "target: {{material: {}}}",
     "elastomer": "elastomer: {{material: {}}}",
     "dielectric": "fpc: {{stackup: [{{copper: 18 um}}, {{dielectric: 25 um, material: {}}}, {{copper: 18 um}}]}}",
+    "chip": "fpc: {{tail: {{length: 30}}}}\nreadout: {{capacitors_on_board: {}}}",
 }
 
 
@@ -54,7 +56,7 @@ def test_an_unknown_preset_is_a_key_error(kind):
 
 def test_every_figure_names_its_source_and_says_whether_it_was_seen():
     tables = [path for path in presets.DATA.rglob("*.csv") if not path.stem.startswith("ldc1614")]
-    assert len(tables) == 7 + sum(len(presets.names(kind)) for kind in ("stackup", "rules", "connector", "jaw"))
+    assert len(tables) == 8 + sum(len(presets.names(kind)) for kind in ("stackup", "rules", "connector", "jaw"))
     for path in tables:
         with path.open(encoding="utf-8", newline="") as stream:
             for row in csv.DictReader(stream):

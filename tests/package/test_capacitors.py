@@ -1,0 +1,167 @@
+"""Places for the tank capacitors on the tail: across every pair, in all files, and where the estimate has them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import re
+import shutil
+import subprocess
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+import sitscad
+from sitscad.estimates import estimate
+from sitscad.geometry.path import bounding_box
+from sitscad.layout.panel import coupon_spec
+from sitscad.spec import presets
+from sitscad.spec.rules import SpecError
+from sitscad.writers import bom, gerber, ipc356, placement
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+CASES = [
+    ("grasper_4layer", "chip-0402", ""),
+    ("grasper_4layer", "chip-0603", "turn: left"),
+    ("three_axis_grid", "chip-0402", "offset: -5"),
+    ("racetrack_jaw", "chip-0603", ""),
+    ("bench_7mm", "chip-0402", "connector: zif-0.3mm"),
+]
+
+
+def text_of(template, chip, extra=""):
+    text = (TEMPLATES / f"{template}.yaml").read_text(encoding="utf-8")
+    text = re.sub(r"^name: .*$", "name: tank", text, flags=re.MULTILINE)
+    text = re.sub(r"^  capacitor_at: .*\n", "", text, flags=re.MULTILINE)
+    text = text.replace("readout:\n", f"readout:\n  capacitors_on_board: {chip}\n", 1)
+    if extra.startswith("connector"):
+        return re.sub(r"connector: [\w.-]+", extra, text)
+    return text.replace("    bend: static", f"    bend: static\n    {extra}", 1) if extra else text
+
+
+def board(*case):
+    spec = sitscad.load_text(text_of(*case), "tank.yaml")
+    return sitscad.lay_out(spec)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_pads_stand_across_the_pairs_on_the_stiffener(case):
+    layout = board(*case)
+    chip = presets.chip(case[1])
+    assert layout.findings == ()
+    assert [c.coil for c in layout.capacitors] == [c.name for c in layout.coils]
+    for capacitor, coil in zip(layout.capacitors, layout.coils, strict=True):
+        one, other = capacitor.pads
+        assert one.centre.distance(other.centre) == pytest.approx(max(chip.pitch, layout.spec.fpc.tail.connector.pitch))
+        assert sorted(one.size) == pytest.approx(sorted((chip.pad_along, chip.pad_across)))
+        assert {p.net for p in capacitor.pads} == {coil.net} and (one.pin, other.pin) == (
+            f"{capacitor.reference}.1",
+            f"{capacitor.reference}.2",
+        )
+        # the current passes both pads, the first one on its way in from contact A, the second on its way out to B
+        joints = [a.path.end for a, b in pairwise(coil.series) if hasattr(a, "path") and hasattr(b, "path")]
+        at = [next(i for i, p in enumerate(joints) if p.distance(pad.centre) < 1e-9) for pad in capacitor.pads]
+        assert at[0] < at[1]
+        x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
+        assert all(x0 < p.centre.x < x1 and y0 < p.centre.y < y1 for p in capacitor.pads)
+        assert sum(_holds(r.outline, one) or _holds(r.outline, other) for r in layout.top_openings) == 2
+
+
+def _holds(outline, pad):
+    x0, y0, x1, y1 = bounding_box([outline])
+    (w, h), (x, y) = pad.size, pad.centre
+    return x0 < x - w / 2 and x + w / 2 < x1 and y0 < y - h / 2 and y + h / 2 < y1
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_checks_find_no_error_in_the_board(case):
+    layout = board(*case)
+    found = [f for f in sitscad.check(layout.spec, layout).findings if f.rule.startswith("SIT1")]
+    assert [f for f in found if f.severity == "error"] == []
+    assert not {"SIT107", "SIT108", "SIT109", "SIT110", "SIT114", "SIT115", "SIT121", "SIT122"} & {
+        f.rule for f in found
+    }
+
+
+def test_the_files_name_both_pads_of_every_capacitor():
+    layout = board(*CASES[0])
+    top = next(t for n, t in gerber.render(layout).items() if n.endswith("F_Cu.gbr")).decode()
+    netlist = next(iter(ipc356.render(layout).values())).decode()
+    for reference in ("CT1", "CT2"):
+        for number in (1, 2):
+            assert f"%TO.P,{reference},{number},{reference}.{number}*%" in top
+            assert re.search(rf"^327C\d +{reference}   -{number} ", netlist, re.MULTILINE)
+    (table,) = placement.render(layout).values()
+    rows = list(csv.DictReader(io.StringIO(table.decode())))
+    assert [(row["Ref"], row["Package"], row["Side"]) for row in rows] == [
+        ("CT1", "chip-0402", "top"),
+        ("CT2", "chip-0402", "top"),
+    ]
+    for row, capacitor in zip(rows, layout.capacitors, strict=True):
+        assert (float(row["PosX"]), float(row["PosY"])) == pytest.approx([c * 1e3 for c in capacitor.centre], abs=1e-4)
+        turn = math.radians(float(row["Rot"]))
+        reach = capacitor.pads[1].centre - capacitor.centre
+        assert (math.cos(turn), math.sin(turn)) == pytest.approx([r / math.hypot(*reach) for r in reach], abs=1e-6)
+    parts = {item.item: item for item in bom.items(layout, estimate(layout))}
+    assert parts["capacitor"].size == "chip-0402" and "CT1, CT2" in parts["capacitor"].note
+    assert parts["connector"].part == "zif-0.5mm, 4 contacts"
+    assert placement.render(sitscad.lay_out(sitscad.load(TEMPLATES / "grasper_4layer.yaml"))) == {}
+
+
+def test_the_estimate_has_the_capacitor_at_the_coil():
+    on_board = sitscad.load_text(text_of("grasper_4layer", "chip-0402"), "tank.yaml")
+    assert on_board.readout.capacitor_at == "coil"
+    assert "readout.capacitor_at: coil, the default" in on_board.source.defaults
+    cable = "  cable: {length: 300}\n"
+    near, far = (
+        estimate(sitscad.lay_out(sitscad.load_text(text.replace("readout:\n", f"readout:\n{cable}"), "x.yaml"))).coils[
+            0
+        ]
+        for text in (text_of("grasper_4layer", "chip-0402"), (TEMPLATES / "grasper_4layer.yaml").read_text())
+    )
+    assert near.sensor_frequency > 1.01 * far.sensor_frequency  # the cable's inductance is no part of the tank
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("capacitors_on_board: chip-0402", "capacitors_on_board: chip-0402\n  capacitor_at: converter"),
+        (("layers: 2                   #", "layers: 1                   #")),
+        (("connector: zif-0.5mm", "connector: solder-pads")),
+        (("chip-0402", "chip-0201")),
+        (("chip-0402", "402")),
+    ],
+)
+def test_capacitors_without_a_place_are_refused(change):
+    text = text_of("grasper_4layer", "chip-0402")
+    assert change[0] in text
+    with pytest.raises(SpecError) as caught:
+        sitscad.load_text(text.replace(*change))
+    assert {f.key for f in caught.value.findings} == {"readout.capacitors_on_board"}
+
+
+def test_a_coupon_carries_none():
+    spec = sitscad.load_text(text_of("grasper_4layer", "chip-0402"), "tank.yaml")
+    assert sitscad.lay_out(coupon_spec(spec)).capacitors == ()
+
+
+@pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli is not installed")
+@pytest.mark.parametrize("case", [CASES[0], *(pytest.param(c, marks=pytest.mark.slow) for c in CASES[1:])])
+def test_kicad_accepts_it_and_the_files_read_back(case, tmp_path):
+    pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
+    sitscad.build(sitscad.load_text(text_of(*case), "tank.yaml"), tmp_path, only=("gerber", "kicad"), force=True)
+    folder = tmp_path / "tank"
+    found = sitscad.verify(folder)
+    assert found.ok, found.differences
+    nets = json.loads((folder / "manifest.json").read_text())["nets"]
+    assert nets["C1"] == ["C1.A", "C1.B", "CT1.1", "CT1.2"]
+    assert (folder / "fpc" / "tank-placement.csv").exists() and "CT1" in (folder / "fpc" / "readme.txt").read_text()
+    report = tmp_path / "drc.json"
+    command = ["kicad-cli", "pcb", "drc", "--format", "json", "--severity-all", "--exit-code-violations"]
+    done = subprocess.run(
+        [*command, "-o", str(report), str(next(folder.glob("kicad/*.kicad_pcb")))], capture_output=True, check=False
+    )
+    assert done.returncode == 0, json.loads(report.read_text())
