@@ -254,6 +254,8 @@ def main() -> None:
             outcome, now = study(seed, not arguments.shallow)
         except sitscad.SpecError:  # coils that overlap: not a board
             continue
+        except KeyboardInterrupt:  # the figures of those done so far
+            break
         except Exception as error:
             outcome = Outcome(seed, "", "", 0, 0, False, "", 0, "", 0.0, f"exception {type(error).__name__}: {error}")
         if not outcome.last and not outcome.faults and sampled < arguments.kicad and seed % 3 == 0:
