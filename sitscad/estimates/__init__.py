@@ -18,7 +18,7 @@ from sitscad.estimates.leads import (
     estimate_leads,
     is_connected,
 )
-from sitscad.estimates.losses import losses_near_metal, winding_losses, winding_resistance
+from sitscad.estimates.losses import losses_near_metal, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.own_capacitance import self_capacitance
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
@@ -122,6 +122,7 @@ def estimate(
             *_layout_notes(layout),
             *shares.notes,
             *assembly.notes,
+            *near_metal_notes(spec.coil, nearest),
             *(f"{name}: {reason}" for name, reason in failed.items()),
             scatter_note(spec),
         ),

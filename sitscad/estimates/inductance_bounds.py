@@ -30,6 +30,10 @@ THICK = 4e-4
 """Added for each time that a track is thicker than wide: the designs that were fitted are not."""
 
 
+LEAST = 1e-6
+"""No bound is below this: of narrow tracks in many turns a fit may promise more than its references are good for."""
+
+
 @record
 class Crowding:
     """What the error of a winding's inductance depends on; lengths in metres, `apart` between nearest mid-planes."""
@@ -86,7 +90,7 @@ def error_bound(family: str, method: str, crowding: Crowding) -> float:
     """
     powers = _table()[family, method, "one" if len(crowding.heights) == 1 else "more"]
     product = math.exp(math.fsum(powers[name] * value for name, value in crowding.features().items()))
-    return product + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
+    return max(product, LEAST) + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
 
 
 @cache

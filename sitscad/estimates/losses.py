@@ -17,6 +17,7 @@ from sitscad.physics.resistance import bend_squares, lone_track_loss, pair_loss,
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
+from sitscad.units import show
 
 USUAL_TOLERANCE = 3e-2
 """Of R up to 10 MHz, where nobody asks for more."""
@@ -56,6 +57,25 @@ def losses_near_metal(spirals: tuple[SpiralLayer, ...], conductivity: float, nea
     """
     resolution = suited_resolution(spirals, conductivity, _wanted(tolerance))
     return crowding_near_metal(winding_cuts(spirals, conductivity, resolution), conductivity, resolution.modes, nearest)
+
+
+POLYGONS_NEAR_METAL = ((0.5, 0.012, 0.04), (2.0, 0.007, 0.015))
+"""Up to so many track widths from metal: error of L, in parts of the free inductance, and of R, by the round coil of
+equal length. Squares of one to three turns over a mirror, by a grid of cells (tests/validation/corner_grid.py)."""
+
+
+def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
+    """How far off the crowding of a coil that is not round may be with metal at `nearest` (m; None without metal)."""
+    if nearest is None or spec.shape == "circle":
+        return ()
+    for widths, of_inductance, of_resistance in POLYGONS_NEAR_METAL:
+        if nearest < widths * spec.trace_width:
+            return (
+                f"metal is {show(nearest, 'm', 2)} from the middle of the copper: what it changes of the crowding of "
+                f"the current is that of the round coil of equal length; on squares L was within "
+                f"{100 * of_inductance:.1f} % of the free inductance and R within {100 * of_resistance:.1f} %",
+            )
+    return ()
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:

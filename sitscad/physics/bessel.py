@@ -64,7 +64,7 @@ def _downward(x: Array, highest: int, shift: float) -> Array:
     above, here, total = np.zeros_like(x), np.full_like(x, 1e-120), np.zeros_like(x)
     found = np.zeros((highest + 1, x.size))
     slope = 2.0 / x
-    for n in range(max(highest, math.ceil(float(x.max()))) + 40, 0, -1):
+    for n in range(max(highest, math.ceil(float(x.max(initial=0.0)))) + 40, 0, -1):
         above, here = here, (n + shift) * slope * here - above
         total += (2 * n - 1 if shift else 2 if n > 1 else 1) * here * here
         if n <= highest + 1:

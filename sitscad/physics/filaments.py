@@ -218,10 +218,13 @@ def inclined_integral(
     """
     height = np.sqrt(square)
     result = np.zeros(np.broadcast(u0, v0).shape)
+    # 1 - |cosine| without the difference: the lines of nearly parallel filaments cross far away
+    way, bent = np.sign(cosine), sine * sine / (1.0 + np.abs(cosine))
     for u, v, sign in ((u1, v1, 1.0), (u0, v1, -1.0), (u1, v0, -1.0), (u0, v0, 1.0)):
-        distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine + square)
-        term = u * np.arcsinh((v - u * cosine) / np.sqrt((u * sine) ** 2 + square))
-        term += v * np.arcsinh((u - v * cosine) / np.sqrt((v * sine) ** 2 + square))
+        beyond = u - way * v
+        distance = np.sqrt(beyond * beyond + 2.0 * way * u * v * bent + square)
+        term = u * np.arcsinh((way * u * bent - way * beyond) / np.sqrt((u * sine) ** 2 + square))
+        term += v * np.arcsinh((beyond + way * v * bent) / np.sqrt((v * sine) ** 2 + square))
         term -= height / sine * np.arctan((square * cosine + u * v * sine**2) / (height * distance * sine))
         result += sign * term
     middle = np.hypot(0.5 * (u0 + u1) - 0.5 * (v0 + v1) * cosine, 0.5 * (v0 + v1) * sine)
@@ -302,8 +305,11 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
     away = points[:, None, :2] - segments.starts[None, :, :]
     along = away[..., 0] * axis[:, 0] + away[..., 1] * axis[:, 1]
     lateral = away[..., 0] * axis[:, 1] - away[..., 1] * axis[:, 0]
-    square = lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + clearance * clearance
-    # With the distances r of both ends: asinh(a / rho) - asinh((a - l) / rho) = ln((r1 + r2 + l) / (r1 + r2 - l)).
-    both = np.sqrt(along**2 + square) + np.sqrt((along - lengths) ** 2 + square)
-    potential = np.log((both + lengths) / (both - lengths))
+    square = lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + max(clearance, TOUCHING) ** 2
+    # asinh(a / rho) + asinh(b / rho) by one logarithm, without the differences that cancel on the segment's axis
+    rest = lengths - along
+    one = np.sqrt(along**2 + square) + np.abs(along)
+    other = np.sqrt(rest**2 + square) + np.abs(rest)
+    ratio = np.where(along < 0.0, other / one, np.where(rest < 0.0, one / other, one * other / square))
+    potential = np.log(ratio)
     return MU0 / (4.0 * math.pi) * float(np.sum((elements @ axis.T) * potential))

@@ -16,6 +16,9 @@ POWERS = {"constant": lambda n: 0.0 * n, "log N": lambda n: np.log(np.log(n + 2.
           "N^2 log N": lambda n: np.log(n * n * np.log(n + 2.0)), "N^3": lambda n: 3.0 * np.log(n)}  # fmt: skip
 """Logarithms of the ways in which work is known to grow."""
 
+LONG = 2e3
+"""Time (ms) beyond which noise does not matter."""
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -63,14 +66,17 @@ class Growth:
 
 
 def timed(work: Callable[[], object], runs: int = 3) -> tuple[float, float]:
-    """Best processor time (ms) of warm runs, and the middle one over it."""
-    work()
-    spent = []
-    for _ in range(runs):
-        began = time.process_time()
-        work()
-        spent.append(1e3 * (time.process_time() - began))
+    """Best processor time (ms) of warm runs, and the middle one over it; work of seconds is run once more only."""
+    if _once(work) > LONG:
+        runs = 1
+    spent = [_once(work) for _ in range(runs)]
     return min(spent), statistics.median(spent) / max(min(spent), 1e-6)
+
+
+def _once(work: Callable[[], object]) -> float:
+    began = time.process_time()
+    work()
+    return 1e3 * (time.process_time() - began)
 
 
 def peak(work: Callable[[], object]) -> float:

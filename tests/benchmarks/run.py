@@ -155,7 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         growths = [*inductance.grown((6.0, 12.0, 24.0), (1, 2)), *alternating_current.grown((6, 12), (1, 2)),
                    *flex_board.grown((4, 8), ((1, 1), (2, 1)), (1, 2))]  # fmt: skip
     else:
-        rows = [*inductance.measured(12), *alternating_current.measured()]
+        rows = [*inductance.measured(6), *alternating_current.measured()]
         growths = [*inductance.grown(), *alternating_current.grown(), *flex_board.grown()]
     write(chosen.output, rows, growths, flex_board.template())
 

@@ -10,7 +10,7 @@ import pytest
 
 from sitscad.estimates import estimate
 from sitscad.estimates.leads import estimate_leads
-from sitscad.estimates.losses import Strip, bent_track, winding_losses, winding_resistance
+from sitscad.estimates.losses import Strip, bent_track, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.windings import winding_geometry
 from sitscad.layout import lay_out
 from sitscad.physics.bent_tracks import bent_winding_loss
@@ -130,3 +130,15 @@ def test_the_tail_runs_in_pairs():
 def resistance_at(strip, frequency):
     loss = strip.loss(COPPER)
     return loss.direct * loss.resistance_ratio(frequency)
+
+
+def test_the_note_on_polygons_near_metal_comes_with_its_nearness():
+    """A square coil's crowding near metal is that of a round one: said where it matters, with what it was measured."""
+    square, circle = (laid_out(shape).spec.coil for shape in ("square", "circle"))
+    width = square.trace_width
+    assert near_metal_notes(circle, 0.1 * width) == near_metal_notes(square, None) == ()
+    assert near_metal_notes(square, 2.1 * width) == ()
+    near, further = near_metal_notes(square, 0.4 * width)[0], near_metal_notes(square, 1.5 * width)[0]
+    assert "R within 4.0 %" in near and "R within 1.5 %" in further
+    mounted = load_text(SPEC.replace("SHAPE", "square") + "mount: {standoff: 0.05}\n", "near.yaml")
+    assert any("round coil of equal length" in note for note in estimate(lay_out(mounted)).notes)

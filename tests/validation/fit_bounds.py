@@ -49,6 +49,9 @@ With 1.2 the stated bound of the bench coil (2 x 12 turns, its error is 6e-6) st
 FREE = {"constant": None, "corner": None, "turns": -0.2, "one": -0.5, "aspect": -0.3}
 """Smallest power, where it may be negative."""
 
+MOST = {"turns": 1.0}
+"""Largest power, where the designs of a fit say little: they have 12 turns at most, and the bound is for 200."""
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -85,7 +88,7 @@ def fitted(group: list[Sample], margin: float) -> dict[str, float]:
     table = np.array([[sample.features[name] for name in names] for sample in group])
     wanted = np.log([margin * max(sample.error, FLOOR) for sample in group])
     small = np.array([0.0 if name == "constant" else 0.01 for name in names])
-    limits = [(FREE.get(name, 0.0), None) for name in names]
+    limits = [(FREE.get(name, 0.0), MOST.get(name)) for name in names]
     found = linprog(table.mean(axis=0) + small, A_ub=-table, b_ub=-wanted, bounds=limits)
     if not found.success:
         raise SystemExit(f"{group[0].family} {group[0].method}: {found.message}")
