@@ -132,6 +132,10 @@ _IPC_RECORD = re.compile(
 _IPC_ALIAS = re.compile(r"P {2}(NNAME\d+) +(\S+)")
 
 
+BINARY = ("PK\x03\x04", "%PDF")
+"""How files begin that are no text: archives and PDFs."""
+
+
 def is_ipc_d_356(text: str) -> bool:
     """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line.
 
@@ -194,6 +198,7 @@ def read_marks(directory: Path, copper_files: tuple[Path, ...]) -> tuple[Mark, .
     for path in sorted(directory.iterdir()):
         if path.is_file() and path not in copper_files:
             text = path.read_text(encoding="utf-8", errors="replace")
-            if is_ipc_d_356(text):
+            # an archive for the order holds the netlist too, and a PDF, as bytes
+            if not text.startswith(BINARY) and is_ipc_d_356(text):
                 marks += marks_of_ipc_d_356(text)
     return tuple(marks)

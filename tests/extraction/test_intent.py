@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sitscad.extraction.intent import Mark, Source, is_ipc_d_356, marks_of_gerber, marks_of_ipc_d_356
+from sitscad.extraction.intent import Mark, Source, is_ipc_d_356, marks_of_gerber, marks_of_ipc_d_356, read_marks
 from tests.extraction.conftest import HEADER, NETLIST, pad, record, track, via
 
 HEAD = HEADER.format(function="Copper,L1,Top", polarity="Positive")
@@ -81,3 +81,12 @@ def test_a_netlist_is_told_from_other_texts():
     assert not is_ipc_d_356(HEAD)
     # the end of a PDF whose table of contents happens to begin at that byte: a package with one could not be verified
     assert not is_ipc_d_356("trailer\n<< /Size 12 >>\nstartxref\n32746\n%%EOF\n")
+
+
+def test_archives_are_not_read_as_netlists(tmp_path):
+    """An order's archive holds the netlist and a PDF, whose count of bytes began like a test record: verify stopped."""
+    (tmp_path / "board.ipc").write_text(NETLIST, encoding="utf-8")
+    alone = read_marks(tmp_path, ())
+    (tmp_path / "order.zip").write_text("PK\x03\x04" + NETLIST + "startxref\n32746\n%%EOF\n", encoding="utf-8")
+    (tmp_path / "drawing.pdf").write_text("%PDF-1.4\n" + NETLIST + "startxref\n32746\n%%EOF\n", encoding="utf-8")
+    assert read_marks(tmp_path, ()) == alone != ()
