@@ -18,6 +18,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from bars import bars_exactly
 from windings import MM, UM, coil
 
 from sitscad.physics.constants import MU0
@@ -135,32 +136,6 @@ def test_the_mean_distance_of_strips_that_touch(across, thinness):
         exact = float(total / (w * t) ** 2)
     ours = float(log_mean_distance(across, 0.0, (1.0, 1.0), (thinness, thinness)))
     assert ours == pytest.approx(exact, abs=6e-6 if thinness > 0.4 else 1e-6)
-
-
-def bars_exactly(length, start, height, width, thickness):
-    """Hoer and Love's closed volume integral of two parallel bars, one over the other, in 90 digits."""
-    with mpmath.workdps(90):
-
-        def f(x, y, z):
-            r, total = mpmath.sqrt(x * x + y * y + z * z), mpmath.mpf(0)
-            for a, b, c in ((x, y, z), (y, z, x), (z, x, y)):
-                if a or b:
-                    even = a * a * b * b / 4 - a**4 / 24 - b**4 / 24
-                    total += even * c * mpmath.asinh(c / mpmath.sqrt(a * a + b * b))
-                if c and r:
-                    total -= a * b * c**3 / 6 * mpmath.atan(a * b / (c * r))
-            return total + r * (x**4 + y**4 + z**4 - 3 * (x * x * y * y + y * y * z * z + z * z * x * x)) / 60
-
-        def edges(offset, size):
-            size = mpmath.mpf(size)
-            return ((offset - size, 1), (mpmath.mpf(offset), -2), (offset + size, 1))
-
-        total = mpmath.fsum(
-            p * q * r * f(x, y, z)
-            for (x, p), (y, q), (z, r) in itertools.product(edges(0, width), edges(height, thickness),
-                                                            edges(start, length))
-        )  # fmt: skip
-        return float(mpmath.mpf(1e-7) * total / mpmath.mpf(width * thickness) ** 2)
 
 
 @pytest.mark.parametrize(

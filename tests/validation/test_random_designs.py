@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import volume_integral
 import write_references
+from bars import bars_exactly
 from windings import bench
 
 from sitscad.estimates.windings import METHODS, WindingGeometry
@@ -143,34 +144,9 @@ def test_a_straight_bar_of_the_yardstick_against_ruehli():
     length, width, thickness = 1e-3, 1e-4, 35e-6
     bar = volume_integral.conductor([("line", (0.0, 0.0), (length, 0.0))], width, thickness, 0.0)
     points = volume_integral.Points(6, 20, 9, 4, 10, 7, 3)
-    assert volume_integral.mutual(bar, bar, points) == pytest.approx(hoer_love(length, width, thickness), rel=1e-5)
-
-
-def hoer_love(length, width, thickness):
-    import mpmath
-
-    with mpmath.workdps(50):
-        l, w, t = (mpmath.mpf(v) for v in (length, width, thickness))
-
-        def f(x, y, z):
-            r = mpmath.sqrt(x * x + y * y + z * z)
-            total = mpmath.mpf(0)
-            for a, b, c in ((x, y, z), (y, z, x), (z, x, y)):
-                # c is the direction of the logarithm, a and b the other two
-                if a or b:
-                    even = a * a * b * b / 4 - a**4 / 24 - b**4 / 24
-                    total += even * c * mpmath.asinh(c / mpmath.sqrt(a * a + b * b))
-                if c and r:
-                    total -= a * b * c**3 / 6 * mpmath.atan(a * b / (c * r))
-            total += r * (x**4 + y**4 + z**4 - 3 * (x * x * y * y + y * y * z * z + z * z * x * x)) / 60
-            return total
-
-        total = mpmath.mpf(0)
-        for x, sx in ((w, 1), (mpmath.mpf(0), -2), (-w, 1)):
-            for y, sy in ((t, 1), (mpmath.mpf(0), -2), (-t, 1)):
-                for z, sz in ((l, 1), (mpmath.mpf(0), -2), (-l, 1)):
-                    total += sx * sy * sz * f(x, y, z)
-        return float(mpmath.mpf(1e-7) * total / (w * w * t * t))
+    assert volume_integral.mutual(bar, bar, points) == pytest.approx(
+        bars_exactly(length, 0.0, 0.0, width, thickness), rel=1e-5
+    )
 
 
 def test_identical_layers_are_computed_alike():
