@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
+from sitscad.geometry.path import bounding_box
 from sitscad.layout.tail import tail_thickness
 from sitscad.spec.sensor import ElastomerPad, Jaw
 from sitscad.units import show
@@ -34,6 +35,23 @@ def sensor_width(subject: Subject) -> Iterator[Verdict]:
                 jaw.width,
                 "m",
             )
+    yield from _through_port(subject)
+
+
+def _through_port(subject: Subject) -> Iterator[Verdict]:
+    jaw, (_, low, _, high) = _jaw(subject), bounding_box((subject.layout.outline,))
+    across = high - low
+    if across > jaw.port_diameter + ROUNDING:
+        yield Complaint(
+            f"the whole board is {show(across, 'm')} wide where it is laid flat, its tail and contacts included; the "
+            f"port leaves {show(jaw.port_diameter, 'm')}{_unverified(jaw)}",
+            "it goes through the port rolled or from behind only: a straight tail, fewer contacts or a finer connector",
+            "fpc.tail",
+            across,
+            jaw.port_diameter,
+            "m",
+            Severity.WARNING,
+        )
 
 
 def sensor_length(subject: Subject) -> Iterator[Verdict]:
@@ -221,7 +239,7 @@ JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm
 FIT_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT301", "sensor-width", Severity.ERROR,
-        "Board, elastomer and target are not wider than the jaw.",
+        "Board, elastomer and target are not wider than the jaw, nor the whole board than the port.",
         "What overhangs is cut off or torn by the port (the board of Jones, thesis, Leeds, overhung by its connector).",
         "A smaller coil or target, narrower leads, or a wider jaw.",
         JAW_SOURCE, ("jaw",), sensor_width,

@@ -36,6 +36,14 @@ def test_the_good_design_passes(number, judge, design, drawn):
     assert judge(f"SIT3{number:02d}", spec, drawn(spec)) == []
 
 
+@pytest.mark.parametrize("aside", [{"turn": "left"}, {"offset": 8}])
+def test_a_tail_that_leaves_the_ports_circle_is_told(aside, judge, design, drawn):
+    spec = design(**{f"fpc__tail__{key}": value for key, value in aside.items()})
+    (found,) = judge("SIT301", spec, drawn(spec))
+    assert (found.severity, found.key) == (Severity.WARNING, "fpc.tail")
+    assert found.measured > 8e-3 and found.limit == spec.mount.jaw.port_diameter
+
+
 def test_width_and_length(judge, design, drawn):
     spec = design()
     layout = drawn(spec)
