@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
+from sitscad.layout.panel import is_wanted, least_size
 from sitscad.layout.tail import tail_thickness
 from sitscad.spec.sensor import CoilSpec
 from sitscad.spec.stackup import LayerKind
@@ -181,6 +182,26 @@ def part_size(subject: Subject) -> Iterator[Verdict]:
                 "m",
                 source=source_of(subject, "part_size"),
             )
+            break
+    if is_wanted(subject.layout):
+        yield from _panel_size(subject)
+
+
+def _panel_size(subject: Subject) -> Iterator[Verdict]:
+    rules, size = subject.spec.fpc.rules, least_size(subject.layout)
+    have, most = sorted(size), sorted(rules.panel_size)
+    for side, largest in zip(have, most, strict=True):
+        if side > largest + ROUNDING:
+            yield Complaint(
+                f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}; {rules.name} makes panels of "
+                f"{show(rules.panel_size[0], 'm')} x {show(rules.panel_size[1], 'm')}",
+                "fewer parts a panel, a shorter tail, or fpc.panel: none",
+                "fpc.panel",
+                side,
+                largest,
+                "m",
+                source=source_of(subject, "panel_size"),
+            )
             return
 
 
@@ -292,7 +313,7 @@ FABRICATION_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT116", "part-size", Severity.WARNING,
-        "The board is not smaller than the smallest part that the fabricator handles.",
+        "The board is not smaller than the smallest part that the fabricator handles, nor its panel too large.",
         "Smaller parts fall through the machines: they are refused, or left in a panel or on bridges.",
         "Order in a panel or with bridges, and cut the parts out yourself.",
         FABRICATOR, apply=part_size,

@@ -91,6 +91,14 @@ def is_wanted(layout: Layout) -> bool:
     return wish == "always" or (wish == "auto" and is_too_small(layout))
 
 
+def least_size(layout: Layout) -> tuple[float, float]:
+    """The least sides (m) of a panel with the parts that the spec asks for, or with one; without a coupon."""
+    wish, cell = layout.spec.fpc.panel, _sides(bounding_box([layout.outline]))
+    columns, rows = wish.parts or (1, 1)
+    frame = 2 * (wish.rail + wish.gap) - wish.gap
+    return columns * (cell[0] + wish.gap) + frame, rows * (cell[1] + wish.gap) + frame
+
+
 def plan(layout: Layout) -> Panel | None:
     """The panel of a board; None where none is wanted."""
     if not is_wanted(layout):

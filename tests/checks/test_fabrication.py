@@ -252,6 +252,14 @@ def test_part_size(judge, good):
     assert judge("SIT116", spec, replace(layout, outline=rectangle(0, 0, 5e-3, 10e-3))) == []
 
 
+@pytest.mark.parametrize(("parts", "told"), [("auto", False), ([1, 2], False), ([3, 4], True)])
+def test_a_panel_that_the_fabricator_does_not_make_is_told(judge, design, parts, told):
+    spec = design(fpc__panel={"parts": parts})
+    found = [f for f in judge("SIT116", spec, lay_out(spec)) if f.key == "fpc.panel"]
+    assert bool(found) == told
+    assert all(f.measured > f.limit for f in found)
+
+
 def test_insertion_thickness(judge, verdicts, good):
     spec, layout = good
     board = spec.fpc.stackup.thickness - spec.fpc.stackup.layers[0].thickness  # the contacts are bare
