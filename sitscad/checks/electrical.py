@@ -154,6 +154,7 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
     else:
         hint = f"measure the amplitude of the first boards{_other_code(readout.drive_code - 1, 'weaker')}"
         yield from near_limit(largest, high, "V", "amplitude", hint, "readout")
+        yield from _cold_amplitude(subject)
     if smallest is not None and smallest.value < optimum:
         below = smallest.value < stable
         yield Complaint(
@@ -181,21 +182,50 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
     yield from _bare_coil_amplitude(subject)
 
 
-def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
-    """A note for the bench: the coil alone may swing too far with the code that suits the assembled sensor."""
-    bare = [r for r in readings_of(subject, "amplitude") if r.state == "free"]
-    worst = max(bare, key=lambda r: r.value, default=None)
-    if worst is None or not is_assembled(subject) or worst.value <= ldc1614.limit("amplitude_max"):
+def _cold_amplitude(subject: Subject) -> Iterator[Verdict]:
+    """The same drive code when the sensor is switched on at room temperature."""
+    cold, high = subject.at_room_temperature, ldc1614.limit("amplitude_max")
+    largest = worst_of(cold, "parallel_resistance", max, True)
+    if cold is subject or largest is None:
         return
-    resistance = next(
-        r.value for r in readings_of(subject, "parallel_resistance") if (r.coil, r.state) == (worst.coil, "free")
-    )
+    swing = _swing(subject, largest.value)
+    if swing > high:
+        yield Complaint(
+            f"switched on at 20 degC, the tank of {where(largest)} swings {show(swing, 'V', 3)} peak with drive code "
+            f"{subject.estimates.readout.drive_code}, which is chosen for {subject.estimates.temperature:g} degC; "
+            f"above {show(high, 'V')} the input clamps and shifts the frequency",
+            f"begin with drive code {ldc1614.drive_code(largest.value)}, and change when the sensor is warm",
+            "requirements.temperature",
+            swing,
+            high,
+            "V",
+            Severity.WARNING,
+            ldc1614.limits()["amplitude_max"].source,
+        )
+
+
+def _swing(subject: Subject, resistance: float) -> float:
+    # Peak amplitude (V) of a parallel resistance (ohm) at the chosen drive code.
+    code = subject.estimates.readout.drive_code
+    assert code is not None
+    return ldc1614.amplitude(resistance, code)
+
+
+def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
+    """A note for the bench, at room temperature: the coil alone may swing too far with the assembled sensor's code."""
+    bare = [r for r in readings_of(subject.at_room_temperature, "parallel_resistance") if r.state == "free"]
+    worst = max(bare, key=lambda r: r.value, default=None)
+    if worst is None or not is_assembled(subject):
+        return
+    swing = _swing(subject, worst.value)
+    if swing <= ldc1614.limit("amplitude_max"):
+        return
     yield Complaint(
-        f"before assembly the bare coil {worst.coil} would swing {show(worst.value, 'V', 3)} peak with drive code "
+        f"before assembly the bare coil {worst.coil} would swing {show(swing, 'V', 3)} peak with drive code "
         f"{subject.estimates.readout.drive_code}, which is chosen for the assembled sensor",
-        f"to test a bare board, use drive code {ldc1614.drive_code(resistance)}",
+        f"to test a bare board, use drive code {ldc1614.drive_code(worst.value)}",
         "readout",
-        worst.value,
+        swing,
         ldc1614.limit("amplitude_max"),
         "V",
         Severity.NOTE,

@@ -44,6 +44,9 @@ class Undecided:
 
 Verdict = Complaint | Undecided | Finding
 
+ROOM_TEMPERATURE = 20.0
+"""At which boards are tested and sensors are switched on (degrees Celsius)."""
+
 
 @record
 class Subject:
@@ -77,6 +80,15 @@ class Subject:
         from sitscad.estimates import estimate
 
         return estimate(self.layout)
+
+    @cached_property
+    def at_room_temperature(self) -> Subject:
+        """The same design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
+        if self.estimates.temperature == ROOM_TEMPERATURE:
+            return self
+        from sitscad.estimates import estimate
+
+        return Subject(self.spec, self.layout, estimate(self.layout, temperature=ROOM_TEMPERATURE))
 
 
 @record

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+import sitscad
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
 from sitscad.readout import ldc1614
@@ -260,3 +261,16 @@ def test_a_state_in_which_the_model_fails_is_not_a_pass(design, estimates, verdi
     for rule in ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206"):
         _, undecided = verdicts(rule, spec, None, numbers)
         assert any("half-space" in skipped.reason and "pressed" in skipped.reason for skipped in undecided), rule
+
+
+def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
+    """The drive code suits 150 degC; copper, jaw and target lose less when it is switched on at 20."""
+    spec = design(requirements__temperature="150 degC")
+    result = sitscad.check(spec)
+    (found,) = [f for f in result.findings if f.rule == "SIT204" and f.key == "requirements.temperature"]
+    hot, cold = (sitscad.estimate(sitscad.lay_out(spec), temperature=t) for t in (150.0, 20.0))
+    assert hot.readout.drive_code > cold.readout.drive_code
+    most = max(coil.states[state].parallel_resistance for coil in cold.coils for state in ("rest", "pressed"))
+    assert found.severity is Severity.WARNING
+    assert found.measured == pytest.approx(4.0 / math.pi * most * hot.readout.drive_current)
+    assert f"drive code {cold.readout.drive_code}" in found.hint
