@@ -93,9 +93,13 @@ def shorted_turn(subject: Subject) -> Iterator[Verdict]:
 
 def bend_zone(subject: Subject) -> Iterator[Verdict]:
     """Nothing stiff and nothing that starts a crack lies where the tail bends."""
-    zone = subject.layout.bend_zone
-    if zone is None:
+    zone, tail = subject.layout.bend_zone, subject.spec.fpc.tail
+    assert tail is not None
+    if tail.bend == "none":
         yield Undecided("the tail does not bend (fpc.tail.bend: none)")
+        return
+    if zone is None:
+        yield _too_short(subject, 0.0)
         return
     yield from _stiff_in_bend(subject, zone)
     yield from _tracks_in_bend(subject, zone)
@@ -206,6 +210,8 @@ def _tracks_in_bend(subject: Subject, zone: tuple[float, float]) -> Iterator[Com
     """Where in the bend zone the tracks cross straight and keep their width, if not everywhere."""
     unfit = sorted(_unfit_for_bending(subject, zone), key=lambda stretch: stretch[:2])
     if not unfit:
+        if zone[1] - zone[0] < _bend_length(subject) - ROUNDING:
+            yield _too_short(subject, zone[1] - zone[0])
         return
     starts = [zone[0], *(np.maximum.accumulate([last for _, last, _ in unfit]).tolist())]
     ends = [*(first for first, *_ in unfit), zone[1]]
@@ -223,6 +229,21 @@ def _tracks_in_bend(subject: Subject, zone: tuple[float, float]) -> Iterator[Com
         "m",
         Severity.NOTE if length >= needed else Severity.WARNING,
         place=Place(start, where.y, where.layer, where.nets),
+    )
+
+
+def _too_short(subject: Subject, length: float) -> Complaint:
+    tail, needed = subject.spec.fpc.tail, _bend_length(subject)
+    assert tail is not None
+    return Complaint(
+        f"the tail has {show(length, 'm', 3)} free of vias, turns and stiffener for its {tail.bend} bend; one by a "
+        f"right angle needs {show(needed, 'm', 3)} at the fabricator's radius",
+        f"lengthen the tail by {show(max(needed - length, 0.0), 'm', 3)}, or fpc.tail.bend: none",
+        "fpc.tail.length",
+        length,
+        needed,
+        "m",
+        Severity.WARNING,
     )
 
 

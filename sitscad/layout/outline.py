@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from sitscad.geometry.path import Path, Point, rounded
-from sitscad.layout.tail import TailFrame
+from sitscad.layout.tail import CORNER_RADIUS, TailFrame
 from sitscad.record import record
-
-CORNER_RADIUS = 0.5e-3
-"""Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m)."""
 
 
 @record

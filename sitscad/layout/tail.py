@@ -29,6 +29,9 @@ CHIP_ROOM = 0.3e-3
 CHIP_OPENING = 0.05e-3
 """How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)."""
 
+CORNER_RADIUS = 0.5e-3
+"""Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m)."""
+
 CAP = 0.25e-3
 """Straight copper left between the bends and the vias at the contacts (m)."""
 
@@ -154,7 +157,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     )  # fmt: skip
     needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
     if turn:
-        needed = max(needed, connector.stiffener_length) + turn + CAP
+        corner = max(CORNER_RADIUS, edge + bus.width / 2) * math.tan(math.pi / 8)  # how far its rounding reaches
+        needed = max(needed, connector.stiffener_length) + turn + CAP + corner
     length = (
         max(spec.fpc.tail.length, start - body_end + needed)
         if spec.fpc.tail

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -175,3 +176,18 @@ def test_contacts_with_the_fabricators_tolerance(judge, bench):
     (found,) = judge("SIT124", layout.spec, layout)
     assert found.severity is Severity.NOTE and "240 um to 360 um" in found.message and found.key == "fpc.tail.connector"
     assert judge("SIT124", layout.spec, replace(layout, stiffener=replace(bench.stiffener, thickness=1 * MM))) == []
+
+
+@pytest.mark.parametrize("length", [1, 8])
+def test_a_tail_too_short_for_its_bend_is_told_by_how_much(judge, length):
+    """Straight tracks, no vias, and still no room to bend: half a millimetre of zone, or none at all."""
+    spec = load_text(
+        "sitscad: 1\nname: bent\n"
+        "coil: {shape: circle, outer_diameter: 7, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}\n"
+        f"fpc: {{stackup: flex-2l-35um, tail: {{length: {length}, bend: dynamic}}}}\n",
+        "bent.yaml",
+    )
+    (found,) = judge("SIT123", spec, lay_out(spec))
+    assert found.severity is Severity.WARNING and found.measured < found.limit
+    more = float(re.search(r"lengthen the tail by ([\d.]+) mm", found.hint).group(1)) * MM
+    assert found.measured + more == pytest.approx(found.limit, rel=1e-2)

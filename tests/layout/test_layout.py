@@ -10,6 +10,7 @@ import pytest
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import Role, Trace, Via, lay_out
 from sitscad.spec import positions, presets
+from sitscad.spec.load import load_text
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
 CASES = {
@@ -273,3 +274,17 @@ def test_a_fabricators_edge_distance_is_kept_down_to_the_contacts(sensor, edge, 
     if half:
         end = max(point.x for point in layout.outline.flattened(1e-6))
         assert max(abs(p.y) for p in layout.outline.flattened(1e-6) if p.x > end - 1e-9) == pytest.approx(half)
+
+
+@pytest.mark.parametrize(
+    "aside", ["turn: left", "offset: 3", "turn: right, turn_radius: 15", "offset: 3, connector: solder-pads"]
+)
+@pytest.mark.parametrize("length", [8, 12])
+def test_a_short_tail_is_made_long_enough_for_its_turn(aside, length):
+    spec = load_text(
+        "sitscad: 1\nname: turned\n"
+        "coil: {shape: circle, outer_diameter: 7, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}\n"
+        f"fpc: {{stackup: flex-2l-35um, tail: {{length: {length}, {aside}}}}}\n",
+        "turned.yaml",
+    )
+    assert_sound(lay_out(spec))
