@@ -153,6 +153,18 @@ def test_a_limit_of_the_profile_is_what_the_checks_hold_the_board_against(folder
     assert found[0].limit == pytest.approx(200e-6) and found[0].key == "coil.trace_width" and found[0].file is None
 
 
+@pytest.mark.parametrize(("stackup", "is_said"), [("flex-2l-18um", False), ("flex-2l-35um", True)])
+def test_copper_thicker_than_any_stated_is_an_error(folder, stackup, is_said):
+    text = "".join(
+        f"{kind}_{what}_{foil}um: 60 um\n"
+        for kind, foil in (("trace", 18), ("coil_trace", 35))
+        for what in ("width", "spacing")
+    )
+    found = check(load(write(folder, "ours.yaml", stackup=stackup, ours=text))).findings
+    said = {f.rule for f in found if "no figure for" in f.message and f.severity.value == "error"}
+    assert said == ({"SIT101", "SIT102"} if is_said else set())
+
+
 def test_a_package_knows_that_its_profile_has_changed(folder):
     spec = write(folder, "ours.yaml", ours="copper_to_edge: 0.3\n")
     before = made_from(without_text(load(spec)))
