@@ -33,7 +33,29 @@ def trace_width(subject: Subject) -> Iterator[Verdict]:
             "m",
             source=source_of(subject, "trace_width"),
         )
+    yield from _thicker_foil(subject, "track_lines", "trace_width", "tracks")
     yield from _drawn_width(subject)
+
+
+def _thicker_foil(
+    subject: Subject, table: str, field: str, word: str, severity: Severity = Severity.ERROR
+) -> Iterator[Complaint]:
+    """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
+    spec = subject.spec
+    rules, foil = spec.fpc.rules, spec.fpc.stackup.foil_thickness(spec.coil.layers)
+    rows = getattr(rules, table)
+    if rows and foil > rows[-1].copper + ROUNDING:
+        yield Complaint(
+            f"{rules.name} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
+            f"{um(rows[-1].copper)}",
+            f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
+            "fpc.rules",
+            foil,
+            rows[-1].copper,
+            "m",
+            severity,
+            source_of(subject, field),
+        )
 
 
 def _drawn_width(subject: Subject) -> Iterator[Complaint]:
@@ -67,6 +89,7 @@ def trace_spacing(subject: Subject) -> Iterator[Verdict]:
             "m",
             source=source_of(subject, "trace_spacing"),
         )
+    yield from _thicker_foil(subject, "track_lines", "trace_spacing", "spacings")
 
 
 def loop_lines(subject: Subject) -> Iterator[Verdict]:
@@ -79,6 +102,7 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
     if all(smallest is None for *_, smallest in pairs):
         yield Undecided(f"{rules.name} states no minimum of its own for coils")
     copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
+    severity = Severity.ERROR if rules.coil_rule_binding else Severity.WARNING
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
             yield Complaint(
@@ -89,9 +113,10 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
                 value,
                 smallest,
                 "m",
-                Severity.ERROR if rules.coil_rule_binding else Severity.WARNING,
+                severity,
                 source_of(subject, f"coil_{field}"),
             )
+    yield from _thicker_foil(subject, "coil_lines", "coil_trace_width", "coiled tracks", severity)
 
 
 def via_drill(subject: Subject) -> Iterator[Verdict]:

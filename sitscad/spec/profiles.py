@@ -180,7 +180,7 @@ def _overlaid(document: RulesDocument, foil: float, place: Place, remarks: Remar
         own = {read(name.removeprefix(beginning)): f.value for name, f in figures.items() if name.startswith(beginning)}
         changed |= {table: {**getattr(base, table), **own}} if own else {}
     lines = {kind: _lines(kind, figures, sources, place, remarks) for kind in ("trace", "coil_trace")}
-    changed |= _ruled_lines(changed, lines)
+    changed |= _ruled_lines(base, changed, lines)
     coil_rules = any(name.startswith("coil_trace_") for name in figures)
     binding = (coil_rules or base.coil_rule_binding) if document.coil_rule_binding is None else None
     changed["coil_rule_binding"] = document.coil_rule_binding if binding is None else binding
@@ -193,15 +193,19 @@ def _overlaid(document: RulesDocument, foil: float, place: Place, remarks: Remar
     return rules.for_foil(foil) if any(lines.values()) else rules
 
 
-def _ruled_lines(changed: Mapping[str, Any], lines: Mapping[str, tuple[FoilLines, ...]]) -> dict[str, Any]:
-    """Lines by foil, and what a figure for every foil does to those of the base: it takes their place."""
+def _ruled_lines(
+    base: DesignRules, changed: Mapping[str, Any], lines: Mapping[str, tuple[FoilLines, ...]]
+) -> dict[str, Any]:
+    """Lines by foil: own rows over the base's, whose table goes only where a figure for every foil is written."""
     found: dict[str, Any] = {}
-    if any(name in changed for name in ("coil_trace_width", "coil_trace_spacing")):
-        found |= {"coil_lines": (), "coil_copper": None}
-    if any(name in changed for name in ("trace_width", "trace_spacing")):
-        found |= {"track_lines": ()}
-    found |= {"coil_lines": lines["coil_trace"]} if lines["coil_trace"] else {}
-    return found | ({"track_lines": lines["trace"]} if lines["trace"] else {})
+    for kind, table in (("trace", "track_lines"), ("coil_trace", "coil_lines")):
+        is_plain = f"{kind}_width" in changed or f"{kind}_spacing" in changed
+        rows = {} if is_plain else {row.copper: row for row in getattr(base, table)}
+        rows |= {row.copper: row for row in lines[kind]}
+        found[table] = tuple(rows[copper] for copper in sorted(rows))
+        if is_plain and kind == "coil_trace":
+            found["coil_copper"] = None
+    return found
 
 
 def _lines(

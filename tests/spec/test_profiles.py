@@ -103,6 +103,25 @@ def test_lines_go_by_the_coils_foil(folder, kind, stackup, wanted):
     assert rules.sources[f"{kind}_width"] == f"ours.yaml line {1 if wanted < 100e-6 else 3}"
 
 
+@pytest.mark.parametrize("kind", ["trace", "coil_trace"])
+@pytest.mark.parametrize("base", ["hkgalaxy", "shop.yaml"])
+@pytest.mark.parametrize("foil", [12, 18])
+def test_a_finer_figure_for_thin_foil_leaves_the_bases_for_thick_foil(folder, kind, base, foil):
+    rows = "".join(f"{kind}_{what}_{foil}um: 70 um\n" for what in ("width", "spacing"))
+    shop = "based_on: hkgalaxy\n" + "".join(
+        f"{kind}_{what}_{copper}um: {size} um\n"
+        for copper, size in ((18, 90), (35, 130))
+        for what in ("width", "spacing")
+    )
+    text = f"based_on: {base}\n{rows}"
+    thick = rules_of(folder, text, stackup="flex-2l-35um", shop=shop)
+    wanted = (
+        getattr(presets.design_rules("hkgalaxy").for_foil(35e-6), f"{kind}_width") if base == "hkgalaxy" else 130e-6
+    )
+    assert getattr(thick, f"{kind}_width") == getattr(thick, f"{kind}_spacing") == pytest.approx(wanted)
+    assert getattr(thick.for_foil(foil * 1e-6), f"{kind}_width") == pytest.approx(70e-6)
+
+
 def test_a_figure_for_every_copper_takes_the_place_of_the_bases_table(folder):
     rules = rules_of(
         folder, "based_on: hkgalaxy\ntrace_width: 70 um\ncoil_trace_width: 75 um\n", stackup="flex-2l-35um"
@@ -132,6 +151,18 @@ def test_a_limit_of_the_profile_is_what_the_checks_hold_the_board_against(folder
     found = [f for f in check(spec).findings if f.rule == "SIT101"]
     assert found and all("our shop" in f.message and f.source == "ours.yaml line 2" for f in found)
     assert found[0].limit == pytest.approx(200e-6) and found[0].key == "coil.trace_width" and found[0].file is None
+
+
+@pytest.mark.parametrize(("stackup", "is_said"), [("flex-2l-18um", False), ("flex-2l-35um", True)])
+def test_copper_thicker_than_any_stated_is_an_error(folder, stackup, is_said):
+    text = "".join(
+        f"{kind}_{what}_{foil}um: 60 um\n"
+        for kind, foil in (("trace", 18), ("coil_trace", 35))
+        for what in ("width", "spacing")
+    )
+    found = check(load(write(folder, "ours.yaml", stackup=stackup, ours=text))).findings
+    said = {f.rule for f in found if "no figure for" in f.message and f.severity.value == "error"}
+    assert said == ({"SIT101", "SIT102"} if is_said else set())
 
 
 def test_a_package_knows_that_its_profile_has_changed(folder):
