@@ -185,7 +185,7 @@ def _overlaid(document: RulesDocument, foil: float, place: Place, remarks: Remar
     binding = (coil_rules or base.coil_rule_binding) if document.coil_rule_binding is None else None
     changed["coil_rule_binding"] = document.coil_rule_binding if binding is None else binding
     changed |= {"file_naming": document.file_naming} if document.file_naming else {}
-    changed |= {"checked_on": document.checked_on} if document.checked_on else {}
+    changed["checked_on"] = document.checked_on or ""  # the day on which the base was read says nothing of these
     is_named = f"{place.prefix}name" in place.source.keys or not place.chain
     name = document.name if is_named else Path(place.label).stem
     said = document.source if not place.chain or "source" in place.source.keys else place.label
