@@ -238,7 +238,7 @@ def _too_short(subject: Subject, length: float) -> Complaint:
     return Complaint(
         f"the tail has {show(length, 'm', 3)} free of vias, turns and stiffener for its {tail.bend} bend; one by a "
         f"right angle needs {show(needed, 'm', 3)} at the fabricator's radius",
-        f"lengthen the tail by {show(max(needed - length, 0.0), 'm', 3)}, or fpc.tail.bend: none",
+        "lengthen the tail until this is no longer told, or fpc.tail.bend: none",
         "fpc.tail.length",
         length,
         needed,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from dataclasses import replace
 
 import pytest
@@ -178,16 +177,15 @@ def test_contacts_with_the_fabricators_tolerance(judge, bench):
     assert judge("SIT124", layout.spec, replace(layout, stiffener=replace(bench.stiffener, thickness=1 * MM))) == []
 
 
-@pytest.mark.parametrize("length", [1, 8])
-def test_a_tail_too_short_for_its_bend_is_told_by_how_much(judge, length):
-    """Straight tracks, no vias, and still no room to bend: half a millimetre of zone, or none at all."""
+@pytest.mark.parametrize(("length", "told"), [(1, True), (8, True), (17, True), (18, False)])
+def test_a_tail_too_short_for_its_bend_is_told(judge, length, told):
+    """Straight tracks, no vias, and still no room to bend: less of it than the radius asks, or none at all."""
     spec = load_text(
         "sitscad: 1\nname: bent\n"
         "coil: {shape: circle, outer_diameter: 7, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}\n"
-        f"fpc: {{stackup: flex-2l-35um, tail: {{length: {length}, bend: dynamic}}}}\n",
+        f"fpc: {{stackup: flex-2l-35um, tail: {{length: {length}, bend: dynamic, layers: 2}}}}\n",
         "bent.yaml",
     )
-    (found,) = judge("SIT123", spec, lay_out(spec))
-    assert found.severity is Severity.WARNING and found.measured < found.limit
-    more = float(re.search(r"lengthen the tail by ([\d.]+) mm", found.hint).group(1)) * MM
-    assert found.measured + more == pytest.approx(found.limit, rel=1e-2)
+    found = [f for f in judge("SIT123", spec, lay_out(spec)) if f.severity is Severity.WARNING]
+    assert bool(found) == told
+    assert all(f.measured < f.limit and "lengthen the tail" in f.hint for f in found)
