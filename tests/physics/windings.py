@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from sitscad.physics.spirals import SpiralLayer
 
 MM, UM = 1e-3, 1e-6
@@ -41,3 +43,12 @@ def four_layers() -> list[SpiralLayer]:
 def miniature() -> list[SpiralLayer]:
     """The thesis's 3.5 mm coil: 2 x 6.5 turns, 100/100/35 um."""
     return coil(3.5 * MM, 6.5, 100 * UM, 100 * UM, (0.0, -60 * UM), (35 * UM, 35 * UM))
+
+
+def square(turns, half, pitch):
+    """Corners (n, 2) of a square spiral wound inwards from half a side (m)."""
+    points = [(-half, -half)]
+    for m in range(4 * turns):
+        a, b = half - pitch * (m // 4), half - pitch * ((m + 1) // 4)
+        points.append([(a, -a), (a, a), (-a, a), (-a, -b)][m % 4])
+    return np.array(points)

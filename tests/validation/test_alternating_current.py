@@ -25,7 +25,7 @@ from filament_reference import (
     series_impedance,
     spiral_track,
 )
-from windings import MM, UM, bench, coil
+from windings import MM, UM, bench, coil, square
 
 from sitscad.physics import proximity
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
@@ -293,14 +293,6 @@ def test_segments_of_equal_and_of_their_own_length():
     loss = proximity.winding_loss(layers, COPPER, 0.01)
     assert found[True] == pytest.approx(loss.direct * loss.resistance_ratio(1e7), rel=0.03)
     assert found[True] > 1.25 * found[False]
-
-
-def square(turns, half, pitch):
-    points = [(-half, -half)]
-    for m in range(4 * turns):
-        a, b = half - pitch * (m // 4), half - pitch * ((m + 1) // 4)
-        points.append([(a, -a), (a, a), (-a, a), (-a, -b)][m % 4])
-    return np.array(points)
 
 
 def divided(corners, step):

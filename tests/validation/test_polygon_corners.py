@@ -14,6 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from corner_grid import impedance
+from windings import square
 
 from sitscad.estimates.windings import WindingGeometry, equivalent_spirals
 from sitscad.physics import near_metal, proximity
@@ -35,14 +36,6 @@ SQUARES = {
     "one wide turn": (1, 1.0 * MM, 500 * UM, 450 * UM, 12 * UM),
     "three": (3, 1.0 * MM, 250 * UM, 150 * UM, 18 * UM),
 }
-
-
-def square(turns, half, pitch):
-    points = [(-half, -half)]
-    for m in range(4 * turns):
-        a, b = half - pitch * (m // 4), half - pitch * ((m + 1) // 4)
-        points.append([(a, -a), (a, a), (-a, a), (-a, -b)][m % 4])
-    return np.array(points)
 
 
 def by_modes(name, fine):
