@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from itertools import islice, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,13 +174,11 @@ def _stub(end: InnerEnd, place: Point, turns: Array, keep: float) -> Path | None
     if end.point.distance(place) < 1e-9:
         return None
     for corners in _ways(end, place, keep):
-        path = polyline(corners)
-        points = np.array([p for p in _spread(path) if p.distance(end.point) > 1.7 * keep])
-        if not points.size:
-            return path
-        gaps = np.hypot(turns[:, :1] - points[:, 0], turns[:, 1:] - points[:, 1])
-        if gaps.min() >= keep - ROUNDING:
-            return path
+        points = _spread(corners)
+        points = points[np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * keep]
+        gaps = np.square(turns[:, :1] - points[:, 0]) + np.square(turns[:, 1:] - points[:, 1])
+        if not gaps.size or math.sqrt(gaps.min()) >= keep - ROUNDING:
+            return polyline(corners)
     return None
 
 
@@ -199,13 +197,14 @@ def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
         yield [end.point, end.point.shifted(back * end.back[0], back * end.back[1]), place]
 
 
-def _spread(path: Path) -> list[Point]:
-    """Points on a stub, no farther apart than those on the turns, eight at least on every straight piece."""
+def _spread(corners: list[Point]) -> Array:
+    """Points (n, 2) on a stub, no farther apart than those on the turns, eight at least on every straight piece."""
     found = []
-    for segment in path:
-        count = max(8, math.ceil(segment.length / SAMPLE))
-        found += [segment.at(i / count) for i in range(1, count + 1)]
-    return found
+    for start, end in pairwise(corners):
+        count = max(8, math.ceil(start.distance(end) / SAMPLE))
+        along = np.arange(1, count + 1)[:, None] / count
+        found.append(np.array(start) + along * (np.array(end) - np.array(start)))
+    return np.concatenate(found)
 
 
 class _Candidates:

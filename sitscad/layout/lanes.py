@@ -90,20 +90,30 @@ def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tupl
     return tuple(Lane(placement, *taken[i], rank=from_top.index(i)) for i, placement in enumerate(placements))
 
 
-def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> tuple[Lane, ...]:
-    """Places in the tail for coils in several rows: rows from the top, the far coils of each row outermost."""
+def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...]]:
+    """Places in the tail for coils in several rows, to be tried in this order.
+
+    Rows from the top with the far coils of each outermost, so that they pass outside the near ones; with the far coils
+    innermost, so that they come through between the rows; and with a row in the middle passing all others on one side.
+    """
     middle = sum(p.centre[1] for p in placements) / len(placements)
-    rows = sorted({round(p.centre[1], 7) for p in placements}, reverse=True)
-    order: list[CoilPlacement] = []
-    for y in rows:
-        row = sorted((p for p in placements if round(p.centre[1], 7) == y), key=lambda p: p.centre[0])
-        if y > middle + 1e-7:
-            order += row
-        elif y < middle - 1e-7:
-            order += row[::-1]
-        else:
-            order += row[-3::-2][::-1] + row[-1:] + row[-2::-2]
-    return tuple(Lane(placement, 0, 0, order.index(placement)) for placement in placements)
+    far_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), p.centre[0]))
+    near_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), -p.centre[0]))
+    row = [p for p in far_first if abs(p.centre[1] - middle) <= 1e-7]
+    between = row[-3::-2][::-1] + row[-1:] + row[-2::-2]
+    outside = (
+        [p for p in far_first if p.centre[1] > middle + 1e-7],
+        [p for p in near_first if p.centre[1] < middle - 1e-7],
+    )
+    inside = (
+        [p for p in near_first if p.centre[1] > middle + 1e-7],
+        [p for p in far_first if p.centre[1] < middle - 1e-7],
+    )
+    orders = []
+    for above, below in (outside, inside):
+        orders += [above + between + below, between + above + below, above + below + between]
+    unlike = {tuple(order.index(p) for p in placements): None for order in (orders[0], orders[3], *orders)}
+    return [tuple(map(Lane, placements, [0] * len(order), [0] * len(order), order)) for order in unlike]
 
 
 def lane_height(bus: Bus, index: int, track: int = 0) -> float:

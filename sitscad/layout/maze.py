@@ -7,11 +7,12 @@ pulled taut between what it passes. The clearance is judged at points along the 
 
 from __future__ import annotations
 
-import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import Bus, Exit
 from sitscad.layout.ring import Ring
+from sitscad.layout.wave import Flags, Node, spread
 from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 
@@ -30,14 +32,14 @@ MARGIN = 2e-6
 """Kept beyond the rules (m), for what the points along a way do not see."""
 
 CHORD = 2e-6
-_STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
+STRIDE = 0.71
+"""Half a diagonal step of the lattice, in steps."""
 
 
 @record
 class Ground:
-    """The board between the coils: its far end, its front, where the tail begins, and its half widths there (m)."""
+    """The board between the coils: its front, where the tail begins, and its half widths there (m)."""
 
-    start: float
     front: float
     tail_start: float
     half_width: float
@@ -49,44 +51,114 @@ class Ground:
         return self.half_width + along * (self.tail_half_width - self.half_width)
 
 
-@dataclass
-class Maze:
-    """What stands on the board, and the search through it."""
+@record(eq=False)
+class Lattice:
+    """Points over the whole array, and how far each is from every coil: the same for all boards that are tried."""
 
     spec: SensorSpec
     bus: Bus
-    ground: Ground
-    tracks: list[Track] = field(default_factory=list)
-    holes: list[Hole] = field(default_factory=list)
-    _known: int = 0
-    _pieces: list[tuple[Floats, Floats, float]] = field(default_factory=list)
+    start: float
+    end: float
+    half_width: float
 
-    @property
+    @cached_property
     def step(self) -> float:
         """The lattice's step (m): fine enough for a track between two others, coarse enough for some 20 000 nodes."""
-        area = (self.ground.tail_start - self.ground.start) * 2 * self.ground.half_width
+        area = (self.end - self.start) * 2 * self.half_width
         return max(self.bus.pitch / 2, math.sqrt(area / 20_000))
+
+    @cached_property
+    def xs(self) -> Floats:
+        """Columns (m)."""
+        return self.start + self.step * np.arange(math.ceil((self.end - self.start) / self.step) + 1.0)
+
+    @cached_property
+    def ys(self) -> Floats:
+        """Rows (m)."""
+        rows = math.floor(self.half_width / self.step)
+        return self.step * np.arange(-rows, rows + 1.0)
+
+    @cached_property
+    def nodes(self) -> Floats:
+        """All points (n, 2), rows of one column after the other (m)."""
+        return np.column_stack([grid.ravel() for grid in np.meshgrid(self.xs, self.ys, indexing="ij")])
+
+    @cached_property
+    def outside(self) -> dict[CoilPlacement, Floats]:
+        """Distance (m) of all nodes from every coil's outer copper edge, negative inside."""
+        return {placement: _outside(self.spec, placement, self.nodes) for placement in self.spec.array.placements}
+
+    def around(self, low: Floats, high: Floats) -> tuple[slice, slice]:
+        """The columns and rows between two corners of a rectangle."""
+        i, j = np.searchsorted(self.xs, [low[0], high[0]]), np.searchsorted(self.ys, [low[1], high[1]])
+        return slice(int(i[0]), int(i[1])), slice(int(j[0]), int(j[1]))
+
+
+@dataclass
+class Maze:
+    """What stands on one board, and the search through it."""
+
+    lattice: Lattice
+    bus: Bus
+    ground: Ground
+    holes: list[Hole] = field(default_factory=list)
+    _chords: Floats = field(default_factory=lambda: np.empty((0, 5)))
+
+    def __post_init__(self) -> None:
+        """Nothing is taken yet."""
+        self.spec, self.step = self.lattice.spec, self.lattice.step
+        self._free = np.ones((len(self.lattice.xs), len(self.lattice.ys)), dtype=bool)
+
+    def add(self, tracks: Iterable[Track], holes: Iterable[Hole]) -> None:
+        """Put tracks and holes on the board."""
+        for hole in holes:
+            self.holes.append(hole)
+            centre = np.array(hole.centre)
+            self._take(centre, centre, self._keep_out(hole))
+        for track in tracks:
+            if track.layer not in self.bus.layers:
+                continue
+            need = self.bus.spacing + (self.bus.width + track.width) / 2 + MARGIN + CHORD
+            chords = list(pairwise(track.path.flattened(CHORD)))
+            self._chords = np.vstack([self._chords, *(np.array([[*a, *b, need]]) for a, b in chords)])
+            for a, b in chords:
+                # a way over the lattice must not step across a thin track
+                self._take(np.array(a), np.array(b), max(need, STRIDE * self.step))
+
+    def _take(self, a: Floats, b: Floats, need: float) -> None:
+        """Nodes nearer than `need` (m) to the stretch from a to b are free no more."""
+        columns, rows = self.lattice.around(np.minimum(a, b) - need, np.maximum(a, b) + need)
+        x, y = self.lattice.xs[columns, None], self.lattice.ys[None, rows]
+        self._free[columns, rows] &= _from_stretch(x, y, *a, *b) >= need
+
+    def _keep_out(self, hole: Hole) -> float:
+        return hole_keep_out(hole, self.spec.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
 
     def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:
         """The ways from a coil's ring to its entry of the tail, shortest first: both conductors take the same."""
-        xs, ys = self._lattice()
-        free = self._clear(np.column_stack([g.ravel() for g in np.meshgrid(xs, ys, indexing="ij")]), placement)
-        wave = _wave(free.reshape(len(xs), len(ys)), self._nodes_near(entry, xs, ys))
+        wave = spread(self._free_for(placement), [n for n in self._nodes_near(entry) if self._sees(entry, n)])
         reached = []
         for angle, lead in self._starts(placement):
-            node = min(self._nodes_near(lead, xs, ys), key=lambda n: wave.distance[n], default=None)
-            if node is not None and math.isfinite(wave.distance[node]):
-                reached.append((round(float(wave.distance[node]), 6), angle, lead, node))
+            near = sorted(self._nodes_near(lead), key=lambda n: wave.distance(n))
+            node = next((n for n in near if math.isfinite(wave.distance(n)) and self._sees(lead, n)), None)
+            if node is not None:
+                reached.append((round(wave.distance(node), 6), angle, lead, node))
         for _, angle, lead, node in sorted(reached):
-            corners = [lead, *(Point(float(xs[i]), float(ys[j])) for i, j in wave.back(node)), entry]
+            corners = [lead, *(self._point(n) for n in wave.back(node)), entry]
             way = tuple(self._taut(corners, placement))
             yield Exit(angle, way, self.bus.layers[0]), Exit(angle, way, self.bus.layers[1])
 
-    def _lattice(self) -> tuple[Floats, Floats]:
-        ground, step = self.ground, self.step
-        rows = math.floor(ground.half_width / step)
-        columns = math.ceil((ground.tail_start - ground.start) / step)
-        return ground.start + step * np.arange(columns + 1.0), step * np.arange(-rows, rows + 1.0)
+    def _free_for(self, own: CoilPlacement) -> Flags:
+        """The nodes that a coil's pair may pass."""
+        clear = self._inside(self.lattice.nodes)
+        for placement, outside in self.lattice.outside.items():
+            clear &= outside >= self._room(placement, own)
+        return clear.reshape(self._free.shape) & self._free
+
+    def _room(self, placement: CoilPlacement, own: CoilPlacement | None) -> float:
+        """What a pair keeps from a coil's copper edge to its centre line (m)."""
+        beside = self._own_room if placement == own else self.bus.base
+        return self.bus.ring_offset + beside + MARGIN / 2 - 1e-9
 
     def _starts(self, placement: CoilPlacement) -> Iterator[tuple[float, Point]]:
         """Exits round the ring: the angle, and the point outside from which the way is free to turn."""
@@ -102,11 +174,18 @@ class Maze:
     def _own_room(self) -> float:
         return self.bus.pitch
 
-    def _nodes_near(self, point: Point, xs: Floats, ys: Floats) -> list[tuple[int, int]]:
+    def _nodes_near(self, point: Point) -> list[Node]:
         reach = 1.6 * self.step
-        near_x = np.flatnonzero(np.abs(xs - point.x) <= reach)
-        near_y = np.flatnonzero(np.abs(ys - point.y) <= reach)
+        near_x = np.flatnonzero(np.abs(self.lattice.xs - point.x) <= reach)
+        near_y = np.flatnonzero(np.abs(self.lattice.ys - point.y) <= reach)
         return [(int(i), int(j)) for i in near_x for j in near_y]
+
+    def _point(self, node: Node) -> Point:
+        return Point(float(self.lattice.xs[node[0]]), float(self.lattice.ys[node[1]]))
+
+    def _sees(self, point: Point, node: Node) -> bool:
+        """Whether no track stands between a point and a node beside it."""
+        return bool(self._off_tracks(_between(point, self._point(node), self.step / 4)).all())
 
     def _taut(self, corners: list[Point], placement: CoilPlacement) -> list[Point]:
         """The way with every corner left out that can be: from each point straight to the farthest that is in sight."""
@@ -128,84 +207,40 @@ class Maze:
 
     def _clear(self, points: Floats, own: CoilPlacement | None, but: CoilPlacement | None = None) -> NDArray[np.bool_]:
         """Whether a track's centre line may pass through each point (n, 2), for the pair of the coil `own`."""
-        rules = self.spec.fpc.rules
-        edge = rules.copper_to_edge + self.bus.width / 2
-        clear = np.abs(points[:, 1]) <= self.ground.limit(points[:, 0]) - math.sqrt(2.0) * edge + 1e-9
-        clear |= (np.abs(points[:, 1]) <= self.ground.half_width - edge + 1e-9) & (points[:, 0] < self.ground.front)
+        clear = self._inside(points)
         for placement in self.spec.array.placements:
-            if placement == but:
-                continue
-            room = self.bus.ring_offset + (self._own_room if placement == own else self.bus.base) + MARGIN / 2
-            clear &= _outside(self.spec, placement, points) >= room - 1e-9
-        clear &= self._off_tracks(points)
+            if placement != but:
+                clear &= _outside(self.spec, placement, points) >= self._room(placement, own)
         for hole in self.holes:
-            need = hole_keep_out(hole, rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
-            clear &= np.hypot(points[:, 0] - hole.centre.x, points[:, 1] - hole.centre.y) >= need
-        return clear
+            away = np.hypot(points[:, 0] - hole.centre.x, points[:, 1] - hole.centre.y)
+            clear &= away >= self._keep_out(hole)
+        return clear & self._off_tracks(points)
 
-    def _off_tracks(self, points: Floats) -> NDArray[np.bool_]:
+    def _inside(self, points: Floats) -> Flags:
+        """Whether points lie before the tail and keep a track's distance from the edge of the board."""
+        edge = self.spec.fpc.rules.copper_to_edge + self.bus.width / 2
+        x, y = points[:, 0], np.abs(points[:, 1])
+        on_taper = y <= self.ground.limit(x) - math.sqrt(2.0) * edge + 1e-9
+        beside = (y <= self.ground.half_width - edge + 1e-9) & (x < self.ground.front)
+        return (on_taper | beside) & (x <= self.ground.tail_start + 1e-9)
+
+    def _off_tracks(self, points: Floats) -> Flags:
         """Whether points keep the spacing from all tracks on the pair's layers, arcs taken as chords within `CHORD`."""
-        clear = np.ones(len(points), dtype=bool)
-        for a, b, need in self._chords():
-            low, high = np.minimum(a, b) - need, np.maximum(a, b) + need
-            near = np.flatnonzero(clear & np.all((points >= low) & (points <= high), axis=1))
-            if not near.size:
-                continue
-            offset = points[near] - a
-            along = b - a
-            t = np.clip(offset @ along / max(float(along @ along), 1e-30), 0.0, 1.0)
-            clear[near] = np.hypot(*(offset - t[:, None] * along).T) >= need
-        return clear
-
-    def _chords(self) -> list[tuple[Floats, Floats, float]]:
-        """The chords of all tracks on the pair's layers with the distance to keep, made anew when tracks were added."""
-        if self._known != len(self.tracks):
-            self._known = len(self.tracks)
-            self._pieces = [
-                (np.array(a), np.array(b), self.bus.spacing + (self.bus.width + track.width) / 2 + MARGIN + CHORD)
-                for track in self.tracks
-                if track.layer in self.bus.layers
-                for a, b in pairwise(track.path.flattened(CHORD))
-            ]
-        return self._pieces
+        if not len(self._chords):
+            return np.ones(len(points), dtype=bool)
+        ax, ay, bx, by, need = self._chords.T
+        (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
+        near = (np.minimum(ax, bx) - need <= right) & (np.maximum(ax, bx) + need >= left)
+        near &= (np.minimum(ay, by) - need <= high) & (np.maximum(ay, by) + need >= low)
+        away = _from_stretch(points[:, :1], points[:, 1:], ax[near], ay[near], bx[near], by[near])
+        return np.asarray((away >= need[near]).all(axis=1))
 
 
-@record
-class _Wave:
-    """Distances (m, in steps) over the lattice from the tail's entry, and from each node the next one towards it."""
-
-    distance: Floats
-    towards: dict[tuple[int, int], tuple[int, int]]
-
-    def back(self, node: tuple[int, int]) -> Iterator[tuple[int, int]]:
-        """The nodes from one to the entry."""
-        while True:
-            yield node
-            if node not in self.towards:
-                return
-            node = self.towards[node]
-
-
-def _wave(free: NDArray[np.bool_], sources: list[tuple[int, int]]) -> _Wave:
-    """Dijkstra's algorithm over the free nodes of a lattice with eight neighbours each."""
-    distance = np.full(free.shape, np.inf)
-    towards: dict[tuple[int, int], tuple[int, int]] = {}
-    queue = [(0.0, node) for node in sources if free[node]]
-    for _, node in queue:
-        distance[node] = 0.0
-    rows, columns = free.shape
-    steps = [(dx, dy, math.hypot(dx, dy)) for dx, dy in _STEPS]
-    while queue:
-        so_far, (i, j) = heapq.heappop(queue)
-        if so_far > distance[i, j]:
-            continue
-        for dx, dy, length in steps:
-            x, y = i + dx, j + dy
-            if 0 <= x < rows and 0 <= y < columns and free[x, y] and so_far + length < distance[x, y] - 1e-12:
-                distance[x, y] = so_far + length
-                towards[x, y] = (i, j)
-                heapq.heappush(queue, (so_far + length, (x, y)))
-    return _Wave(distance, towards)
+def _from_stretch(x: Floats, y: Floats, ax: Any, ay: Any, bx: Any, by: Any) -> Floats:
+    """Distance (m) of points from the stretch between a and b; all are broadcast."""
+    dx, dy = bx - ax, by - ay
+    share = np.clip(((x - ax) * dx + (y - ay) * dy) / np.maximum(dx * dx + dy * dy, 1e-30), 0.0, 1.0)
+    return np.asarray(np.hypot(x - ax - share * dx, y - ay - share * dy))
 
 
 def _between(one: Point, other: Point, step: float) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
+from typing import TYPE_CHECKING
 
 from sitscad.geometry.path import Point
 from sitscad.geometry.spiral import outer_boundary
@@ -17,6 +18,9 @@ from sitscad.layout.wound_coils import WoundCoil
 from sitscad.record import record
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.layout.maze import Lattice
 
 
 @record
@@ -83,7 +87,7 @@ def route_in_line(
                 lanes = assign_lanes(spec.array.placements, side)
                 board = _Lanes(spec, raised, wound, lanes, front, half_width, turned, patience)
                 escapes = _in_turn(far_first, board.lead_out, reordered)
-                if escapes is not None:
+                if not isinstance(escapes, int):
                     tail = frame(spec, raised, connector_of(spec, connector("solder-pads")), front, half_width)
                     return _routing(spec, raised, lanes, escapes, half_width, tail)
     return None
@@ -91,18 +95,20 @@ def route_in_line(
 
 def _in_turn(
     order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | int], reordered: bool
-) -> dict[int, Escape] | None:
-    """Coils led out in this order; where one finds no way, and they may be `reordered`, again with that one first."""
+) -> dict[int, Escape] | int:
+    """Coils led out in this order; where one finds no way, and they may be `reordered`, again with that one first.
+
+    Or which coil finds no way.
+    """
     tried: set[tuple[int, ...]] = set()
-    while tuple(order) not in tried and len(tried) <= len(order):
+    while True:
         tried.add(tuple(order))
         found = lead_out(order)
-        if not isinstance(found, int):
+        if not isinstance(found, int) or not reordered:
             return found
-        if not reordered:
-            return None
         order = [found, *(index for index in order if index != found)]
-    return None
+        if tuple(order) in tried or len(tried) > len(order):
+            return found
 
 
 @record
@@ -165,22 +171,49 @@ def route_freely(
 ) -> Routing | None:
     """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left.
 
-    Only where no board has room so, a coil that finds no way chooses before the others.
+    The narrowest board with room, in the first order of the tail that leaves some; only where no board has room so, a
+    coil that finds no way chooses before the others.
     """
-    half_widths = sorted({width for _, width in boards(spec, bus)})
-    lanes = rows_of_lanes(spec.array.placements)
-    via_room = Surroundings(spec, bus, lanes[0].placement, 0.0).keep_out + spec.fpc.rules.via_pad / 2
+    from sitscad.layout.maze import Lattice  # coils in one line go without
+
+    orders = rows_of_lanes(spec.array.placements)
+    grounds = [
+        (raised, half_width, gathering_frame(spec, raised, front, half_width))
+        for raised, half_width in grounds_between(spec, bus)
+    ]
+    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    roomiest = max(grounds, key=lambda ground: (ground[1], -ground[0].base))
+    lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
     near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
+    can_leave: set[int] = set()
+
+    def board(ground: tuple[Bus, float, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
+        return _Rows(spec, ground[0], wound, lanes, front, *ground[1:], lattice, patience)
+
     for reordered in (False, True):
-        for base in (0.0, bus.pitch, via_room):
-            for half_width in half_widths[-2:]:
-                raised = replace(bus, base=base)
-                tail = gathering_frame(spec, raised, front, half_width)
-                board = _Rows(spec, raised, wound, lanes, front, half_width, tail, patience)
-                escapes = _in_turn(near_first, board.lead_out, reordered)
-                if escapes is not None:
-                    return _routing(spec, raised, lanes, escapes, half_width, tail)
+        for ground in grounds:
+            for lanes in orders:
+                escapes = _in_turn(near_first, board(ground, lanes).lead_out, reordered)
+                if not isinstance(escapes, int):
+                    return _routing(spec, ground[0], lanes, escapes, *ground[1:])
+                if escapes not in can_leave and isinstance(board(roomiest, lanes).lead_out([escapes]), int):
+                    return None  # not even alone
+                can_leave.add(escapes)
     return None
+
+
+def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
+    """Boards to try for coils not in one line, narrow first: the room kept beside other coils, the body's half width.
+
+    There is room outside the coils for a track, for a via, or for a via and a track beside it.
+    """
+    rules = spec.fpc.rules
+    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    keep_out = hole_keep_out(hole, rules, bus.spacing)
+    widths = sorted({width for _, width in boards(spec, bus)})[-2:]
+    widths.append(round(widths[-1] + keep_out + bus.width, 9))
+    bases = (0.0, bus.pitch, keep_out + rules.via_pad / 2)
+    return [(replace(bus, base=base), width) for width in widths for base in bases]
 
 
 @record
@@ -193,6 +226,7 @@ class _Rows:
     front: float
     half_width: float
     tail: TailFrame
+    lattice: Lattice
     patience: Patience
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | int:
@@ -200,9 +234,8 @@ class _Rows:
         from sitscad.layout.maze import Ground, Maze  # coils in one line go without
 
         spec, tail = self.spec, self.tail
-        start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
         board = Obstacles(spec.fpc.rules, self.bus.spacing, self.half_width)
-        maze = Maze(spec, self.bus, Ground(start, self.front, tail.funnel, self.half_width, tail.half_width))
+        maze = Maze(self.lattice, self.bus, Ground(self.front, tail.funnel, self.half_width, tail.half_width))
         escapes: dict[int, Escape] = {}
         for index in order:
             if self.patience.is_spent:
@@ -218,8 +251,7 @@ class _Rows:
                 return index
             for branch in found.branches:
                 board.add(branch.tracks, branch.holes)
-                maze.tracks.extend(branch.tracks)
-                maze.holes.extend(branch.holes)
+                maze.add(branch.tracks, branch.holes)
             escapes[index] = found
         return escapes
 
