@@ -26,13 +26,16 @@ VIA_PLACES = 32
 TRIALS = 4_000
 """The search of one coil gives up after it has tried this many branches."""
 
+TRIALS_OF_A_WAVE = 50
+"""What it takes to find the ways through the array to one coil, in trials."""
+
 BUDGET = 16_000
 """And all searches of one board together after this many: some seconds."""
 
 TRIALS_OF_CHANGES = 20_000
 """And all those of changed specs together, where it is tried what would help."""
 
-TRIALS_OF_ONE_CHANGE = 6_000
+TRIALS_OF_ONE_CHANGE = 5_000
 """One of them after this many: the next change may be easier."""
 
 
@@ -202,23 +205,30 @@ def escape(
     around: Surroundings,
     joins: list[tuple[OuterEnd, OuterEnd]],
     ends: tuple[OuterEnd, OuterEnd | None],
-    choices: list[tuple[Exit, Exit]],
+    choices: Iterable[tuple[Exit, Exit]],
     obstacles: Obstacles,
     patience: Patience,
+    first: bool = False,
 ) -> Escape | None:
-    """The cheapest way out that keeps every distance, or None where the search finds none."""
+    """The cheapest way out that keeps every distance, or the `first` found; None where the search finds none."""
     places = obstacles.admitted(list(around.via_places()))
-    join_tables = [branch_table(around, _sorted(_join_options(around, pair, places))) for pair in joins]
     search = _Search(obstacles, patience)
+    join_tables: list[BranchTable] = []
     best: Escape | None = None
     for exit_a, exit_b in choices:
         leads = [_sorted(_lead_options(around, ends[0], exit_a, places))]
         if ends[1] is not None:
             leads.append(_sorted(_lead_options(around, ends[1], exit_b, places)))
+        if not all(any(map(search.admits, options)) for options in leads):
+            continue
+        if not join_tables:
+            join_tables = [branch_table(around, _sorted(_join_options(around, pair, places))) for pair in joins]
         chosen = search.find([*(branch_table(around, options) for options in leads), *join_tables])
         if chosen is not None:
             found = Escape(chosen[len(leads) :], chosen[0], chosen[1] if ends[1] is not None else None)
             best = found if best is None or found.cost < best.cost - 1e-6 else best
+            if first:
+                break
     return best
 
 
@@ -247,7 +257,7 @@ class _Search:
 
     def __init__(self, obstacles: Obstacles, patience: Patience) -> None:
         self._obstacles = obstacles
-        self._admitted: dict[int, bool] = {}
+        self._admitted: dict[int, tuple[Leg, bool]] = {}
         self._apart: dict[tuple[int, int, int], int] = {}
         self._asked: list[Sequence[BranchTable]] = []
         self._patience = patience
@@ -266,7 +276,7 @@ class _Search:
             row = (options & -options).bit_length() - 1
             options &= options - 1
             branch = tables[0].branches[row]
-            if not self._admits(branch):
+            if not self.admits(branch):
                 continue
             self._spend(1)
             if self._left < 0 or self._patience.left < 0:
@@ -290,11 +300,15 @@ class _Search:
         self._left -= trials
         self._patience.left -= trials
 
-    def _admits(self, branch: Branch) -> bool:
-        if id(branch) not in self._admitted:
+    def admits(self, branch: Branch) -> bool:
+        """Whether a branch's legs keep their distance from what is on the board; its via is at a place that does."""
+        return all(map(self._admits, branch.legs))
+
+    def _admits(self, leg: Leg) -> bool:
+        if id(leg) not in self._admitted:  # the leg is kept too, so that no other gets its identity
             self._spend(1)
-            self._admitted[id(branch)] = self._obstacles.admits(branch.tracks, branch.holes)
-        return self._admitted[id(branch)]
+            self._admitted[id(leg)] = leg, self._obstacles.admits([leg.track])
+        return self._admitted[id(leg)][1]
 
 
 def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole]) -> Iterator[Branch]:
@@ -309,23 +323,27 @@ def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[H
         if way.distance(hole.centre) < clear:  # a lead that passes its own via closes a loop with it
             continue
         angle, _ = around.stand(hole)
-        for first in _sweeps(around, end, angle):
-            to_via = Leg(around, end.layer, end.point, angle - first, first, (hole.centre,))
-            for second in _both_ways(out.angle - angle):
-                yield Branch((to_via, Leg(around, out.layer, hole.centre, angle, second, out.way)), hole)
+        onward = [Leg(around, out.layer, hole.centre, angle, sweep, out.way) for sweep in _both_ways(out.angle - angle)]
+        for to_via in _legs_to(around, end, hole, angle):
+            for from_via in onward:
+                yield Branch((to_via, from_via), hole)
 
 
 def _join_options(around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places: list[Hole]) -> Iterator[Branch]:
     """The ways to join two layers' outer ends by a via outside the winding."""
     for hole in places:
         angle, _ = around.stand(hole)
-        for first in _sweeps(around, pair[0], angle):
-            for second in _sweeps(around, pair[1], angle):
-                legs = (
-                    Leg(around, pair[0].layer, pair[0].point, angle - first, first, (hole.centre,)),
-                    Leg(around, pair[1].layer, pair[1].point, angle - second, second, (hole.centre,)),
-                )
-                yield Branch(legs, hole, returns=True)
+        others = _legs_to(around, pair[1], hole, angle)
+        for one in _legs_to(around, pair[0], hole, angle):
+            for other in others:
+                yield Branch((one, other), hole, returns=True)
+
+
+def _legs_to(around: Surroundings, end: OuterEnd, hole: Hole, angle: float) -> list[Leg]:
+    """The ways from a coil's end to a via that stands beside the ring at an angle."""
+    return [
+        Leg(around, end.layer, end.point, angle - sweep, sweep, (hole.centre,)) for sweep in _sweeps(around, end, angle)
+    ]
 
 
 def _sweeps(around: Surroundings, end: OuterEnd, angle: float) -> list[float]:

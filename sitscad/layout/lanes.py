@@ -93,27 +93,35 @@ def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tupl
 def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...]]:
     """Places in the tail for coils in several rows, to be tried in this order.
 
-    Rows from the top with the far coils of each outermost, so that they pass outside the near ones; with the far coils
-    innermost, so that they come through between the rows; and with a row in the middle passing all others on one side.
+    Rows from the top with the far coils of each outermost, so that they pass outside the near ones; innermost, so that
+    they come through between the rows; and with a row in the middle passing all others on one side. Where every coil
+    has a height of its own, first in the order in which they are seen from the tail, and as if they stood in line.
     """
     middle = sum(p.centre[1] for p in placements) / len(placements)
     far_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), p.centre[0]))
     near_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), -p.centre[0]))
     row = [p for p in far_first if abs(p.centre[1] - middle) <= 1e-7]
     between = row[-3::-2][::-1] + row[-1:] + row[-2::-2]
-    outside = (
-        [p for p in far_first if p.centre[1] > middle + 1e-7],
-        [p for p in near_first if p.centre[1] < middle - 1e-7],
+    above, below = (
+        [[p for p in order if side * (p.centre[1] - middle) > 1e-7] for order in (far_first, near_first)]
+        for side in (1, -1)
     )
-    inside = (
-        [p for p in near_first if p.centre[1] > middle + 1e-7],
-        [p for p in far_first if p.centre[1] < middle - 1e-7],
-    )
-    orders = []
-    for above, below in (outside, inside):
-        orders += [above + between + below, between + above + below, above + below + between]
-    unlike = {tuple(order.index(p) for p in placements): None for order in (orders[0], orders[3], *orders)}
+    orders = [above[i] + between + below[j] for i, j in ((0, 1), (1, 0), (0, 0), (1, 1))]
+    orders += [between + above[0] + below[1], above[0] + below[1] + between]
+    ranks = [tuple(order.index(p) for p in placements) for order in orders]
+    if len({round(p.centre[1], 7) for p in placements}) == len(placements):
+        in_line = (tuple(lane.rank for lane in assign_lanes(placements, side)) for side in (1, -1))
+        ranks = [_as_seen(placements), *in_line, *ranks]
+    unlike = dict.fromkeys(ranks)
     return [tuple(map(Lane, placements, [0] * len(order), [0] * len(order), order)) for order in unlike]
+
+
+def _as_seen(placements: tuple[CoilPlacement, ...]) -> tuple[int, ...]:
+    """Ranks from the top by the direction in which the tail's end of the array sees the coils."""
+    size = max(math.dist(p.centre, q.centre) for p in placements for q in placements)
+    eye = max(p.centre[0] for p in placements) + 0.5 * size
+    from_top = sorted(placements, key=lambda p: round(-p.centre[1] / (eye - p.centre[0]), 9))
+    return tuple(from_top.index(p) for p in placements)
 
 
 def lane_height(bus: Bus, index: int, track: int = 0) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING
 from sitscad.geometry.path import Point
 from sitscad.geometry.spiral import outer_boundary
 from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
-from sitscad.layout.escape import Escape, OuterEnd, Patience, Surroundings, escape, outer_ends
+from sitscad.layout.escape import (
+    TRIALS_OF_A_WAVE,
+    Escape,
+    OuterEnd,
+    Patience,
+    Surroundings,
+    escape,
+    outer_ends,
+)
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.ring import Ring
 from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height, stretched
@@ -155,15 +163,16 @@ def _lead_out(
     around: Surroundings,
     wound: tuple[WoundCoil, ...],
     index: int,
-    choices: list[tuple[Exit, Exit]],
+    choices: Iterable[tuple[Exit, Exit]],
     board: Obstacles,
     patience: Patience,
+    first: bool = False,
 ) -> Escape | None:
     """One coil's escape among the other coils and what is on the board already."""
     obstacles = board.copy()
     obstacles.add(_other_coils(around.spec, index), _inner_holes(wound[index]))
     start, joins, end = _ends(wound[index])
-    return escape(around, joins, (start, end), choices, obstacles, patience)
+    return escape(around, joins, (start, end), choices, obstacles, patience, first)
 
 
 def route_freely(
@@ -190,8 +199,8 @@ def route_freely(
     def board(ground: tuple[Bus, float, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
         return _Rows(spec, ground[0], wound, lanes, front, *ground[1:], lattice, patience)
 
-    for reordered in (False, True):
-        for ground in grounds:
+    for reordered, tried in ((False, grounds), (True, grounds[-BASES:])):
+        for ground in tried:
             for lanes in orders:
                 escapes = _in_turn(near_first, board(ground, lanes).lead_out, reordered)
                 if not isinstance(escapes, int):
@@ -240,14 +249,13 @@ class _Rows:
         for index in order:
             if self.patience.is_spent:
                 return index
+            self.patience.left -= TRIALS_OF_A_WAVE
             lane = self.lanes[index]
             entry = Point(tail.funnel, pair_height(spec, tail, lane))
             around = Surroundings(spec, self.bus, lane.placement, self.half_width)
-            for choice in islice(maze.exits(lane.placement, entry), TRIED):
-                found = _lead_out(around, self.wound, index, [choice], board, self.patience)
-                if found is not None:
-                    break
-            else:
+            choices = islice(maze.exits(lane.placement, entry), TRIED)
+            found = _lead_out(around, self.wound, index, choices, board, self.patience, first=True)
+            if found is None:
                 return index
             for branch in found.branches:
                 board.add(branch.tracks, branch.holes)
@@ -262,6 +270,9 @@ def gathering_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float)
     gather = max(tail.start, front + 0.3e-3 * len(spec.array.placements))
     return replace(tail, start=gather, funnel=gather)
 
+
+BASES = 3
+"""How far from other coils ways may run: no farther than they must, a track farther, a via farther."""
 
 TRIED = 8
 """Exits of a coil that are tried in an array not in line, shortest way first."""
