@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from sitscad.finding import Finding
@@ -13,10 +14,20 @@ from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 
-def with_remedy(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:
-    """A finding with what mends it, where trying finds it; `routes` lays a changed spec out."""
-    mend = {"SIT112": _wider_inside, "SIT113": _wider_between, "SIT119": _wider_contacts}.get(finding.rule)
-    return mend(spec, finding, routes) if mend else finding
+def with_remedy(spec: SensorSpec, finding: Finding, left: Callable[[SensorSpec], set[str] | None]) -> Finding:
+    """A finding with what mends it, where trying finds it.
+
+    `left` lays a changed spec out and names the rules that it still breaks, None where there is no time for it.
+    """
+    mend, may_stay = _MENDS.get(finding.rule, (None, set()))
+    if mend is None:
+        return finding
+
+    def works(changed: SensorSpec) -> bool:
+        broken = left(changed)
+        return broken is not None and broken <= may_stay
+
+    return mend(spec, finding, works)
 
 
 def _wider_inside(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:
@@ -78,3 +89,11 @@ def _wider_contacts(spec: SensorSpec, finding: Finding, routes: remedies.Works) 
         "contact; or fewer coils on one tail",
         limit=connector(name).pitch,
     )
+
+
+_MENDS: dict[str, tuple[Callable[[SensorSpec, Finding, remedies.Works], Finding], set[str]]] = {
+    "SIT112": (_wider_inside, set()),
+    "SIT113": (_wider_between, {"SIT119"}),  # contacts too near each other are a finding of their own
+    "SIT119": (_wider_contacts, set()),
+}
+"""What mends a finding, and which rules may then still be broken."""

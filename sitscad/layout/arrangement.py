@@ -44,11 +44,11 @@ def lay_out(spec: SensorSpec) -> Layout:
     found = _attempt(spec, Patience())
     patience = Patience(TRIALS_OF_CHANGES)
 
-    def routes(changed: SensorSpec) -> bool:
+    def left(changed: SensorSpec) -> set[str] | None:
         with patience.share(TRIALS_OF_ONE_CHANGE) as part:
-            return not part.is_spent and not _attempt(changed, part).findings
+            return None if part.is_spent else {finding.rule for finding in _attempt(changed, part).findings}
 
-    findings = tuple(with_remedy(spec, finding, routes) for finding in found.findings)
+    findings = tuple(with_remedy(spec, finding, left) for finding in found.findings)
     return _assemble(spec, found, findings)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Line, Path, Point, polyline
@@ -20,7 +20,7 @@ from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
 from sitscad.layout.lanes import Bus, Exit
 from sitscad.layout.ring import Ring
 from sitscad.record import record
-from sitscad.spec.sensor import CoilPlacement, SensorSpec
+from sitscad.spec.sensor import CoilPlacement, CoilSpec, SensorSpec
 
 VIA_PLACES = 32
 TRIALS = 4_000
@@ -35,7 +35,7 @@ BUDGET = 16_000
 TRIALS_OF_CHANGES = 20_000
 """And all those of changed specs together, where it is tried what would help."""
 
-TRIALS_OF_ONE_CHANGE = 5_000
+TRIALS_OF_ONE_CHANGE = 6_000
 """One of them after this many: the next change may be easier."""
 
 
@@ -80,24 +80,43 @@ class Surroundings:
     def via_places(self) -> Iterator[Hole]:
         """Holes where the outline has room: next outside the coil, and farther out so that the ring road stays free."""
         limit = self.half_width - self.hole.pad / 2 - self.spec.fpc.rules.copper_to_edge + 1e-9
+        for place, angle, distance in self._around_coil:
+            hole = Hole(place.shifted(*self.placement.centre), self.hole.pad, self.hole.drill)
+            if abs(hole.centre.y) <= limit:
+                self._stands[hole.centre] = angle, distance
+                yield hole
+
+    @property
+    def _around_coil(self) -> tuple[tuple[Point, float, float], ...]:
         beyond = self.bus.ring_offset + self.bus.width / 2 + self.keep_out
-        for offset in (self.keep_out, beyond):
-            ring = Ring(self.spec.coil, self.placement, offset)
-            for i in range(VIA_PLACES):
-                place = ring.at(TWO_PI * i / VIA_PLACES)
-                if abs(place.y) <= limit:
-                    yield Hole(place, self.hole.pad, self.hole.drill)
+        placement = CoilPlacement("", (0.0, 0.0), self.placement.rotation)
+        return _via_places(self.spec.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
 
     @cached_property
     def _stands(self) -> dict[Point, tuple[float, float]]:
         return {}
 
     def stand(self, hole: Hole) -> tuple[float, float]:
-        """Where the ring road passes a hole (rad), and how far from it (m); remembered."""
-        if hole.centre not in self._stands:
-            angle = self.ring.facing(hole.centre)[0]
-            self._stands[hole.centre] = angle, hole.centre.distance(self.ring.at(angle))
+        """Where the ring road passes one of the via places (rad), and how far from it (m)."""
         return self._stands[hole.centre]
+
+
+@lru_cache(maxsize=64)
+def _via_places(
+    coil: CoilSpec, placement: CoilPlacement, road: float, offsets: tuple[float, ...]
+) -> tuple[tuple[Point, float, float], ...]:
+    """Places round a coil at some offsets, where its ring road (offset `road`) passes each (rad), and how far off (m).
+
+    Coils that differ in their place only share them, and so do boards that are tried to find out what helps.
+    """
+    ring, found = Ring(coil, placement, road), []
+    for offset in offsets:
+        around = Ring(coil, placement, offset)
+        for i in range(VIA_PLACES):
+            place = around.at(TWO_PI * i / VIA_PLACES)
+            angle = ring.facing(place)[0]
+            found.append((place, angle, place.distance(ring.at(angle))))
+    return tuple(found)
 
 
 @record

@@ -86,7 +86,29 @@ class Lattice:
     @cached_property
     def outside(self) -> dict[CoilPlacement, Floats]:
         """Distance (m) of all nodes from every coil's outer copper edge, negative inside."""
-        return {placement: _outside(self.spec, placement, self.nodes) for placement in self.spec.array.placements}
+        return {placement: self.from_coil(placement, self.nodes) for placement in self.spec.array.placements}
+
+    def from_coil(self, placement: CoilPlacement, points: Floats) -> Floats:
+        """Distance (m) of points (n, 2) from a coil's outer copper edge, negative inside; never more than the true."""
+        away = points - np.array(placement.centre)
+        if self.spec.coil.shape == "circle":
+            return np.asarray(np.hypot(away[:, 0], away[:, 1]) - self.spec.coil.size[0] / 2)
+        normals, distances = self._sides(placement)
+        return np.asarray((away @ normals - distances).max(axis=1))
+
+    def _sides(self, placement: CoilPlacement) -> tuple[Floats, Floats]:
+        """Outward normals (2, n) of a coil's sides, and the sides' distances (m) from its centre."""
+        if placement.rotation not in self._known_sides:
+            boundary = Ring(self.spec.coil, placement, 0.0).boundary.rotated(placement.rotation)
+            ends = np.array([[*side.start, *side.end] for side in boundary])
+            along = ends[:, 2:] - ends[:, :2]
+            normals = np.stack([along[:, 1], -along[:, 0]]) / np.hypot(along[:, 0], along[:, 1])
+            self._known_sides[placement.rotation] = normals, np.sum(normals.T * ends[:, :2], axis=1)
+        return self._known_sides[placement.rotation]
+
+    @cached_property
+    def _known_sides(self) -> dict[float, tuple[Floats, Floats]]:
+        return {}
 
     def around(self, low: Floats, high: Floats) -> tuple[slice, slice]:
         """The columns and rows between two corners of a rectangle."""
@@ -210,7 +232,7 @@ class Maze:
         clear = self._inside(points)
         for placement in self.spec.array.placements:
             if placement != but:
-                clear &= _outside(self.spec, placement, points) >= self._room(placement, own)
+                clear &= self.lattice.from_coil(placement, points) >= self._room(placement, own)
         for hole in self.holes:
             away = np.hypot(points[:, 0] - hole.centre.x, points[:, 1] - hole.centre.y)
             clear &= away >= self._keep_out(hole)
@@ -247,18 +269,3 @@ def _between(one: Point, other: Point, step: float) -> Floats:
     count = max(2, math.ceil(one.distance(other) / step) + 1)
     t = np.linspace(0.0, 1.0, count)[:, None]
     return np.array([one]) + t * (np.array([other]) - np.array([one]))
-
-
-def _outside(spec: SensorSpec, placement: CoilPlacement, points: Floats) -> Floats:
-    """Distance (m) of points from a coil's outer copper edge, negative inside; never more than the true one."""
-    x, y = points[:, 0] - placement.centre[0], points[:, 1] - placement.centre[1]
-    if spec.coil.shape == "circle":
-        return np.hypot(x, y) - spec.coil.size[0] / 2
-    cos, sin = math.cos(placement.rotation), math.sin(placement.rotation)
-    x, y = cos * x + sin * y, cos * y - sin * x
-    result = np.full(len(x), -np.inf)
-    for side in Ring(spec.coil, placement, 0.0).boundary:
-        length = side.length
-        nx, ny = (side.end.y - side.start.y) / length, (side.start.x - side.end.x) / length
-        result = np.maximum(result, (x - side.start.x) * nx + (y - side.start.y) * ny)
-    return result

@@ -56,8 +56,17 @@ class Ring:
 
     def facing(self, point: Point) -> tuple[float, float]:
         """The directions from the centre in which the ring's points nearest to `point` lie (rad), the first clockwise
-        of the second: two of them for a point on the diagonal of a corner, else twice the same.
+        of the second: two of them for a point on the diagonal of a corner, else twice the same. Remembered.
         """
+        if point not in self._faced:
+            self._faced[point] = self._facing(point)
+        return self._faced[point]
+
+    @cached_property
+    def _faced(self) -> dict[Point, tuple[float, float]]:
+        return {}
+
+    def _facing(self, point: Point) -> tuple[float, float]:
         centre = self.centre
         away = math.atan2(point.y - centre.y, point.x - centre.x)
         if self.coil.shape == "circle":
