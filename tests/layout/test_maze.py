@@ -1,0 +1,133 @@
+"""Ways through arrays whose coils do not stand in one line."""
+
+from __future__ import annotations
+
+import math
+import random
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from sitscad import lay_out
+from sitscad.geometry.path import Point, polyline
+from sitscad.layout.clearance import Hole, Track
+from sitscad.layout.escape import BUDGET, Patience
+from sitscad.layout.lanes import bus_for, rows_of_lanes
+from sitscad.layout.maze import Ground, Lattice, Maze
+from sitscad.layout.routing import front_of, route_freely
+from sitscad.layout.wave import spread
+from sitscad.layout.wound_coils import wind_all
+from sitscad.spec import positions
+from sitscad.spec.sensor import CoilPlacement
+
+from .conftest import sensor
+
+
+def grid(**changes):
+    values = dict(diameter=5e-3, turns=6, layers=2, stackup="flex-2l-18um", centres=positions.grid(2, 2, 6.2e-3))
+    return sensor(**values | changes)
+
+
+def maze_of(spec, length=40e-3, half_width=15e-3):
+    """An empty board, its coils at the far end."""
+    bus = bus_for(spec)
+    lattice = Lattice(spec, bus, -10e-3, length, half_width)
+    return Maze(lattice, bus, Ground(length - 5e-3, length, half_width, half_width))
+
+
+def test_a_wave_goes_round_what_is_not_free():
+    free = np.ones((7, 9), dtype=bool)
+    free[3, :8] = False
+    wave = spread(free, [(0, 0)])
+    assert wave.distance((2, 2)) == pytest.approx(2 * math.sqrt(2))
+    assert math.isinf(wave.distance((3, 4)))
+    way = list(wave.back((6, 0)))
+    assert way[0] == (6, 0) and way[-1] == (0, 0) and (3, 8) in way
+    assert all(max(abs(a - c), abs(b - d)) == 1 for (a, b), (c, d) in pairwise(way))
+
+
+def test_a_wave_takes_the_shortest_way():
+    """Distances against Bellman and Ford's, over random lattices."""
+    rng = random.Random(4)
+    for _ in range(5):
+        free = np.array([[rng.random() < 0.7 for _ in range(8)] for _ in range(7)])
+        free[0, 0] = True
+        expected = np.full(free.shape, math.inf)
+        expected[0, 0] = 0.0
+        for _ in range(free.size):
+            for i, j in np.argwhere(free):
+                near = expected[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2]
+                steps = np.hypot(*(np.indices(near.shape) - np.array([min(i, 1), min(j, 1)])[:, None, None]))
+                expected[i, j] = min(expected[i, j], (near + steps).min())
+        wave = spread(free, [(0, 0)])
+        found = [[wave.distance((i, j)) for j in range(8)] for i in range(7)]
+        assert np.array(found) == pytest.approx(expected)
+
+
+def test_no_way_steps_across_a_thin_track_of_a_large_board():
+    """The lattice of a large board is coarser than a track with its spacing: no way may slip through."""
+    spec = grid(diameter=8e-3, turns=6, width=7.6e-5, spacing=7.6e-5, centres=[(0.0, 0.0), (0.0, 12e-3)])
+    maze = maze_of(spec, length=120e-3, half_width=30e-3)
+    assert maze.step > 2 * maze.bus.pitch
+    wall = Track(polyline([Point(20e-3, -30e-3), Point(25e-3, 24e-3)]), maze.bus.width, 1)
+    maze.add([wall], [])
+    entry = Point(120e-3, 0.0)
+    ways = [pair[0].way for pair in maze.exits(spec.array.placements[0], entry)]
+    assert ways
+    for way in ways:
+        least = min(wall.path.distance(Point(*p)) for p in dense(way))
+        assert least >= maze.bus.pitch - 1e-9
+        assert max(p.y for p in way) > 24e-3  # round its end
+
+
+def test_no_way_passes_a_wall_from_edge_to_edge():
+    spec = grid(centres=[(0.0, 0.0), (0.0, 12e-3)])
+    maze = maze_of(spec)
+    maze.add([Track(polyline([Point(20e-3, -15e-3), Point(21e-3, 15e-3)]), maze.bus.width, 1)], [])
+    assert list(maze.exits(spec.array.placements[0], Point(40e-3, 0.0))) == []
+
+
+def test_ways_keep_off_holes_and_end_before_the_tail():
+    spec = grid(centres=[(0.0, 0.0), (0.0, 12e-3)])
+    maze = maze_of(spec)
+    holes = [Hole(Point(12e-3, k * 0.9e-3), 0.45e-3, 0.2e-3) for k in range(-6, 7)]
+    maze.add([], holes)
+    way = next(maze.exits(spec.array.placements[0], Point(40e-3, 0.0)))[0].way
+    assert min(p.distance(hole.centre) for p in dense(way) for hole in holes) >= 0.225e-3 + maze.bus.pitch / 2
+    assert max(p.x for p in way) <= 40e-3 + 1e-9
+
+
+def dense(way):
+    return [
+        Point(*(np.array(a) + t * (np.array(b) - np.array(a))))
+        for a, b in pairwise(way)
+        for t in np.linspace(0, 1, 200)
+    ]
+
+
+@pytest.mark.parametrize("centres", [positions.grid(2, 2, 6e-3), positions.grid(3, 3, 6e-3), positions.triangle(6e-3),
+                                     [(0.0, 1e-3), (6e-3, 2e-3), (12e-3, -1e-3), (18e-3, 0.5e-3)]])  # fmt: skip
+def test_every_order_of_the_tail_has_a_place_for_every_coil(centres):
+    placements = tuple(CoilPlacement(f"C{k}", (x, y)) for k, (x, y) in enumerate(centres))
+    orders = rows_of_lanes(placements)
+    ranks = [tuple(lane.rank for lane in order) for order in orders]
+    assert len(set(ranks)) == len(ranks) <= 9
+    for order in orders:
+        assert sorted(lane.rank for lane in order) == list(range(len(placements)))
+        assert tuple(lane.placement for lane in order) == placements
+
+
+def test_a_row_may_come_through_between_the_others():
+    """Below the near coil of the lower row is no room: the far one comes through the middle of the board."""
+    spec = grid(shape="racetrack", size=(7.76e-3, 5.23e-3), turns=7, layers=4, stackup="flex-4l",
+                centres=positions.grid(2, 2, 9.76e-3))  # fmt: skip
+    assert lay_out(spec).findings == ()
+
+
+def test_an_array_without_a_way_is_given_up_at_once():
+    """Between coils nearer to each other than a track with its spacings nothing passes, in whatever order."""
+    spec = grid(centres=positions.grid(3, 3, 5.2e-3))
+    bus, patience = bus_for(spec), Patience()
+    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), patience) is None
+    assert patience.left > 0.9 * BUDGET
