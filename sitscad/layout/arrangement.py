@@ -131,6 +131,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         bend_zone=_bend_zone(spec, tail, begin if tail.turn else math.inf),
         findings=findings,
         capacitors=tuple(capacitors),
+        tail_length=tail.end - tail.body_end,
     )
     line = course(spec.fpc.tail, tail.half_width, begin)
     return turned(straight, line) if line else straight
