@@ -12,7 +12,7 @@ from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Escape, Patience
 from sitscad.layout.lanes import Bus, bus_for
-from sitscad.layout.outline import Body, outline
+from sitscad.layout.outline import Body, outline, with_room_for_corners
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
 from sitscad.layout.tail import (
@@ -145,7 +145,7 @@ def _body(
     left = [_leftmost(traces)]
     left += [via.centre.x - via.pad / 2 for via in vias]
     left += [p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements]
-    return Body(min(left) - edge, tail.body_end, half_width)
+    return with_room_for_corners(Body(min(left) - edge, tail.body_end, half_width), tail)
 
 
 def _leftmost(traces: tuple[Trace, ...]) -> float:

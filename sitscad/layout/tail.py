@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cached_property
 
-from sitscad.geometry.path import Path, Point, closed_polygon, polyline, rectangle
+from sitscad.geometry.path import Path, Point, polyline, rectangle, rounded
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
+from sitscad.layout.taper import Taper
 from sitscad.layout.turn import turn_length
 from sitscad.record import record
 from sitscad.spec.sensor import Chip, Connector, SensorSpec
@@ -30,7 +32,8 @@ CHIP_OPENING = 0.05e-3
 """How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)."""
 
 CORNER_RADIUS = 0.5e-3
-"""Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m)."""
+"""Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m). Inner ones have the
+fabricator's radius where that is larger."""
 
 CAP = 0.25e-3
 """Straight copper left between the bends and the vias at the contacts (m)."""
@@ -50,8 +53,10 @@ class TailFrame:
     funnel: float
     start: float
     end: float
+    body_half_width: float
     half_width: float
     plug_half_width: float
+    inner_radius: float
     end_gap: float
     trace_width: float
     neck_width: float
@@ -73,6 +78,23 @@ class TailFrame:
         return self.half_width - self.plug_half_width
 
     @property
+    def taper(self) -> Taper:
+        """From the body to the tail; where its first corner is the outer one, a lead bends there and keeps its distance
+        from the rounding.
+        """
+        shoulder = self.edge + self.neck_width / 2
+        return Taper(self.body_end, self.start, self.body_half_width, self.half_width, self.inner_radius, shoulder)
+
+    @cached_property
+    def plug_taper(self) -> Taper:
+        """From the tail to what is plugged in, which has its own width from the contacts on."""
+        widths = (self.half_width, self.plug_half_width, self.inner_radius, 0.0)
+        corners = Taper(0.0, self.shoulder, *widths)
+        end = self.pad_start - corners.reach_beyond
+        begin = end - corners.length
+        return Taper(begin, begin + self.shoulder, *widths)
+
+    @property
     def squeeze(self) -> float:
         """By how much a contact's track is farther from the axis at its via than at the contact, for the first one."""
         outer = self.plug_half_width - self.connector.edge_margin
@@ -84,7 +106,9 @@ class TailFrame:
 
         Drawing in at 45 degrees beside the shoulder, the outermost keeps its distance from the edge.
         """
+        plug_begin = self.plug_taper.begin + self.shoulder
         beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2) - self.connector.edge_margin
+        beside += self.pad_start - plug_begin
         return self.pad_start - max(beside, 1.5 * self.connector.contact_width) - self.squeeze
 
     @property
@@ -95,7 +119,7 @@ class TailFrame:
     @property
     def chip_end(self) -> float:
         """Up to where capacitors may stand, and the tail has its whole width."""
-        shoulder = self.pad_start - self.shoulder
+        shoulder = self.plug_taper.begin
         return min(shoulder, self.squeeze_start) if self.squeeze > 1e-9 else shoulder
 
     @property
@@ -105,20 +129,15 @@ class TailFrame:
 
     def strip(self, start: float) -> Path:
         """The closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
-        wide, plug = self.half_width, self.plug_half_width
-        if self.shoulder < 1e-9:
-            return rectangle(start, -wide, self.end, wide)
-        lower = [Point(start, -wide), *self.lower_shoulder(), Point(self.end, -plug)]
-        return closed_polygon([*lower, *(Point(p.x, -p.y) for p in reversed(lower))])
+        end = [(Point(self.end, -self.plug_half_width), 0.0)]
+        lower = [(Point(start, -self.half_width), 0.0), *self.plug_taper.corners(), *end]
+        return both_edges(lower)
 
-    def lower_shoulder(self) -> list[Point]:
-        """The two corners of the lower shoulder, none where the tail is no wider than its plug."""
-        if self.shoulder < 1e-9:
-            return []
-        return [
-            Point(self.pad_start - self.shoulder, -self.half_width),
-            Point(self.pad_start, -self.plug_half_width),
-        ]
+
+def both_edges(lower: list[tuple[Point, float]]) -> Path:
+    """The closed path whose lower edge has these corners, with their radii (m), and whose upper edge mirrors it."""
+    corners = lower + [(Point(point.x, -point.y), radius) for point, radius in reversed(lower)]
+    return rounded([point for point, _ in corners], [radius for _, radius in corners])
 
 
 @record
@@ -148,17 +167,19 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     narrows = half_width < body_half_width
     body_end = front + slack + max(0.0, stagger) if narrows else front
     funnel = front if narrows else front + slack
-    start = body_end + abs(body_half_width - half_width)
+    inner, outer = max(CORNER_RADIUS, spec.fpc.rules.inside_radius), edge + bus.width / 2
+    taper = Taper(body_end, body_end + abs(body_half_width - half_width), body_half_width, half_width, inner, outer)
+    start = body_end + taper.length if narrows else taper.end
     width = _tail_trace_width(spec, bus, connector)
     turn = turn_length(spec.fpc.tail, half_width)
     laid = TailFrame(
-        connector, body_end, funnel, start, start, half_width, plug, end_gap, width, bus.width, fan, edge,
-        chip_of(spec, bus), turn,
+        connector, body_end, funnel, start, start, body_half_width, half_width, plug, inner, end_gap, width, bus.width,
+        fan, edge, chip_of(spec, bus), turn,
     )  # fmt: skip
     needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
     if turn:
-        corner = max(CORNER_RADIUS, edge + bus.width / 2) * math.tan(math.pi / 8)  # how far its rounding reaches
-        needed = max(needed, connector.stiffener_length) + turn + CAP + corner
+        needed = max(needed, connector.stiffener_length) + turn + CAP + taper.reach_beyond
+    needed = max(needed, taper.reach_beyond + laid.end - laid.plug_taper.begin)
     length = (
         max(spec.fpc.tail.length, start - body_end + needed)
         if spec.fpc.tail
@@ -242,7 +263,8 @@ def stretched(
     heights = [abs(pair_height(spec, tail, lane)) for lane in lanes]
     outwards = [abs(e.y) for ends, height in zip(entries, heights, strict=True) for e in ends if abs(e.y) <= height]
     tail = replace(tail, outermost=max(outwards, default=0.0))
-    late, limit = 0.0, turn_begin(spec, bus, tail)
+    limit = turn_begin(spec, bus, tail)
+    late = max(0.0, tail.start + tail.taper.reach_beyond - limit) if tail.turn else 0.0
     for lane, ends in zip(lanes, entries, strict=True):
         for entry in ends:
             _, foot = _descent(bus, tail, entry, pair_height(spec, tail, lane))
