@@ -20,7 +20,7 @@ from sitscad.checks.copper import (
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, source_of, um
 from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Place, Severity
-from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
+from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Trace, Via
 from sitscad.layout.teardrops import Teardrop
 from sitscad.units import show
@@ -77,24 +77,50 @@ def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
 
 
 def coverlay_web(subject: Subject) -> Iterator[Verdict]:
-    """The strip of coverlay left between two openings."""
-    rules, layout = subject.spec.fpc.rules, subject.layout
+    """The strip of coverlay left between two openings, and beside one along the board's edge."""
+    layout = subject.layout
     for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
-        pieces = [from_rows([row for row, _ in path_rows(region.outline)]) for region in openings]
+        pieces = [_edge_of(region.outline) for region in openings]
         for one, other in combinations(pieces, 2):
-            web = _smallest(one, other, rules.coverlay_web)
-            if web < rules.coverlay_web - ROUNDING:
-                yield Complaint(
-                    f"two openings of the {side} coverlay leave a web of {um(web)}; {rules.name} asks "
-                    f"{um(rules.coverlay_web)}",
-                    "join them to one opening, or move the contacts apart",
-                    "fpc.tail.connector",
-                    web,
-                    rules.coverlay_web,
-                    "m",
-                    source=source_of(subject, "coverlay_web"),
-                    place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
-                )
+            hint = "join them to one opening, or move the contacts apart"
+            yield from _narrow_web(subject, f"two openings of the {side} coverlay leave", hint, one, other)
+        for one in pieces:
+            hint = "a wider connector, or a fabricator whose coverlay keeps a narrower web"
+            what = f"an opening of the {side} coverlay leaves"
+            sides, edge = _apart(one, _edge_of(layout.outline))
+            yield from _narrow_web(subject, what, hint, sides, edge, "to the board's edge")
+
+
+def _edge_of(outline: Outline) -> Primitives:
+    return from_rows([row for row, _ in path_rows(outline)])
+
+
+def _apart(opening: Primitives, edge: Primitives) -> tuple[Primitives, Primitives]:
+    """An opening's sides and the board's edges but those that lie on each other: there the opening reaches the edge."""
+    near = np.full(len(opening), ROUNDING)
+    pairs = nearest_pairs(opening.boxes, near, edge.boxes, np.zeros(len(edge)))
+    sides, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
+    on = (to_points(edges, sides.start) < ROUNDING) & (to_points(edges, sides.end) < ROUNDING)
+    free = np.setdiff1d(np.arange(len(opening)), pairs[on, 0]), np.setdiff1d(np.arange(len(edge)), pairs[on, 1])
+    return opening.take(free[0]), edge.take(free[1])
+
+
+def _narrow_web(
+    subject: Subject, what: str, hint: str, one: Primitives, other: Primitives, where: str = "between them"
+) -> Iterator[Complaint]:
+    rules = subject.spec.fpc.rules
+    web = _smallest(one, other, rules.coverlay_web)
+    if web < rules.coverlay_web - ROUNDING:
+        yield Complaint(
+            f"{what} a web of {um(web)} {where}; {rules.name} asks {um(rules.coverlay_web)}",
+            hint,
+            "fpc.tail.connector",
+            web,
+            rules.coverlay_web,
+            "m",
+            source=source_of(subject, "coverlay_web"),
+            place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
+        )
 
 
 def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
@@ -305,9 +331,9 @@ CLEARANCE_RULES: tuple[Rule, ...] = (
         "Follow the finding: it names the missing length, mostly in array.pitch.",
     ), "geometry; " + FABRICATOR, no_room("SIT113")),
     _rule(114, "coverlay-web", (
-        "Between two openings the coverlay keeps the fabricator's smallest web.",
+        "Between two openings, and between one and the board's edge, the coverlay keeps the fabricator's web.",
         "A narrower strip of coverlay tears, or comes off.",
-        "Join the openings, or move the contacts apart.",
+        "Join the openings, move the contacts apart, or give them more board beside them.",
     ), FABRICATOR, coverlay_web),
     _rule(115, "coverlay-opening", (
         "Copper that must stay covered keeps its distance from every opening of the coverlay.",

@@ -1,4 +1,4 @@
-"""The tail: from the end of the body to the contacts; the pairs' tracks and vias, the openings, the stiffener."""
+"""The tail: from the end of the body to the contacts; the pairs' tracks and vias, the stiffener."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from functools import cached_property
 
-from sitscad.geometry.path import Path, Point, polyline, rectangle, rounded
+from sitscad.geometry.path import Path, Point, polyline, rounded
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
@@ -160,7 +160,7 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     contacts = 2 * len(spec.array.placements)
     plug = connector.width(contacts) / 2
     fan = fan_pitch(spec, bus, connector)
-    half_width = max(plug, contact_height(fan, contacts, 1) + _outer_copper(spec, bus, connector) + edge)
+    half_width = max(plug, contact_height(fan, contacts, 1) + _to_edge(spec, bus, connector))
     end_gap = max(END_GAP, edge) if connector.kind == "pads" else END_GAP
     slack = STAGGER * (edge + bus.width / 2)
     stagger = STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0))
@@ -207,11 +207,16 @@ def _beside_via(spec: SensorSpec, bus: Bus) -> float:
     return hole_keep_out(Hole(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
 
 
-def _outer_copper(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
-    """How far copper reaches beyond the middle of an outermost contact: a via's pad, or half the track (m)."""
-    track, chip = _tail_trace_width(spec, bus, connector) / 2, chip_of(spec, bus)
-    beyond = max(track, chip.pad_along / 2) if chip else track
-    return max(beyond, spec.fpc.rules.via_pad / 2) if bus.is_stacked else track
+def _to_edge(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
+    """From the middle of an outermost track to the tail's edge (m): copper keeps its distance from the edge, and the
+    coverlay its web beside a capacitor's opening.
+    """
+    rules, chip = spec.fpc.rules, chip_of(spec, bus)
+    copper = max(_tail_trace_width(spec, bus, connector), rules.via_pad if bus.is_stacked else 0.0)
+    if chip is None:
+        return copper / 2 + rules.copper_to_edge
+    copper = max(copper, chip.pad_along)
+    return max(copper / 2 + rules.copper_to_edge, chip.pad_along / 2 + CHIP_OPENING + rules.coverlay_web)
 
 
 def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
@@ -378,21 +383,6 @@ def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, numbe
     centre = Point(tail.pad_start + size[0] / 2, height)
     name = lane.placement.name
     return Pad(centre, size, 1, name, f"{name}.{end}", number)
-
-
-def opening(spec: SensorSpec, tail: TailFrame) -> Region:
-    """The coverlay's opening over all contacts, out to the end of the board."""
-    half = tail.plug_half_width - min(spec.fpc.rules.coverlay_web, tail.plug_half_width / 4)
-    return Region(rectangle(tail.pad_start, -half, tail.end, half))
-
-
-def chip_openings(pads: tuple[Pad, ...]) -> tuple[Region, ...]:
-    """The coverlay's openings over capacitors' pads: a little larger, so that the whole pad is bare."""
-    found = []
-    for pad in pads:
-        (w, h), (x, y) = (side / 2 + CHIP_OPENING for side in pad.size), pad.centre
-        found.append(Region(rectangle(x - w, y - h, x + w, y + h)))
-    return tuple(found)
 
 
 def tail_thickness(spec: SensorSpec) -> float:

@@ -9,14 +9,16 @@ import math
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 import sitscad
+from sitscad.checks import check
 from sitscad.estimates import estimate
-from sitscad.geometry.path import bounding_box
+from sitscad.geometry.path import bounding_box, rectangle
 from sitscad.layout.panel import coupon_spec
 from sitscad.spec import presets
 from sitscad.spec.rules import SpecError
@@ -68,6 +70,22 @@ def test_pads_stand_across_the_pairs_on_the_stiffener(case):
         x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
         assert all(x0 < p.centre.x < x1 and y0 < p.centre.y < y1 for p in capacitor.pads)
         assert sum(_holds(r.outline, one) or _holds(r.outline, other) for r in layout.top_openings) == 2
+
+
+@pytest.mark.parametrize("web", ["0.1 mm", "0.2 mm", "0.3 mm"])
+@pytest.mark.parametrize("chip", ["chip-0402", "chip-0603"])
+def test_the_coverlay_keeps_its_web_beside_the_pads(chip, web):
+    """Between an opening over a capacitor's pad and the tail's edge; half a web less of board and the check says so."""
+    text = text_of("bench_7mm", chip)
+    spec = sitscad.load_text(re.sub(r"rules: .*", f"rules: {{coverlay_web: {web}}}", text), "tank.yaml")
+    layout, asked = sitscad.lay_out(spec), spec.fpc.rules.coverlay_web
+    assert [f for f in check(spec, layout).findings if f.rule in ("SIT109", "SIT114", "SIT115")] == []
+    highest = max(bounding_box([region.outline])[3] for region in layout.top_openings[1:])
+    _, edge = layout.reach_at(layout.capacitors[0].centre.x)
+    assert edge - highest >= asked - 1e-9
+    flat = rectangle(-10e-3, -(highest + asked / 2), 60e-3, highest + asked / 2)
+    told = [f for f in check(spec, replace(layout, outline=flat)).findings if f.rule == "SIT114"]
+    assert len(told) >= 1 and all(f.measured == pytest.approx(asked / 2) for f in told)
 
 
 def _holds(outline, pad):
