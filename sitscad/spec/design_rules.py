@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import field, replace
 
 from sitscad.record import record
+from sitscad.units import show
 
 
 @record
@@ -68,7 +69,7 @@ class DesignRules:
 
     def for_foil(self, thickness: float) -> DesignRules:
         """The rules with the lines of the thinnest listed copper that is not thinner than the coil's foil (m); those of
-        the thickest one listed where none is.
+        the thickest one listed where none is, whose sources then say so.
         """
         rules = self
         if self.coil_lines:
@@ -78,11 +79,11 @@ class DesignRules:
                 coil_trace_width=lines.width,
                 coil_trace_spacing=lines.spacing,
                 coil_copper=lines.copper,
-                sources=_with_sources(rules.sources, "coil_trace", lines),
+                sources=_with_sources(rules.sources, "coil_trace", lines, thickness),
             )
         if self.track_lines:
             lines = _lines_for(self.track_lines, thickness)
-            sources = _with_sources(rules.sources, "trace", lines)
+            sources = _with_sources(rules.sources, "trace", lines, thickness)
             rules = replace(rules, trace_width=lines.width, trace_spacing=lines.spacing, sources=sources)
         return rules
 
@@ -96,5 +97,12 @@ def _lines_for(listed: tuple[FoilLines, ...], thickness: float) -> FoilLines:
     return next((row for row in listed if row.copper >= thickness - 1e-9), listed[-1])
 
 
-def _with_sources(sources: Mapping[str, str], prefix: str, lines: FoilLines) -> dict[str, str]:
-    return {**sources, f"{prefix}_width": lines.width_source, f"{prefix}_spacing": lines.spacing_source}
+def _with_sources(sources: Mapping[str, str], prefix: str, lines: FoilLines, thickness: float) -> dict[str, str]:
+    beyond = ""
+    if thickness > lines.copper + 1e-9:
+        beyond = f" (for copper up to {show(lines.copper, 'm')}: nothing is stated for {show(thickness, 'm')})"
+    return {
+        **sources,
+        f"{prefix}_width": lines.width_source + beyond,
+        f"{prefix}_spacing": lines.spacing_source + beyond,
+    }

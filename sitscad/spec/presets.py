@@ -94,7 +94,10 @@ def _ruled(rows: Mapping[str, Row], base: DesignRules | None) -> dict[str, Any]:
     """What goes by copper thickness, by number of layers or by material, and the words; only what the rows state."""
     found: dict[str, Any] = {} if base else {"coil_trace_width": None, "coil_trace_spacing": None}
     found |= {f"{kind}_lines": lines for kind in ("track", "coil") if (lines := _lines(rows, kind))}
-    if "trace_width" in rows and "track_lines" not in found:
+    if "track_lines" in found:
+        thinnest = found["track_lines"][0]
+        found |= {"trace_width": thinnest.width, "trace_spacing": thinnest.spacing}
+    elif "trace_width" in rows:
         found["track_lines"] = ()
     for field, prefix in (("static_bend_ratio", "static_bend_"), ("dynamic_bend_ratio", "dynamic_bend_")):
         found[field] = {**(getattr(base, field) if base else {}), **_bend_ratios(rows, prefix)}

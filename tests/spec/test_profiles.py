@@ -13,11 +13,13 @@ from hypothesis import strategies as st
 
 from sitscad.checks import check
 from sitscad.cli import cli
+from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from, without_text
 from sitscad.spec import presets
 from sitscad.spec.load import load, load_text
 from sitscad.spec.rules import SpecError
 from sitscad.spec.rules_document import RulesDocument
+from sitscad.writers import fabrication_notes, kicad_rules
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
 ROOT = Path(__file__).parents[2]
@@ -153,16 +155,47 @@ def test_a_limit_of_the_profile_is_what_the_checks_hold_the_board_against(folder
     assert found[0].limit == pytest.approx(200e-6) and found[0].key == "coil.trace_width" and found[0].file is None
 
 
-@pytest.mark.parametrize(("stackup", "is_said"), [("flex-2l-18um", False), ("flex-2l-35um", True)])
-def test_copper_thicker_than_any_stated_is_an_error(folder, stackup, is_said):
-    text = "".join(
-        f"{kind}_{what}_{foil}um: 60 um\n"
-        for kind, foil in (("trace", 18), ("coil_trace", 35))
-        for what in ("width", "spacing")
-    )
-    found = check(load(write(folder, "ours.yaml", stackup=stackup, ours=text))).findings
-    said = {f.rule for f in found if "no figure for" in f.message and f.severity.value == "error"}
-    assert said == ({"SIT101", "SIT102"} if is_said else set())
+def foil(thickness):
+    """A stack-up of two layers of copper of a thickness in micrometres."""
+    copper, film = f"{{copper: {thickness} um}}", "{dielectric: 25 um}"
+    return f"[{{coverlay: 25 um}}, {copper}, {film}, {copper}, {{coverlay: 25 um}}]"
+
+
+def unknown(found):
+    """The rules that miss a figure for the copper, with their severities."""
+    return {(f.rule, f.severity.value) for f in found if "no figure for" in f.message}
+
+
+@pytest.mark.parametrize(("thickness", "is_said"), [(18, False), (35, False), (36, True), (210, True)])
+@pytest.mark.parametrize("base", ["generic-flex", "generic-fine", "osh-park-flex", "lab-circuits", "wellpcb"])
+def test_copper_thicker_than_any_stated_is_an_error(folder, thickness, is_said, base):
+    """Also for a generic figure: 100 um between tracks of 210 um copper is etched by nobody."""
+    found = check(load(write(folder, base, stackup=foil(thickness)))).findings
+    said = {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
+    assert unknown(found) == (said if is_said else set())
+    assert all("the thickest stated is 35 um" in f.message for f in found if "no figure for" in f.message)
+
+
+def test_who_writes_widths_for_any_copper_or_for_thick_copper_is_believed(folder):
+    """A plain figure holds whatever the copper; one for 70 um holds there, and not beyond."""
+    plain = "trace_width: 0.1\ntrace_spacing: 0.1\ncoil_trace_width: 0.1\ncoil_trace_spacing: 0.1\n"
+    assert unknown(check(load(write(folder, "ours.yaml", stackup=foil(210), ours=plain))).findings) == set()
+    thick = "trace_width_70um: 0.1\ntrace_spacing_70um: 0.1\n"
+    found = {t: check(load(write(folder, "ours.yaml", stackup=foil(t), ours=thick))).findings for t in (70, 105)}
+    assert unknown(found[70]) == {("SIT103", "warning")}
+    assert unknown(found[105]) == {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
+
+
+def test_a_figure_that_does_not_hold_for_the_copper_says_so_wherever_it_is_written(folder):
+    """A board built in spite of the errors: KiCad's rules and the order's readme do not pass it off as the house's."""
+    files = {}
+    for thickness in (35, 210):
+        layout = lay_out(load(write(folder, "generic-flex", stackup=foil(thickness))))
+        files[thickness] = kicad_rules.custom_rules(layout), fabrication_notes.readme(layout)
+    rules, notes = files[210]
+    assert rules.count("(for copper up to 35 um: nothing is stated for 210 um)") == 2
+    assert "these widths are for copper up to 35 um, not for 210 um" in " ".join(notes.split())
+    assert not any("copper up to" in text for text in files[35])
 
 
 def test_a_package_knows_that_its_profile_has_changed(folder):
