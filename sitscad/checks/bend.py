@@ -10,7 +10,7 @@ import numpy as np
 
 from sitscad.checks.clearances import copper_in
 from sitscad.checks.copper import Copper
-from sitscad.checks.fabrication import ROUNDING
+from sitscad.checks.fabrication import ROUNDING, house, source_of
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.path import bounding_box
@@ -61,13 +61,17 @@ def _too_short(subject: Subject) -> Iterator[Complaint]:
     assert tail is not None
     if straight.unfit is None:
         message = f"the tail has {have} free of vias, turns and stiffener for its {tail.bend} bend"
-        message += f"; one by a right angle needs {show(needed, 'm', 3)} at the fabricator's radius" if needed else ""
+        message += f"; one by a right angle needs {show(needed, 'm', 3)}" if needed else ""
     else:
         message = (
             f"in the bend zone tracks turn or change their width; they run straight at one width for {have} from "
             f"x = {show(straight.start, 'm', 4)}"
         )
         message += "" if fits else f"; a bend by a right angle needs {show(needed, 'm', 3)}"
+    figure = bend_figure(subject)
+    if figure and not fits:
+        field, ratio = figure
+        message += f" at the radius of {ratio:g} thicknesses that {house(subject, field)} asks"
     yield Complaint(
         message,
         "bend the tail there and nowhere else" if fits else _longer(subject),
@@ -76,6 +80,7 @@ def _too_short(subject: Subject) -> Iterator[Complaint]:
         needed,
         "m",
         Severity.NOTE if fits else Severity.WARNING,
+        source_of(subject, figure[0]) if figure and not fits else None,
         place=straight.unfit and replace(straight.unfit, x=straight.start),
     )
 
@@ -148,14 +153,21 @@ def _askew(copper: Copper, k: int) -> float:
     return max(math.acos(min(1.0, abs(float(d[0])))) if float(np.hypot(*d)) else 0.0 for d in directions)
 
 
+def bend_figure(subject: Subject) -> tuple[str, float] | None:
+    """Which figure of the fabricator's is the tail's smallest bend radius, and that radius by its thickness."""
+    tail, rules = subject.spec.fpc.tail, subject.spec.fpc.rules
+    assert tail is not None
+    ratios = rules.dynamic_bend_ratio if tail.bend == "dynamic" else rules.static_bend_ratio
+    if not ratios:
+        return None
+    layers = tail.layers if tail.layers in ratios else max(ratios)
+    return f"{tail.bend}_bend_{layers}", ratios[layers]
+
+
 def _bend_length(subject: Subject) -> float:
     """The length (m) of a bend by a right angle with the fabricator's smallest radius; 0 where that is not stated."""
-    spec = subject.spec
-    assert spec.fpc.tail is not None
-    dynamic, layers = spec.fpc.tail.bend == "dynamic", spec.fpc.tail.layers
-    ratios = spec.fpc.rules.dynamic_bend_ratio if dynamic else spec.fpc.rules.static_bend_ratio
-    ratio = ratios.get(layers, ratios[max(ratios)]) if ratios else 0.0
-    return math.pi / 2 * ratio * tail_thickness(spec)
+    figure = bend_figure(subject)
+    return math.pi / 2 * figure[1] * tail_thickness(subject.spec) if figure else 0.0
 
 
 def _stiff_in_bend(subject: Subject, zone: tuple[float, float]) -> Iterator[Complaint]:

@@ -17,7 +17,7 @@ from sitscad.checks.copper import (
     drill_nearness,
     too_near,
 )
-from sitscad.checks.fabrication import FABRICATOR, ROUNDING, source_of, um
+from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
 from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
@@ -65,7 +65,7 @@ def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
     for near in drill_nearness(copper_in(subject), rules.drill_to_copper - ALLOWED_SHORTFALL):
         yield Complaint(
             f"a hole of {_net(near)} comes within {um(max(0.0, near.gap))} of {_foreign(near)} on layer {near.layer}; "
-            f"{rules.name} asks {um(rules.drill_to_copper)} from hole to copper",
+            f"{house(subject, 'drill_to_copper')} asks {um(rules.drill_to_copper)} from hole to copper",
             f"{um(rules.drill_to_copper - near.gap)} are missing",
             "coil.turns",
             near.gap,
@@ -112,7 +112,7 @@ def _narrow_web(
     web = _smallest(one, other, rules.coverlay_web)
     if web < rules.coverlay_web - ROUNDING:
         yield Complaint(
-            f"{what} a web of {um(web)} {where}; {rules.name} asks {um(rules.coverlay_web)}",
+            f"{what} a web of {um(web)} {where}; {house(subject, 'coverlay_web')} asks {um(rules.coverlay_web)}",
             hint,
             "fpc.tail.connector",
             web,
@@ -213,7 +213,8 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, net: str) -> Complaint:
     rules = subject.spec.fpc.rules
     return Complaint(
-        f"{what} comes within {um(max(0.0, gap))} of the board's edge; {rules.name} asks {um(rules.copper_to_edge)}",
+        f"{what} comes within {um(max(0.0, gap))} of the board's edge; {house(subject, 'copper_to_edge')} asks "
+        f"{um(rules.copper_to_edge)}",
         f"{um(rules.copper_to_edge - gap)} are missing: a wider board, or a smaller coil, gives it room",
         "coil.outer_diameter",
         gap,
@@ -228,7 +229,7 @@ def _opening_complaint(subject: Subject, item: Trace | Via, gap: float, place: P
     rules = subject.spec.fpc.rules
     return Complaint(
         f"{name_of(item)} on layer {place.layer} comes within {um(max(0.0, gap))} of an opening of the coverlay; "
-        f"{rules.name} asks {um(rules.coverlay_opening_to_trace)}",
+        f"{house(subject, 'coverlay_opening_to_trace')} asks {um(rules.coverlay_opening_to_trace)}",
         "bare copper beside the contact: lengthen the tail or move the track",
         "fpc.tail",
         gap,
@@ -256,7 +257,7 @@ def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) 
     what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
     more = f" (and in {places - 1} more)" if places > 1 else ""
     return Complaint(
-        f"{what} {how} on layer {near.layer}{more}; {subject.spec.fpc.rules.name} asks {um(asked)}",
+        f"{what} {how} on layer {near.layer}{more}; {house(subject, 'trace_spacing')} asks {um(asked)}",
         f"{um(asked - near.gap)} are missing: fewer turns, a narrower pitch or a larger coil give the room",
         key,
         near.gap,

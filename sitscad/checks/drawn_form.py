@@ -9,7 +9,7 @@ import numpy as np
 
 from sitscad.checks.clearances import ALLOWED_SHORTFALL, copper_in, name_of
 from sitscad.checks.copper import Copper, conductor_notches
-from sitscad.checks.fabrication import FABRICATOR, ROUNDING, source_of, um
+from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, plug_mark, source_of, um
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.checks.track_graph import TrackGraph, closed_loops, loose_ends, open_nets
 from sitscad.finding import Place, Severity
@@ -54,7 +54,8 @@ def sliver(subject: Subject) -> Iterator[Verdict]:
         a, b = name_of(near.one), name_of(near.other)
         what = f"two parts of {a}" if near.one is near.other else f"{a} and {b}"
         yield Complaint(
-            f"{what} leave a notch of {um(near.gap)} between them on layer {near.layer}; {rules.name} asks {um(asked)}",
+            f"{what} leave a notch of {um(near.gap)} between them on layer {near.layer}; "
+            f"{house(subject, 'trace_spacing')} asks {um(asked)}",
             f"{um(asked - near.gap)} are missing: a gap this narrow is not etched through, or leaves a strip of resist "
             "that comes off; turn the track in a wider bend",
             "coil",
@@ -100,7 +101,7 @@ def contact_worst_case(subject: Subject) -> Iterator[Verdict]:
     if worst[0] > ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
         yield Complaint(
             f"the contacts come out {um(band.minimum)} to {um(band.maximum)} thick with the fabricator's tolerance; "
-            f"{connector.name} takes {um(low)} to {um(high)}",
+            f"{connector.name} takes {um(low)} to {um(high)}{plug_mark(connector)}",
             f"write the connector's band on the order ({um(connector.insertion_thickness)} +- {um(allowed)}) and have "
             "it confirmed, or measure the parts before they are plugged in",
             "fpc.tail.connector",

@@ -125,7 +125,8 @@ def _turn_radius(tail: TailDocument, rules: DesignRules, remarks: Remarks) -> fl
             remarks.default("fpc.tail.turn_radius", show(radius, "m"))
     elif is_turned and radius < rules.inside_radius * (1 - 1e-9):
         message = (
-            f"an inner edge of {show(radius, 'm')} radius tears; {rules.name} asks {show(rules.inside_radius, 'm')}"
+            f"an inner edge of {show(radius, 'm')} radius tears; {rules.holders.get('inside_radius', rules.name)} asks "
+            f"{show(rules.inside_radius, 'm')}"
         )
         facts = {"measured": radius, "limit": rules.inside_radius, "unit": "m"}
         remarks.flaw("SIT009", "fpc.tail.turn_radius", message, "make it larger", **facts)

@@ -284,7 +284,7 @@ def test_a_panel_that_the_fabricator_does_not_make_is_told(judge, design, parts,
     assert all(f.measured > f.limit for f in found)
 
 
-def test_insertion_thickness(judge, verdicts, good):
+def test_insertion_thickness(judge, verdicts, good, design):
     spec, layout = good
     board = spec.fpc.stackup.thickness - spec.fpc.stackup.layers[0].thickness  # the contacts are bare
     assert judge("SIT117", spec, layout) == []
@@ -298,6 +298,11 @@ def test_insertion_thickness(judge, verdicts, good):
     assert found.measured == pytest.approx(0.36e-3) and "60 um thinner" in found.hint
     pads = replace(spec.fpc.tail.connector, insertion_thickness=0.0)
     soldered = replace(spec, fpc=replace(spec.fpc, tail=replace(spec.fpc.tail, connector=pads)))
+    assert "unverified" not in found.message  # Hirose FH12 states both figures
+    fine = design(fpc__tail__connector="zif-0.3mm")
+    plate = replace(lay_out(fine).stiffener, thickness=0.4e-3)
+    (found,) = judge("SIT117", fine, replace(lay_out(fine), stiffener=plate))
+    assert "zif-0.3mm takes 200 um +- 30 um (unverified: compare with its drawing)" in found.message
     assert "solder" in verdicts("SIT117", soldered, layout)[1][0].reason
 
 

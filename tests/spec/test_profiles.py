@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,10 +12,12 @@ from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from sitscad import checked_spec
 from sitscad.checks import check
 from sitscad.cli import cli
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from, without_text
+from sitscad.report.findings import as_text
 from sitscad.spec import presets
 from sitscad.spec.load import load, load_text
 from sitscad.spec.rules import SpecError
@@ -153,6 +156,64 @@ def test_a_limit_of_the_profile_is_what_the_checks_hold_the_board_against(folder
     found = [f for f in check(spec).findings if f.rule == "SIT101"]
     assert found and all("our shop" in f.message and f.source == "ours.yaml line 2" for f in found)
     assert found[0].limit == pytest.approx(200e-6) and found[0].key == "coil.trace_width" and found[0].file is None
+
+
+def messages(spec, *rules):
+    return {f.rule: f.message for f in check(spec).findings if f.rule in rules}
+
+
+def test_a_finding_names_the_profile_that_holds_the_figure(folder):
+    """Not the one that is based on it; a user's with file and line, in the spec with its line."""
+    said = {name: messages(load(write(folder, name)), "SIT103")["SIT103"] for name in ("wellpcb", "generic-flex")}
+    assert "generic-flex asks 152.4 um" in said["wellpcb"] and "wellpcb" not in said["wellpcb"]
+    assert said["wellpcb"] == said["generic-flex"]
+    loop = "coil_trace_width: 0.2\ncoil_trace_spacing: 0.2\n"
+    own = load(write(folder, "ours.yaml", ours="based_on: shop.yaml\nvia_drill: 0.2\n", shop=f"name: a shop\n{loop}"))
+    assert "a shop (shop.yaml line 3) asks 200 um" in messages(own, "SIT103")["SIT103"]
+    inline = load(write(folder, "{coil_trace_width: 0.2, coil_trace_spacing: 0.2}"))
+    assert "the spec (line 4) asks 200 um" in messages(inline, "SIT103")["SIT103"]
+    assert own.fpc.rules.holders["via_drill"] == "ours (ours.yaml line 2)"
+    assert own.fpc.rules.holders["hole_to_hole"] == "generic-flex"
+    table = "trace_width_18um: 0.2\ntrace_spacing_18um: 0.25\n"
+    rows = messages(load(write(folder, "ours.yaml", ours=table)), "SIT101", "SIT102")
+    assert "ours (ours.yaml line 1) makes 200 um" in rows["SIT101"]
+    assert "ours (ours.yaml line 2) makes 250 um" in rows["SIT102"]
+
+
+def test_every_figure_of_every_installed_profile_has_its_holder():
+    for name in presets.names("rules"):
+        rules = presets.design_rules(name)
+        assert set(rules.holders.values()) <= set(presets.names("rules")) and set(rules.sources) <= {
+            *rules.holders,
+            "trace_width",
+            "trace_spacing",
+            "coil_trace_width",
+            "coil_trace_spacing",
+        }
+        for field, source in rules.sources.items():
+            assert source.count("(from ") <= 1
+            assert (f"(from {rules.holders[field]})" in source) == (rules.holders[field] != name), (name, field)
+
+
+def test_the_console_marks_unverified_figures_and_names_the_line_that_decides(folder):
+    """What decides a finding and was not verified says so where people read it, not only in the JSON."""
+    text = "trace_width: {value: 0.2, source: on the telephone, status: unverified}\nstatic_bend_2: 800\n"
+    spec = write(folder, "ours.yaml", ours=text)
+    spec.write_text(spec.read_text().replace("rules:", "tail: {length: 30, bend: static}, rules:"))
+    shown = CliRunner().invoke(cli, ["check", str(spec)], standalone_mode=False).output
+    assert "ours (ours.yaml line 1) (unverified) makes 200 um and wider" in shown
+    assert "thicknesses that ours (ours.yaml line 2) asks" in shown
+    (mark,) = re.findall(r"SIT106 error .* (generic-flex \(unverified\)) asks", _tight(folder))
+    assert mark
+
+
+def _tight(folder):
+    """What the check prints of a board whose holes stand close together, by a figure that nobody has seen."""
+    layout = lay_out(load(write(folder, "generic-flex")))
+    one = layout.vias[0]
+    near = replace(one, centre=one.centre.shifted(one.drill + 0.1e-3, 0.0))
+    found = check(layout.spec, replace(layout, vias=(*layout.vias, near)))
+    return as_text([checked_spec(layout.spec, found.findings, found.not_checked)])
 
 
 def foil(thickness):
