@@ -121,6 +121,10 @@ class Tail:
     turn_radius: float = 2e-3
 
 
+MOST_PARTS = 500
+"""Boards on one panel: every copy is drawn out in full (about 50 kB of Gerber each), and nobody cuts more by hand."""
+
+
 @record
 class PanelSpec:
     """How parts are delivered: ``wish`` is ``auto`` (in a panel if too small to be made singly), ``none``, ``always``.
