@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -21,8 +22,9 @@ from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, u
 from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.board import Pad, Trace, Via
+from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.layout.teardrops import Teardrop
+from sitscad.spec.presets import connector, names
 from sitscad.units import show
 
 ALLOWED_SHORTFALL = 1e-6
@@ -45,18 +47,48 @@ def copper_spacing(subject: Subject) -> Iterator[Verdict]:
 
 def copper_to_edge(subject: Subject) -> Iterator[Verdict]:
     """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
-    rules, layout = subject.spec.fpc.rules, subject.layout
-    edge = from_rows([row for row, _ in path_rows(layout.outline)])
-    worst: dict[str, tuple[float, Complaint]] = {}
-    copper = copper_in(subject)
-    for index, gap in _edge_gaps(copper, edge, rules.copper_to_edge):
+    for (what, layer), (gap, index, item) in _near_edge(subject).items():
+        point = copper_in(subject).pieces.start[index]
+        yield _edge_complaint(subject, f"{what} on layer {layer}", gap, point, layer, item)
+
+
+def _near_edge(subject: Subject) -> dict[tuple[str, int], tuple[float, int, Item]]:
+    """What comes too near the edge, by name and layer: the worst gap (m), which piece, and what that belongs to."""
+    layout, copper = subject.layout, copper_in(subject)
+    worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
+    for index, gap in _edge_gaps(copper, _edge_of(layout.outline), subject.spec.fpc.rules.copper_to_edge):
         item, layer = copper.items[copper.item[index]], int(copper.layer[index])
         if isinstance(item, Pad) and layout.spec.fpc.tail is not None:
             continue
-        what = f"{name_of(item)} on layer {layer}"
-        if gap < worst.get(what, (np.inf,))[0]:
-            worst[what] = (gap, _edge_complaint(subject, what, gap, copper.pieces.start[index], layer, item.net))
-    yield from (complaint for _, complaint in worst.values())
+        what = name_of(item), layer
+        if what not in worst or gap < worst[what][0]:
+            worst[what] = gap, index, item
+    return worst
+
+
+def _is_at_plug(subject: Subject, item: Item) -> bool:
+    """Whether a track leads to a contact: how near the edge that stands is the connector's."""
+    tail = subject.spec.fpc.tail
+    return tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
+
+
+def _other_connector(subject: Subject) -> str:
+    """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
+    from sitscad.layout import lay_out  # only where copper comes too near the edge
+
+    spec, tail = subject.spec, subject.spec.fpc.tail
+    assert tail is not None
+    margin = (
+        f"beside its contacts {tail.connector.name} has {um(tail.connector.edge_margin)} of board from their middle"
+    )
+    for name in sorted(names("connector"), key=lambda name: connector(name).edge_margin):
+        other = connector(name)
+        if other.edge_margin > tail.connector.edge_margin:
+            changed = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=other)))
+            layout = lay_out(changed)
+            if not layout.findings and not _near_edge(Subject(changed, layout)):
+                return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
+    return f"{margin}, and no installed connector has enough: take a fabricator who cuts nearer to copper"
 
 
 def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
@@ -210,18 +242,20 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 # -------------------------------------------------------------------------------------------------------------- words
 
 
-def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, net: str) -> Complaint:
-    rules = subject.spec.fpc.rules
+def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, item: Item) -> Complaint:
+    rules, missing = subject.spec.fpc.rules, um(subject.spec.fpc.rules.copper_to_edge - gap)
+    at_plug = _is_at_plug(subject, item)
+    other = subject.once("connector with more edge", lambda: _other_connector(subject)) if at_plug else ""
     return Complaint(
         f"{what} comes within {um(max(0.0, gap))} of the board's edge; {house(subject, 'copper_to_edge')} asks "
         f"{um(rules.copper_to_edge)}",
-        f"{um(rules.copper_to_edge - gap)} are missing: a wider board, or a smaller coil, gives it room",
-        "coil.outer_diameter",
+        f"{missing} are missing: {other or 'a wider board, or a smaller coil, gives it room'}",
+        "fpc.tail.connector" if at_plug else "coil.outer_diameter",
         gap,
         rules.copper_to_edge,
         "m",
         source=source_of(subject, "copper_to_edge"),
-        place=Place(float(point[0]), float(point[1]), layer, (net,)),
+        place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
     )
 
 

@@ -14,8 +14,8 @@ def opening(spec: SensorSpec, tail: TailFrame) -> Region:
 
     Beside it the coverlay keeps the fabricator's web, as far as the contacts leave room for that.
     """
-    beside_contacts = tail.connector.edge_margin - tail.connector.contact_width / 2
-    half = tail.plug_half_width - min(spec.fpc.rules.coverlay_web, beside_contacts)
+    contacts = tail.outer_contact + tail.connector.contact_width / 2
+    half = max(tail.plug_half_width - spec.fpc.rules.coverlay_web, contacts)
     return Region(rectangle(tail.pad_start, -half, tail.end, half))
 
 

@@ -11,7 +11,7 @@ from sitscad.geometry.region import Region
 from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
-from sitscad.layout.taper import Taper
+from sitscad.layout.taper import SAME, Taper
 from sitscad.layout.turn import turn_length
 from sitscad.record import record
 from sitscad.spec.sensor import Chip, Connector, SensorSpec
@@ -45,7 +45,7 @@ class TailFrame:
 
     ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
     ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias or capacitors
-    (``chip``) need more.
+    (``chip``) need more; ``outer_contact`` is the height of the outermost contact's middle.
     """
 
     connector: Connector
@@ -56,6 +56,7 @@ class TailFrame:
     body_half_width: float
     half_width: float
     plug_half_width: float
+    outer_contact: float
     inner_radius: float
     end_gap: float
     trace_width: float
@@ -97,8 +98,7 @@ class TailFrame:
     @property
     def squeeze(self) -> float:
         """By how much a contact's track is farther from the axis at its via than at the contact, for the first one."""
-        outer = self.plug_half_width - self.connector.edge_margin
-        return outer * (self.fan_pitch / self.connector.pitch - 1.0)
+        return self.outer_contact * (self.fan_pitch / self.connector.pitch - 1.0)
 
     @property
     def squeeze_start(self) -> float:
@@ -107,7 +107,7 @@ class TailFrame:
         Drawing in at 45 degrees beside the shoulder, the outermost keeps its distance from the edge.
         """
         plug_begin = self.plug_taper.begin + self.shoulder
-        beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2) - self.connector.edge_margin
+        beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2) - (self.plug_half_width - self.outer_contact)
         beside += self.pad_start - plug_begin
         return self.pad_start - max(beside, 1.5 * self.connector.contact_width) - self.squeeze
 
@@ -118,8 +118,12 @@ class TailFrame:
 
     @property
     def chip_end(self) -> float:
-        """Up to where capacitors may stand, and the tail has its whole width."""
+        """Up to where capacitors may stand, and the tail has its whole width; what stands at its edge keeps its
+        distance from the shoulder too.
+        """
         shoulder = self.plug_taper.begin
+        if self.shoulder > SAME:
+            shoulder -= max(0.0, (math.sqrt(2.0) - 1.0) * self.edge - CAP)
         return min(shoulder, self.squeeze_start) if self.squeeze > 1e-9 else shoulder
 
     @property
@@ -158,7 +162,9 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     """Lay the tail's outline: `front` is where the coils' leads have come together, from there on lanes run along x."""
     edge = spec.fpc.rules.copper_to_edge
     contacts = 2 * len(spec.array.placements)
-    plug = connector.width(contacts) / 2
+    outer_contact, plug = contact_height(connector.pitch, contacts, 1), connector.width(contacts) / 2
+    if connector.kind == "pads":  # nothing is plugged in that asks for a width
+        plug = max(plug, outer_contact + connector.contact_width / 2 + edge)
     fan = fan_pitch(spec, bus, connector)
     half_width = max(plug, contact_height(fan, contacts, 1) + _to_edge(spec, bus, connector))
     end_gap = max(END_GAP, edge) if connector.kind == "pads" else END_GAP
@@ -173,8 +179,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     width = _tail_trace_width(spec, bus, connector)
     turn = turn_length(spec.fpc.tail, half_width)
     laid = TailFrame(
-        connector, body_end, funnel, start, start, body_half_width, half_width, plug, inner, end_gap, width, bus.width,
-        fan, edge, chip_of(spec, bus), turn,
+        connector, body_end, funnel, start, start, body_half_width, half_width, plug, outer_contact, inner, end_gap,
+        width, bus.width, fan, edge, chip_of(spec, bus), turn,
     )  # fmt: skip
     needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
     if turn:

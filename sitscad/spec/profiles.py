@@ -149,7 +149,7 @@ def _located(name: str, place: Place, key: str, remarks: Remarks) -> Path | None
 
 def _beside(folder: Path) -> str:
     """A hint with the YAML files of a folder."""
-    there = sorted(path.name for path in folder.glob("*.y*ml") if is_profile_file(path.name))[:6]
+    there = sorted(path.name for path in folder.iterdir() if is_profile_file(path.name))[:6]
     return f"there are: {', '.join(there)}" if there else "there is no YAML file in that folder"
 
 

@@ -148,3 +148,7 @@ def test_contacts_with_the_fabricators_tolerance(judge, bench):
     (found,) = judge("SIT124", layout.spec, layout)
     assert found.severity is Severity.NOTE and "240 um to 360 um" in found.message and found.key == "fpc.tail.connector"
     assert judge("SIT124", layout.spec, replace(layout, stiffener=replace(bench.stiffener, thickness=1 * MM))) == []
+    loose = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 1 * MM})
+    layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=loose)))
+    (found,) = judge("SIT124", layout.spec, layout)
+    assert "come out 0 mm to 1.3 mm thick" in found.message and "-" not in found.message.split("thick")[0]

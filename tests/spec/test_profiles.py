@@ -22,6 +22,7 @@ from sitscad.spec import presets
 from sitscad.spec.load import load, load_text
 from sitscad.spec.rules import SpecError
 from sitscad.spec.rules_document import RulesDocument
+from sitscad.spec.schema import json_schema
 from sitscad.writers import fabrication_notes, kicad_rules
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
@@ -348,6 +349,30 @@ def test_a_file_that_cannot_or_must_not_be_read_is_said_in_the_spec(folder, name
     assert words in found.message and found.hint
     if rule == "SIT007":
         assert "ourshop.yaml" in found.hint
+
+
+@pytest.mark.parametrize("name", ["ours.YAML", "Ours.Yml", "ours.YML"])
+def test_the_ending_of_a_profile_may_be_in_capitals(folder, name):
+    (folder / name).write_text("via_drill: 0.3\n")
+    spec = load(write(folder, name))
+    assert spec.fpc.rules.via_drill == pytest.approx(0.3e-3) and spec.fpc.rules.holders["via_drill"].endswith(
+        f"({name} line 1)"
+    )
+    (gone,) = refused(write(folder, "gone.Yaml")).findings
+    assert gone.rule == "SIT011" and name in gone.hint
+    files = [each["pattern"] for each in _all(json_schema()) if each.get("examples") == ["ourshop.yaml"]]
+    assert files and all(re.search(pattern, name) for pattern in files)
+
+
+def _all(schema):
+    """A schema and every one within it."""
+    if isinstance(schema, dict):
+        yield schema
+        for value in schema.values():
+            yield from _all(value)
+    elif isinstance(schema, list):
+        for value in schema:
+            yield from _all(value)
 
 
 def test_a_circle_is_named_with_all_its_files(folder):
