@@ -177,11 +177,12 @@ def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: flo
 
 
 def _bend_zone(spec: SensorSpec, tail: TailFrame, limit: float) -> tuple[float, float] | None:
-    """Where the tail may be bent: between the taper and the stiffener, or its turn at the limit (m), free of vias."""
+    """Where the tail may bend: its sides straight, up to the stiffener or its turn at the limit (m), free of vias."""
     if spec.fpc.tail is None or spec.fpc.tail.bend == "none":
         return None
     end = min(tail.end - tail.connector.stiffener_length, first_via(spec, tail), limit)
-    return (tail.start, end) if end > tail.start else None
+    start = tail.start + tail.taper.reach_beyond
+    return (start, end) if end > start else None
 
 
 def _series(
