@@ -177,7 +177,7 @@ def chip(name: str) -> Chip:
     """The land pattern of a chip; raises KeyError where there is none of that name."""
     row = _table("chips")[name]
     lengths = {field: parse_quantity(row[field], "length") for field in ("pad_along", "pad_across", "pitch")}
-    return Chip(name, **lengths, source=_source(row))
+    return Chip(name, **lengths, source=_source(row), model=row["model"])
 
 
 @cache

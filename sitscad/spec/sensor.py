@@ -93,13 +93,17 @@ class Connector:
 
 @record
 class Chip:
-    """The land pattern of a two-terminal chip: its pads' size along and across it, distance of their centres (m)."""
+    """The land pattern of a two-terminal chip: its pads' size along and across it, distance of their centres (m).
+
+    ``model`` is the path of its solid among KiCad's 3-D models.
+    """
 
     name: str
     pad_along: float
     pad_across: float
     pitch: float
     source: str = ""
+    model: str = ""
 
 
 @record

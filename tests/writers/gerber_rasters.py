@@ -65,8 +65,9 @@ def gerbv(path: Path, frame: Frame, finer: int = 1) -> Image:
     """What gerbv draws (its own parser, cairo), with so many times as many pixels a millimetre."""
     picture = path.with_suffix(".gerbv.png")
     inch = f"{frame.x / 10}x{frame.y / 10}", f"{frame.width / 10}x{frame.height / 10}"
-    command = ["gerbv", "-x", "png", "-a", "-D", f"{finer * DOTS * 25.4:g}", "-B", "0", "-b", "#000000", "-f", "#ffffff",
-               "-O", inch[0], "-W", inch[1], "-o", picture, path]  # fmt: skip
+    colours = ["-b", "#000000", "-f", "#ffffff"]
+    place = ["-D", f"{finer * DOTS * 25.4:g}", "-B", "0", "-O", inch[0], "-W", inch[1]]
+    command = ["gerbv", "-x", "png", "-a", *colours, *place, "-o", picture, path]
     subprocess.run(command, capture_output=True, check=True, timeout=60)
     return _in_frame(_read(picture), frame, finer)
 
