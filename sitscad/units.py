@@ -109,12 +109,29 @@ def _bare_factor(number: Decimal, dimension: str) -> Decimal:
     if dimension == "angle" and number == 0:
         return Decimal(1)
     raise UnitError(
-        f"{number} has no unit, and a {dimension} needs one", "unit", f"write it like {EXAMPLES[dimension]}"
+        f"{number} has no unit, and {_a(dimension)} needs one", "unit", f"write it like {EXAMPLES[dimension]}"
     )
+
+
+def _a(dimension: str) -> str:
+    return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
+
+
+_SCALES: dict[str, tuple[Decimal, Decimal]] = {
+    **dict.fromkeys(("degF", "F", "\N{DEGREE SIGN}F"), (Decimal(-32), Decimal(5) / 9)),
+    **dict.fromkeys(("K", "degK"), (Decimal("-273.15"), Decimal(1))),
+}
+"""Other scales of temperature: what is added and then multiplied to get degrees Celsius."""
 
 
 def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
     allowed = ", ".join(name for name in UNITS[dimension] if name.isascii())
+    if dimension == "temperature" and unit in _SCALES:
+        offset, factor = _SCALES[unit]
+        celsius = f"{float((number + offset) * factor):.4g} degC"
+        return UnitError(
+            f"{unit!r} is not a unit that is read here", "unit", f"{number} {unit} is {celsius}; allowed: {allowed}"
+        )
     close = [name for name in UNITS[dimension] if name.casefold() == unit.casefold() and name.isascii()]
     if unit[:1].isupper():  # nobody writes a capital for milli, but a small m for mega is a common slip
         close = [name for name in close if name[0] == unit[0]] or close

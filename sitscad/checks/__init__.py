@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sitscad.checks.bend import BEND_RULES
 from sitscad.checks.clearances import CLEARANCE_RULES
 from sitscad.checks.drawn_form import DRAWN_FORM_RULES
 from sitscad.checks.electrical import ELECTRICAL_RULES
@@ -29,8 +30,8 @@ _LOADING = tuple(
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
 _TABLES = (
-    _LOADING, FABRICATION_RULES, CLEARANCE_RULES, DRAWN_FORM_RULES, ELECTRICAL_RULES, TIMING_RULES, FIT_RULES,
-    TRANSDUCTION_RULES,
+    _LOADING, FABRICATION_RULES, CLEARANCE_RULES, DRAWN_FORM_RULES, BEND_RULES, ELECTRICAL_RULES, TIMING_RULES,
+    FIT_RULES, TRANSDUCTION_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))

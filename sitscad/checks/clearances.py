@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -17,12 +18,13 @@ from sitscad.checks.copper import (
     drill_nearness,
     too_near,
 )
-from sitscad.checks.fabrication import FABRICATOR, ROUNDING, source_of, um
+from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
 from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Place, Severity
-from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
-from sitscad.layout.board import Pad, Trace, Via
+from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
+from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.layout.teardrops import Teardrop
+from sitscad.spec.presets import connector, names
 from sitscad.units import show
 
 ALLOWED_SHORTFALL = 1e-6
@@ -45,18 +47,48 @@ def copper_spacing(subject: Subject) -> Iterator[Verdict]:
 
 def copper_to_edge(subject: Subject) -> Iterator[Verdict]:
     """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
-    rules, layout = subject.spec.fpc.rules, subject.layout
-    edge = from_rows([row for row, _ in path_rows(layout.outline)])
-    worst: dict[str, tuple[float, Complaint]] = {}
-    copper = copper_in(subject)
-    for index, gap in _edge_gaps(copper, edge, rules.copper_to_edge):
+    for (what, layer), (gap, index, item) in _near_edge(subject).items():
+        point = copper_in(subject).pieces.start[index]
+        yield _edge_complaint(subject, f"{what} on layer {layer}", gap, point, layer, item)
+
+
+def _near_edge(subject: Subject) -> dict[tuple[str, int], tuple[float, int, Item]]:
+    """What comes too near the edge, by name and layer: the worst gap (m), which piece, and what that belongs to."""
+    layout, copper = subject.layout, copper_in(subject)
+    worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
+    for index, gap in _edge_gaps(copper, _edge_of(layout.outline), subject.spec.fpc.rules.copper_to_edge):
         item, layer = copper.items[copper.item[index]], int(copper.layer[index])
         if isinstance(item, Pad) and layout.spec.fpc.tail is not None:
             continue
-        what = f"{name_of(item)} on layer {layer}"
-        if gap < worst.get(what, (np.inf,))[0]:
-            worst[what] = (gap, _edge_complaint(subject, what, gap, copper.pieces.start[index], layer, item.net))
-    yield from (complaint for _, complaint in worst.values())
+        what = name_of(item), layer
+        if what not in worst or gap < worst[what][0]:
+            worst[what] = gap, index, item
+    return worst
+
+
+def _is_at_plug(subject: Subject, item: Item) -> bool:
+    """Whether a track leads to a contact: how near the edge that stands is the connector's."""
+    tail = subject.spec.fpc.tail
+    return tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
+
+
+def _other_connector(subject: Subject) -> str:
+    """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
+    from sitscad.layout import lay_out  # only where copper comes too near the edge
+
+    spec, tail = subject.spec, subject.spec.fpc.tail
+    assert tail is not None
+    margin = (
+        f"beside its contacts {tail.connector.name} has {um(tail.connector.edge_margin)} of board from their middle"
+    )
+    for name in sorted(names("connector"), key=lambda name: connector(name).edge_margin):
+        other = connector(name)
+        if other.edge_margin > tail.connector.edge_margin:
+            changed = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=other)))
+            layout = lay_out(changed)
+            if not layout.findings and not _near_edge(Subject(changed, layout)):
+                return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
+    return f"{margin}, and no installed connector has enough: take a fabricator who cuts nearer to copper"
 
 
 def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
@@ -65,7 +97,7 @@ def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
     for near in drill_nearness(copper_in(subject), rules.drill_to_copper - ALLOWED_SHORTFALL):
         yield Complaint(
             f"a hole of {_net(near)} comes within {um(max(0.0, near.gap))} of {_foreign(near)} on layer {near.layer}; "
-            f"{rules.name} asks {um(rules.drill_to_copper)} from hole to copper",
+            f"{house(subject, 'drill_to_copper')} asks {um(rules.drill_to_copper)} from hole to copper",
             f"{um(rules.drill_to_copper - near.gap)} are missing",
             "coil.turns",
             near.gap,
@@ -77,24 +109,50 @@ def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
 
 
 def coverlay_web(subject: Subject) -> Iterator[Verdict]:
-    """The strip of coverlay left between two openings."""
-    rules, layout = subject.spec.fpc.rules, subject.layout
+    """The strip of coverlay left between two openings, and beside one along the board's edge."""
+    layout = subject.layout
     for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
-        pieces = [from_rows([row for row, _ in path_rows(region.outline)]) for region in openings]
+        pieces = [_edge_of(region.outline) for region in openings]
         for one, other in combinations(pieces, 2):
-            web = _smallest(one, other, rules.coverlay_web)
-            if web < rules.coverlay_web - ROUNDING:
-                yield Complaint(
-                    f"two openings of the {side} coverlay leave a web of {um(web)}; {rules.name} asks "
-                    f"{um(rules.coverlay_web)}",
-                    "join them to one opening, or move the contacts apart",
-                    "fpc.tail.connector",
-                    web,
-                    rules.coverlay_web,
-                    "m",
-                    source=source_of(subject, "coverlay_web"),
-                    place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
-                )
+            hint = "join them to one opening, or move the contacts apart"
+            yield from _narrow_web(subject, f"two openings of the {side} coverlay leave", hint, one, other)
+        for one in pieces:
+            hint = "a wider connector, or a fabricator whose coverlay keeps a narrower web"
+            what = f"an opening of the {side} coverlay leaves"
+            sides, edge = _apart(one, _edge_of(layout.outline))
+            yield from _narrow_web(subject, what, hint, sides, edge, "to the board's edge")
+
+
+def _edge_of(outline: Outline) -> Primitives:
+    return from_rows([row for row, _ in path_rows(outline)])
+
+
+def _apart(opening: Primitives, edge: Primitives) -> tuple[Primitives, Primitives]:
+    """An opening's sides and the board's edges but those that lie on each other: there the opening reaches the edge."""
+    near = np.full(len(opening), ROUNDING)
+    pairs = nearest_pairs(opening.boxes, near, edge.boxes, np.zeros(len(edge)))
+    sides, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
+    on = (to_points(edges, sides.start) < ROUNDING) & (to_points(edges, sides.end) < ROUNDING)
+    free = np.setdiff1d(np.arange(len(opening)), pairs[on, 0]), np.setdiff1d(np.arange(len(edge)), pairs[on, 1])
+    return opening.take(free[0]), edge.take(free[1])
+
+
+def _narrow_web(
+    subject: Subject, what: str, hint: str, one: Primitives, other: Primitives, where: str = "between them"
+) -> Iterator[Complaint]:
+    rules = subject.spec.fpc.rules
+    web = _smallest(one, other, rules.coverlay_web)
+    if web < rules.coverlay_web - ROUNDING:
+        yield Complaint(
+            f"{what} a web of {um(web)} {where}; {house(subject, 'coverlay_web')} asks {um(rules.coverlay_web)}",
+            hint,
+            "fpc.tail.connector",
+            web,
+            rules.coverlay_web,
+            "m",
+            source=source_of(subject, "coverlay_web"),
+            place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
+        )
 
 
 def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
@@ -184,17 +242,20 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 # -------------------------------------------------------------------------------------------------------------- words
 
 
-def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, net: str) -> Complaint:
-    rules = subject.spec.fpc.rules
+def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, item: Item) -> Complaint:
+    rules, missing = subject.spec.fpc.rules, um(subject.spec.fpc.rules.copper_to_edge - gap)
+    at_plug = _is_at_plug(subject, item)
+    other = subject.once("connector with more edge", lambda: _other_connector(subject)) if at_plug else ""
     return Complaint(
-        f"{what} comes within {um(max(0.0, gap))} of the board's edge; {rules.name} asks {um(rules.copper_to_edge)}",
-        f"{um(rules.copper_to_edge - gap)} are missing: a wider board, or a smaller coil, gives it room",
-        "coil.outer_diameter",
+        f"{what} comes within {um(max(0.0, gap))} of the board's edge; {house(subject, 'copper_to_edge')} asks "
+        f"{um(rules.copper_to_edge)}",
+        f"{missing} are missing: {other or 'a wider board, or a smaller coil, gives it room'}",
+        "fpc.tail.connector" if at_plug else "coil.outer_diameter",
         gap,
         rules.copper_to_edge,
         "m",
         source=source_of(subject, "copper_to_edge"),
-        place=Place(float(point[0]), float(point[1]), layer, (net,)),
+        place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
     )
 
 
@@ -202,7 +263,7 @@ def _opening_complaint(subject: Subject, item: Trace | Via, gap: float, place: P
     rules = subject.spec.fpc.rules
     return Complaint(
         f"{name_of(item)} on layer {place.layer} comes within {um(max(0.0, gap))} of an opening of the coverlay; "
-        f"{rules.name} asks {um(rules.coverlay_opening_to_trace)}",
+        f"{house(subject, 'coverlay_opening_to_trace')} asks {um(rules.coverlay_opening_to_trace)}",
         "bare copper beside the contact: lengthen the tail or move the track",
         "fpc.tail",
         gap,
@@ -230,7 +291,7 @@ def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) 
     what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
     more = f" (and in {places - 1} more)" if places > 1 else ""
     return Complaint(
-        f"{what} {how} on layer {near.layer}{more}; {subject.spec.fpc.rules.name} asks {um(asked)}",
+        f"{what} {how} on layer {near.layer}{more}; {house(subject, 'trace_spacing')} asks {um(asked)}",
         f"{um(asked - near.gap)} are missing: fewer turns, a narrower pitch or a larger coil give the room",
         key,
         near.gap,
@@ -305,9 +366,9 @@ CLEARANCE_RULES: tuple[Rule, ...] = (
         "Follow the finding: it names the missing length, mostly in array.pitch.",
     ), "geometry; " + FABRICATOR, no_room("SIT113")),
     _rule(114, "coverlay-web", (
-        "Between two openings the coverlay keeps the fabricator's smallest web.",
+        "Between two openings, and between one and the board's edge, the coverlay keeps the fabricator's web.",
         "A narrower strip of coverlay tears, or comes off.",
-        "Join the openings, or move the contacts apart.",
+        "Join the openings, move the contacts apart, or give them more board beside them.",
     ), FABRICATOR, coverlay_web),
     _rule(115, "coverlay-opening", (
         "Copper that must stay covered keeps its distance from every opening of the coverlay.",

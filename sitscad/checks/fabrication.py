@@ -9,7 +9,7 @@ from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.layout.panel import is_wanted, least_size
 from sitscad.layout.tail import tail_thickness
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.sensor import CoilSpec, Connector
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
@@ -24,7 +24,8 @@ def trace_width(subject: Subject) -> Iterator[Verdict]:
     coil, rules = subject.spec.coil, subject.spec.fpc.rules
     if coil.trace_width < rules.trace_width - ROUNDING:
         yield Complaint(
-            f"tracks are {um(coil.trace_width)} wide; {rules.name} makes {um(rules.trace_width)} and wider",
+            f"tracks are {um(coil.trace_width)} wide; {house(subject, 'trace_width')} makes "
+            f"{um(rules.trace_width)} and wider",
             f"widen by {um(rules.trace_width - coil.trace_width)}: "
             f"{_turns_at(coil, rules.trace_width - coil.trace_width)}, or choose a finer fabricator",
             "coil.trace_width",
@@ -46,7 +47,7 @@ def _thicker_foil(
     rows = getattr(rules, table)
     if rows and foil > rows[-1].copper + ROUNDING:
         yield Complaint(
-            f"{rules.name} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
+            f"{house(subject, field)} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
             f"{um(rows[-1].copper)}",
             f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
             "fpc.rules",
@@ -65,7 +66,7 @@ def _drawn_width(subject: Subject) -> Iterator[Complaint]:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
             yield Complaint(
                 f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {um(trace.width)} wide; "
-                f"{rules.name} makes {um(rules.trace_width)} and wider",
+                f"{house(subject, 'trace_width')} makes {um(rules.trace_width)} and wider",
                 key="fpc.rules",
                 measured=trace.width,
                 limit=rules.trace_width,
@@ -81,7 +82,8 @@ def trace_spacing(subject: Subject) -> Iterator[Verdict]:
     if coil.trace_spacing < rules.trace_spacing - ROUNDING:
         missing = rules.trace_spacing - coil.trace_spacing
         yield Complaint(
-            f"turns stand {um(coil.trace_spacing)} apart; {rules.name} makes {um(rules.trace_spacing)} and more",
+            f"turns stand {um(coil.trace_spacing)} apart; {house(subject, 'trace_spacing')} makes "
+            f"{um(rules.trace_spacing)} and more",
             f"widen by {um(missing)}: {_turns_at(coil, missing)}, or choose a finer fabricator",
             "coil.trace_spacing",
             coil.trace_spacing,
@@ -106,7 +108,8 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
             yield Complaint(
-                f"{word} in the coil is {um(value)}; for coiled tracks {rules.name} asks {um(smallest)}{copper}",
+                f"{word} in the coil is {um(value)}; for coiled tracks {house(subject, f'coil_{field}')} asks "
+                f"{um(smallest)}{copper}",
                 f"ask the fabricator for a waiver (no electrical test sees a short between turns), or widen: "
                 f"{_turns_at(coil, smallest - value)}",
                 f"coil.{field}",
@@ -125,7 +128,8 @@ def via_drill(subject: Subject) -> Iterator[Verdict]:
     for via in subject.layout.vias:
         if via.drill < rules.via_drill - ROUNDING:
             yield Complaint(
-                f"a via of {via.net} is drilled {um(via.drill)}; {rules.name} drills {um(rules.via_drill)} and larger",
+                f"a via of {via.net} is drilled {um(via.drill)}; {house(subject, 'via_drill')} drills "
+                f"{um(rules.via_drill)} and larger",
                 key="fpc.rules",
                 measured=via.drill,
                 limit=rules.via_drill,
@@ -142,7 +146,8 @@ def annular_ring(subject: Subject) -> Iterator[Verdict]:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
             yield Complaint(
-                f"a via of {via.net} has an annular ring of {um(ring)}; {rules.name} asks {um(rules.annular_ring)}",
+                f"a via of {via.net} has an annular ring of {um(ring)}; {house(subject, 'annular_ring')} asks "
+                f"{um(rules.annular_ring)}",
                 f"a pad of {um(via.drill + 2.0 * rules.annular_ring)} is needed",
                 "fpc.rules",
                 ring,
@@ -161,8 +166,8 @@ def hole_to_hole(subject: Subject) -> Iterator[Verdict]:
             wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
             if wall < rules.hole_to_hole - ROUNDING:
                 yield Complaint(
-                    f"two holes ({via.net}, {other.net}) leave {um(wall)} between them; {rules.name} asks "
-                    f"{um(rules.hole_to_hole)}",
+                    f"two holes ({via.net}, {other.net}) leave {um(wall)} between them; "
+                    f"{house(subject, 'hole_to_hole')} asks {um(rules.hole_to_hole)}",
                     f"move them {um(rules.hole_to_hole - wall)} apart: a larger inner diameter gives the room",
                     "coil.turns",
                     wall,
@@ -198,7 +203,8 @@ def part_size(subject: Subject) -> Iterator[Verdict]:
     for size, smallest in zip(have, need, strict=True):
         if size < smallest - ROUNDING:
             yield Complaint(
-                f"the board is {show(have[1], 'm')} x {show(have[0], 'm')}; {rules.name} handles parts from "
+                f"the board is {show(have[1], 'm')} x {show(have[0], 'm')}; {house(subject, 'part_size')} handles "
+                "parts from "
                 f"{show(need[1], 'm')} x {show(need[0], 'm')}",
                 f"{show(smallest - size, 'm')} are missing: order the parts in a panel, or held by bridges",
                 "fpc.rules",
@@ -218,7 +224,8 @@ def _panel_size(subject: Subject) -> Iterator[Verdict]:
     for side, largest in zip(have, most, strict=True):
         if side > largest + ROUNDING:
             yield Complaint(
-                f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}; {rules.name} makes panels of "
+                f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}; "
+                f"{house(subject, 'panel_size')} makes panels of "
                 f"{show(rules.panel_size[0], 'm')} x {show(rules.panel_size[1], 'm')}",
                 "fewer parts a panel, a shorter tail, or fpc.panel: none",
                 "fpc.panel",
@@ -247,7 +254,7 @@ def insertion_thickness(subject: Subject) -> Iterator[Verdict]:
         yield Complaint(
             f"the tail's end, with its stiffener, is {um(have)} thick; "
             f"{connector.name} takes {um(connector.insertion_thickness)} "
-            f"+- {um(connector.insertion_thickness_tolerance)}",
+            f"+- {um(connector.insertion_thickness_tolerance)}{plug_mark(connector)}",
             f"choose a stiffener {um(wrong)} {'thinner' if have > connector.insertion_thickness else 'thicker'}, or "
             "another connector",
             "fpc.tail.connector",
@@ -256,6 +263,13 @@ def insertion_thickness(subject: Subject) -> Iterator[Verdict]:
             "m",
             source=connector.source,
         )
+
+
+def plug_mark(connector: Connector) -> str:
+    """A warning in brackets where what a connector takes was not read in its drawing."""
+    fields = ("insertion_thickness", "insertion_thickness_tolerance")
+    is_unverified = any(f"{field}: unverified" in connector.source for field in fields)
+    return " (unverified: compare with its drawing)" if is_unverified else ""
 
 
 def outline_box(subject: Subject) -> tuple[float, float, float, float]:
@@ -275,6 +289,13 @@ def _turns_at(coil: CoilSpec, wider: float) -> str:
 def um(length: float) -> str:
     """A length for people."""
     return show(length, "m")
+
+
+def house(subject: Subject, field: str) -> str:
+    """Who asks for one figure: the profile that it stands in, a user's with file and line; marked if not verified."""
+    rules = subject.spec.fpc.rules
+    mark = " (unverified)" if source_of(subject, field).startswith("unverified") else ""
+    return rules.holders.get(field, rules.name) + mark
 
 
 def source_of(subject: Subject, field: str) -> str:

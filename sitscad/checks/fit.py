@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from sitscad.checks.bend import bend_figure
+from sitscad.checks.fabrication import house, source_of
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
@@ -137,7 +139,6 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
     assert tail is not None
     if tail.bend == "none":
         return
-    ratios = rules.dynamic_bend_ratio if tail.bend == "dynamic" else rules.static_bend_ratio
     if tail.bend == "dynamic" and tail.layers > 1:
         yield Complaint(
             f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
@@ -148,10 +149,11 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
             "copper layers",
             Severity.ERROR if tail.layers > 2 else Severity.WARNING,
         )
-    if not ratios:
+    figure = bend_figure(subject)
+    if figure is None:
         yield Undecided(f"{rules.name} states no bend radius for a {tail.bend} bend")
         return
-    ratio = ratios.get(tail.layers, ratios[max(ratios)])
+    field, ratio = figure
     thickness, room = tail_thickness(spec), _bend_room(subject)
     radius = ratio * thickness
     if room is None:
@@ -159,14 +161,15 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
     elif radius > room + ROUNDING:
         yield Complaint(
             f"a {tail.bend} bend of {tail.layers} copper layer{'s' if tail.layers > 1 else ''} needs a radius of "
-            f"{show(radius, 'm', 3)} ({ratio:g} times the {show(thickness, 'm', 3)} tail); inside the port there are "
-            f"{show(room, 'm', 3)}",
+            f"{show(radius, 'm', 3)} ({house(subject, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail)"
+            f"; inside the port there are {show(room, 'm', 3)}",
             f"a tail of {show(room / ratio, 'm', 3)} or thinner would do: fewer copper layers, or no bend",
             "fpc.tail.bend",
             radius,
             room,
             "m",
             Severity.NOTE if tail.bend == "static" and tail.layers <= 2 else Severity.WARNING,
+            source_of(subject, field),
         )
 
 

@@ -12,18 +12,17 @@ from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Escape, Patience
 from sitscad.layout.lanes import Bus, bus_for
-from sitscad.layout.outline import Body, outline
+from sitscad.layout.openings import chip_openings, opening
+from sitscad.layout.outline import Body, outline, with_room_for_corners
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
 from sitscad.layout.tail import (
     CORNER_RADIUS,
     Run,
     TailFrame,
-    chip_openings,
     connector_of,
     first_via,
     frame,
-    opening,
     runs,
     stiffener,
     turn_begin,
@@ -131,6 +130,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         bend_zone=_bend_zone(spec, tail, begin if tail.turn else math.inf),
         findings=findings,
         capacitors=tuple(capacitors),
+        tail_length=tail.end - tail.body_end,
     )
     line = course(spec.fpc.tail, tail.half_width, begin)
     return turned(straight, line) if line else straight
@@ -144,7 +144,7 @@ def _body(
     left = [_leftmost(traces)]
     left += [via.centre.x - via.pad / 2 for via in vias]
     left += [p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements]
-    return Body(min(left) - edge, tail.body_end, half_width)
+    return with_room_for_corners(Body(min(left) - edge, tail.body_end, half_width), tail)
 
 
 def _leftmost(traces: tuple[Trace, ...]) -> float:
@@ -177,11 +177,12 @@ def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: flo
 
 
 def _bend_zone(spec: SensorSpec, tail: TailFrame, limit: float) -> tuple[float, float] | None:
-    """Where the tail may be bent: between the taper and the stiffener, or its turn at the limit (m), free of vias."""
+    """Where the tail may bend: its sides straight, up to the stiffener or its turn at the limit (m), free of vias."""
     if spec.fpc.tail is None or spec.fpc.tail.bend == "none":
         return None
     end = min(tail.end - tail.connector.stiffener_length, first_via(spec, tail), limit)
-    return (tail.start, end) if end > tail.start else None
+    start = tail.start + tail.taper.reach_beyond
+    return (start, end) if end > start else None
 
 
 def _series(

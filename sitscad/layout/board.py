@@ -129,7 +129,10 @@ class Stiffener:
 
 @record
 class Layout:
-    """Everything that is drawn. ``findings`` holds what found no room: the pieces in question are then missing."""
+    """Everything that is drawn. ``findings`` holds what found no room: the pieces in question are then missing.
+
+    ``tail_length`` (m) is the tail's as laid, from the body's end along its middle line: at least what the spec asks.
+    """
 
     spec: SensorSpec
     coils: tuple[Coil, ...]
@@ -144,6 +147,7 @@ class Layout:
     bend_zone: tuple[float, float] | None
     findings: tuple[Finding, ...] = ()
     capacitors: tuple[Capacitor, ...] = ()
+    tail_length: float = 0.0
 
     @property
     def all_pads(self) -> tuple[Pad, ...]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from sitscad.geometry.path import Path, Point, rounded
-from sitscad.layout.tail import CORNER_RADIUS, TailFrame
+from dataclasses import replace
+
+from sitscad.geometry.path import Path, Point
+from sitscad.layout.tail import CORNER_RADIUS, TailFrame, both_edges
+from sitscad.layout.taper import Taper
 from sitscad.record import record
 
 
@@ -20,25 +23,33 @@ def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge
     """The closed outline, counter-clockwise from the body's far lower corner.
 
     ``copper`` lists points of the body's copper with their half widths (m): a corner of the body is rounded only as far
-    as they keep the distance `edge` from it. Where the taper begins, the radius is that of the lead which bends there,
-    so that the lead keeps its distance round the corner.
+    as they keep the distance `edge` from it.
     """
-    wide, narrow = body.half_width, tail.half_width
-    shoulder = edge + tail.neck_width / 2
-    inner, outer = (CORNER_RADIUS, shoulder) if narrow < wide else (shoulder, CORNER_RADIUS)
-    lower = [
-        (Point(body.start, -wide), far_corner_radius(body, copper, edge)),
-        (Point(tail.body_end, -wide), outer),
-        (Point(tail.start, -narrow), inner),
-        *((corner, 0.0) for corner in tail.lower_shoulder()),
-        (Point(tail.end, -tail.plug_half_width), 0.0),
-    ]
-    if abs(wide - narrow) < 1e-9:
-        lower = [lower[0], *lower[3:]]
-    upper = [(point._replace(y=-point.y), radius) for point, radius in reversed(lower)]
-    corners = [point for point, _ in lower + upper]
-    radii = [_fitting(corners, i, radius) for i, (_, radius) in enumerate(lower + upper)]
-    return rounded(corners, radii)
+    return both_edges(
+        [
+            (Point(body.start, -body.half_width), far_corner_radius(body, copper, edge)),
+            *_taper(body, tail).corners(),
+            *tail.plug_taper.corners(),
+            (Point(tail.end, -tail.plug_half_width), 0.0),
+        ]
+    )
+
+
+def with_room_for_corners(body: Body, tail: TailFrame) -> Body:
+    """The body, made as wide as a wider tail where the inner corner between them would not fit beside the far one."""
+    taper = _taper(body, tail)
+    first = taper.end - taper.length
+    is_short = not taper.narrows and first - taper.reach_before < body.start + _side_room(body)
+    return replace(body, half_width=tail.half_width) if is_short else body
+
+
+def _taper(body: Body, tail: TailFrame) -> Taper:
+    return replace(tail.taper, near=body.half_width)
+
+
+def _side_room(body: Body) -> float:
+    """The largest radius (m) that the body's sides leave its far corners: a fifth of the shorter one."""
+    return 0.2 * min(2.0 * body.half_width, body.end - body.start)
 
 
 def far_corner_radius(body: Body, copper: list[tuple[Point, float]], edge: float) -> float:
@@ -46,7 +57,7 @@ def far_corner_radius(body: Body, copper: list[tuple[Point, float]], edge: float
     radius = CORNER_RADIUS
     while radius > edge and not all(_keeps(body, radius, point, half + edge) for point, half in copper):
         radius -= 0.05e-3
-    return max(radius, edge)
+    return min(max(radius, edge), _side_room(body))
 
 
 def _keeps(body: Body, radius: float, point: Point, need: float) -> bool:
@@ -55,9 +66,3 @@ def _keeps(body: Body, radius: float, point: Point, need: float) -> bool:
     if point.x >= x or abs(point.y) <= y:
         return True
     return Point(point.x, abs(point.y)).distance(Point(x, y)) <= radius - need + 1e-9
-
-
-def _fitting(corners: list[Point], index: int, radius: float) -> float:
-    """The radius, at most a fifth of the shorter of the two sides that meet in the corner."""
-    here, count = corners[index], len(corners)
-    return min(radius, 0.2 * min(here.distance(corners[index - 1]), here.distance(corners[(index + 1) % count])))

@@ -2,49 +2,26 @@
 
 The frame carries tooling holes and fiducials, three of each, so that it cannot be loaded the wrong way round, and
 coupons: the sensor's first coil alone with solder pads, to measure its inductance before any part is cut out.
-All parts lie the same way, so that every tail runs along the same grain of the film. Parts stay whole: no perforation
-enters their outline, for a tear would start there; the cut simply stops at each bridge. Lengths in metres, the panel's
+All parts lie the same way, so that every tail runs along the same grain of the film. Lengths in metres, the panel's
 lower left corner is the origin.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box
+from sitscad.geometry.path import Path, Point, bounding_box
 from sitscad.layout.board import Layout
+from sitscad.layout.bridges import Bridge, bridges, cut_lines
 from sitscad.record import record
-from sitscad.spec.sensor import ArraySpec, CoilPlacement, SensorSpec
+from sitscad.spec.sensor import MOST_PARTS, ArraySpec, CoilPlacement, SensorSpec
 
 TOOLING_HOLE = 1.5e-3
 FIDUCIAL = 1.0e-3
 FIDUCIAL_OPENING = 2.0e-3
 FIDUCIAL_STEP = 5.0e-3
 """Distance (m) of a fiducial from its tooling hole."""
-
-BRIDGE_RUN = 25e-3
-"""One bridge at least for every so much of an outline (m), and never fewer than three."""
-
-FREE_OF_BRIDGES = 1.0e-3
-"""How far (m) bridges keep from contacts and from the bend zone."""
-
-_STEP = 0.25e-3
-
-
-@record
-class Bridge:
-    """Where the cut round a part stops: a segment of its outline, and the part of its length (m) that stays whole."""
-
-    segment: int
-    begin: float
-    end: float
-
-    def middle(self, outline: Path) -> Point:
-        """The middle of the bridge, on the outline."""
-        piece = outline.segments[self.segment]
-        return piece.at((self.begin + self.end) / 2.0 / piece.length)
 
 
 @record
@@ -124,77 +101,6 @@ def plan(layout: Layout) -> Panel | None:
     )  # fmt: skip
 
 
-def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
-    """A closed outline without its bridges: open paths, or the outline itself where there is no bridge."""
-    runs: list[list[Segment]] = [[]]
-    for index, segment in enumerate(outline):
-        at = 0.0
-        for bridge in sorted((b for b in stops if b.segment == index), key=lambda b: b.begin):
-            runs[-1] += _piece(segment, at, bridge.begin)
-            runs.append([])
-            at = bridge.end
-        runs[-1] += _piece(segment, at, segment.length)
-    if len(runs) > 1:
-        runs[0] = runs.pop() + runs[0]
-    return tuple(Path(tuple(run)) for run in runs if run)
-
-
-def bridges(layout: Layout) -> tuple[Bridge, ...]:
-    """Bridges spread along an outline, each as far from the others as it can be.
-
-    None at the contacts, on the stiffener or in the bend zone, where a nick in the edge would do harm; on straight
-    edges unless those are too few.
-    """
-    width, wanted = layout.spec.fpc.panel.bridge, max(3, math.ceil(layout.outline.length / BRIDGE_RUN))
-    places = list(_places(layout, width))
-    straight = [place for place in places if isinstance(layout.outline.segments[place.segment], Line)]
-    if len(straight) >= wanted:
-        places = straight
-    chosen: list[Bridge] = []
-    marks = [pad.centre for pad in layout.pads]
-    while places and len(chosen) < wanted:
-        middles = [(place.middle(layout.outline), place) for place in places]
-        _, best = max(
-            ((round(min((m.distance(o) for o in marks), default=0.0), 6), -i), place)
-            for i, (m, place) in enumerate(middles)
-        )
-        if not chosen:
-            marks = []
-        chosen.append(best)
-        marks.append(best.middle(layout.outline))
-        places = [place for middle, place in middles if middle.distance(marks[-1]) > 2.0 * width]
-    return tuple(sorted(chosen, key=lambda b: (b.segment, b.begin)))
-
-
-def _places(layout: Layout, width: float) -> Iterator[Bridge]:
-    """Every bridge that could be made, a quarter of a millimetre apart."""
-    for index, segment in enumerate(layout.outline):
-        room = segment.length - 2.0 * width
-        for i in range(int(room / _STEP + 1e-9) + 1 if room >= 0 else 0):
-            bridge = Bridge(index, width / 2.0 + i * _STEP, 1.5 * width + i * _STEP)
-            if _is_free(layout, bridge.middle(layout.outline)):
-                yield bridge
-
-
-def _is_free(layout: Layout, at: Point) -> bool:
-    keep = FREE_OF_BRIDGES
-    if layout.bend_zone is not None and layout.bend_zone[0] - keep < at.x < layout.bend_zone[1] + keep:
-        return False
-    boxes = [bounding_box([layout.stiffener.outline.outline])] if layout.stiffener is not None else []
-    for pad in layout.all_pads:
-        (w, h), (x, y) = pad.size, pad.centre
-        boxes.append((x - w / 2, y - h / 2, x + w / 2, y + h / 2))
-    return not any(x0 - keep < at.x < x1 + keep and y0 - keep < at.y < y1 + keep for x0, y0, x1, y1 in boxes)
-
-
-def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
-    """A segment from one length (m) along it to another; nothing where these are the same."""
-    if end - begin < 1e-9:
-        return []
-    a, b = (segment.at(min(1.0, max(0.0, length / segment.length))) for length in (begin, end))
-    return [Arc(a, b, segment.centre, segment.ccw)] if isinstance(segment, Arc) else [Line(a, b)]
-
-
 def _coupon(layout: Layout) -> tuple[Layout | None, str]:
     """The first coil alone on a piece of the same stack-up with solder pads; or None and the reason."""
     from sitscad.layout import lay_out  # a panel is drawn seldom, and the package imports its parts from here
@@ -230,13 +136,14 @@ def _coupon_places(
 
 
 def _count(layout: Layout, cell: tuple[float, float], coupon: tuple[float, float]) -> tuple[int, int]:
-    """Columns and rows that fill the fabricator's usual panel; one of each at least."""
+    """Columns and rows that fill the fabricator's usual panel: one of each at least, `MOST_PARTS` boards at most."""
     wish, room = layout.spec.fpc.panel, layout.spec.fpc.rules.panel_size
     frame = 2 * wish.rail + wish.gap
     strip = coupon[1] + wish.gap if coupon[1] else 0.0
     columns = math.floor((room[0] - frame + 1e-9) / (cell[0] + wish.gap))
     rows = math.floor((room[1] - frame - strip + 1e-9) / (cell[1] + wish.gap))
-    return max(1, columns), max(1, rows)
+    columns = min(max(1, columns), MOST_PARTS)
+    return columns, min(max(1, rows), MOST_PARTS // columns)
 
 
 def _marks(size: tuple[float, float], rail: float) -> tuple[tuple[Point, ...], tuple[Point, ...]]:

@@ -1,15 +1,17 @@
-"""The tail: from the end of the body to the contacts; the pairs' tracks and vias, the openings, the stiffener."""
+"""The tail: from the end of the body to the contacts; the pairs' tracks and vias, the stiffener."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cached_property
 
-from sitscad.geometry.path import Path, Point, closed_polygon, polyline, rectangle
+from sitscad.geometry.path import Path, Point, polyline, rounded
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
+from sitscad.layout.taper import SAME, Taper
 from sitscad.layout.turn import turn_length
 from sitscad.record import record
 from sitscad.spec.sensor import Chip, Connector, SensorSpec
@@ -30,7 +32,8 @@ CHIP_OPENING = 0.05e-3
 """How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)."""
 
 CORNER_RADIUS = 0.5e-3
-"""Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m)."""
+"""Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m). Inner ones have the
+fabricator's radius where that is larger."""
 
 CAP = 0.25e-3
 """Straight copper left between the bends and the vias at the contacts (m)."""
@@ -42,7 +45,7 @@ class TailFrame:
 
     ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
     ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias or capacitors
-    (``chip``) need more.
+    (``chip``) need more; ``outer_contact`` is the height of the outermost contact's middle.
     """
 
     connector: Connector
@@ -50,8 +53,11 @@ class TailFrame:
     funnel: float
     start: float
     end: float
+    body_half_width: float
     half_width: float
     plug_half_width: float
+    outer_contact: float
+    inner_radius: float
     end_gap: float
     trace_width: float
     neck_width: float
@@ -73,10 +79,26 @@ class TailFrame:
         return self.half_width - self.plug_half_width
 
     @property
+    def taper(self) -> Taper:
+        """From the body to the tail; where its first corner is the outer one, a lead bends there and keeps its distance
+        from the rounding.
+        """
+        shoulder = self.edge + self.neck_width / 2
+        return Taper(self.body_end, self.start, self.body_half_width, self.half_width, self.inner_radius, shoulder)
+
+    @cached_property
+    def plug_taper(self) -> Taper:
+        """From the tail to what is plugged in, which has its own width from the contacts on."""
+        widths = (self.half_width, self.plug_half_width, self.inner_radius, 0.0)
+        corners = Taper(0.0, self.shoulder, *widths)
+        end = self.pad_start - corners.reach_beyond
+        begin = end - corners.length
+        return Taper(begin, begin + self.shoulder, *widths)
+
+    @property
     def squeeze(self) -> float:
         """By how much a contact's track is farther from the axis at its via than at the contact, for the first one."""
-        outer = self.plug_half_width - self.connector.edge_margin
-        return outer * (self.fan_pitch / self.connector.pitch - 1.0)
+        return self.outer_contact * (self.fan_pitch / self.connector.pitch - 1.0)
 
     @property
     def squeeze_start(self) -> float:
@@ -84,7 +106,9 @@ class TailFrame:
 
         Drawing in at 45 degrees beside the shoulder, the outermost keeps its distance from the edge.
         """
-        beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2) - self.connector.edge_margin
+        plug_begin = self.plug_taper.begin + self.shoulder
+        beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2) - (self.plug_half_width - self.outer_contact)
+        beside += self.pad_start - plug_begin
         return self.pad_start - max(beside, 1.5 * self.connector.contact_width) - self.squeeze
 
     @property
@@ -94,8 +118,12 @@ class TailFrame:
 
     @property
     def chip_end(self) -> float:
-        """Up to where capacitors may stand, and the tail has its whole width."""
-        shoulder = self.pad_start - self.shoulder
+        """Up to where capacitors may stand, and the tail has its whole width; what stands at its edge keeps its
+        distance from the shoulder too.
+        """
+        shoulder = self.plug_taper.begin
+        if self.shoulder > SAME:
+            shoulder -= max(0.0, (math.sqrt(2.0) - 1.0) * self.edge - CAP)
         return min(shoulder, self.squeeze_start) if self.squeeze > 1e-9 else shoulder
 
     @property
@@ -105,20 +133,15 @@ class TailFrame:
 
     def strip(self, start: float) -> Path:
         """The closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
-        wide, plug = self.half_width, self.plug_half_width
-        if self.shoulder < 1e-9:
-            return rectangle(start, -wide, self.end, wide)
-        lower = [Point(start, -wide), *self.lower_shoulder(), Point(self.end, -plug)]
-        return closed_polygon([*lower, *(Point(p.x, -p.y) for p in reversed(lower))])
+        end = [(Point(self.end, -self.plug_half_width), 0.0)]
+        lower = [(Point(start, -self.half_width), 0.0), *self.plug_taper.corners(), *end]
+        return both_edges(lower)
 
-    def lower_shoulder(self) -> list[Point]:
-        """The two corners of the lower shoulder, none where the tail is no wider than its plug."""
-        if self.shoulder < 1e-9:
-            return []
-        return [
-            Point(self.pad_start - self.shoulder, -self.half_width),
-            Point(self.pad_start, -self.plug_half_width),
-        ]
+
+def both_edges(lower: list[tuple[Point, float]]) -> Path:
+    """The closed path whose lower edge has these corners, with their radii (m), and whose upper edge mirrors it."""
+    corners = lower + [(Point(point.x, -point.y), radius) for point, radius in reversed(lower)]
+    return rounded([point for point, _ in corners], [radius for _, radius in corners])
 
 
 @record
@@ -139,26 +162,30 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     """Lay the tail's outline: `front` is where the coils' leads have come together, from there on lanes run along x."""
     edge = spec.fpc.rules.copper_to_edge
     contacts = 2 * len(spec.array.placements)
-    plug = connector.width(contacts) / 2
+    outer_contact, plug = contact_height(connector.pitch, contacts, 1), connector.width(contacts) / 2
+    if connector.kind == "pads":  # nothing is plugged in that asks for a width
+        plug = max(plug, outer_contact + connector.contact_width / 2 + edge)
     fan = fan_pitch(spec, bus, connector)
-    half_width = max(plug, contact_height(fan, contacts, 1) + _outer_copper(spec, bus, connector) + edge)
+    half_width = max(plug, contact_height(fan, contacts, 1) + _to_edge(spec, bus, connector))
     end_gap = max(END_GAP, edge) if connector.kind == "pads" else END_GAP
     slack = STAGGER * (edge + bus.width / 2)
     stagger = STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0))
     narrows = half_width < body_half_width
     body_end = front + slack + max(0.0, stagger) if narrows else front
     funnel = front if narrows else front + slack
-    start = body_end + abs(body_half_width - half_width)
+    inner, outer = max(CORNER_RADIUS, spec.fpc.rules.inside_radius), edge + bus.width / 2
+    taper = Taper(body_end, body_end + abs(body_half_width - half_width), body_half_width, half_width, inner, outer)
+    start = body_end + taper.length if narrows else taper.end
     width = _tail_trace_width(spec, bus, connector)
     turn = turn_length(spec.fpc.tail, half_width)
     laid = TailFrame(
-        connector, body_end, funnel, start, start, half_width, plug, end_gap, width, bus.width, fan, edge,
-        chip_of(spec, bus), turn,
+        connector, body_end, funnel, start, start, body_half_width, half_width, plug, outer_contact, inner, end_gap,
+        width, bus.width, fan, edge, chip_of(spec, bus), turn,
     )  # fmt: skip
     needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
     if turn:
-        corner = max(CORNER_RADIUS, edge + bus.width / 2) * math.tan(math.pi / 8)  # how far its rounding reaches
-        needed = max(needed, connector.stiffener_length) + turn + CAP + corner
+        needed = max(needed, connector.stiffener_length) + turn + CAP + taper.reach_beyond
+    needed = max(needed, taper.reach_beyond + laid.end - laid.plug_taper.begin)
     length = (
         max(spec.fpc.tail.length, start - body_end + needed)
         if spec.fpc.tail
@@ -186,11 +213,16 @@ def _beside_via(spec: SensorSpec, bus: Bus) -> float:
     return hole_keep_out(Hole(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
 
 
-def _outer_copper(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
-    """How far copper reaches beyond the middle of an outermost contact: a via's pad, or half the track (m)."""
-    track, chip = _tail_trace_width(spec, bus, connector) / 2, chip_of(spec, bus)
-    beyond = max(track, chip.pad_along / 2) if chip else track
-    return max(beyond, spec.fpc.rules.via_pad / 2) if bus.is_stacked else track
+def _to_edge(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
+    """From the middle of an outermost track to the tail's edge (m): copper keeps its distance from the edge, and the
+    coverlay its web beside a capacitor's opening.
+    """
+    rules, chip = spec.fpc.rules, chip_of(spec, bus)
+    copper = max(_tail_trace_width(spec, bus, connector), rules.via_pad if bus.is_stacked else 0.0)
+    if chip is None:
+        return copper / 2 + rules.copper_to_edge
+    copper = max(copper, chip.pad_along)
+    return max(copper / 2 + rules.copper_to_edge, chip.pad_along / 2 + CHIP_OPENING + rules.coverlay_web)
 
 
 def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
@@ -242,7 +274,8 @@ def stretched(
     heights = [abs(pair_height(spec, tail, lane)) for lane in lanes]
     outwards = [abs(e.y) for ends, height in zip(entries, heights, strict=True) for e in ends if abs(e.y) <= height]
     tail = replace(tail, outermost=max(outwards, default=0.0))
-    late, limit = 0.0, turn_begin(spec, bus, tail)
+    limit = turn_begin(spec, bus, tail)
+    late = max(0.0, tail.start + tail.taper.reach_beyond - limit) if tail.turn else 0.0
     for lane, ends in zip(lanes, entries, strict=True):
         for entry in ends:
             _, foot = _descent(bus, tail, entry, pair_height(spec, tail, lane))
@@ -356,21 +389,6 @@ def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, numbe
     centre = Point(tail.pad_start + size[0] / 2, height)
     name = lane.placement.name
     return Pad(centre, size, 1, name, f"{name}.{end}", number)
-
-
-def opening(spec: SensorSpec, tail: TailFrame) -> Region:
-    """The coverlay's opening over all contacts, out to the end of the board."""
-    half = tail.plug_half_width - min(spec.fpc.rules.coverlay_web, tail.plug_half_width / 4)
-    return Region(rectangle(tail.pad_start, -half, tail.end, half))
-
-
-def chip_openings(pads: tuple[Pad, ...]) -> tuple[Region, ...]:
-    """The coverlay's openings over capacitors' pads: a little larger, so that the whole pad is bare."""
-    found = []
-    for pad in pads:
-        (w, h), (x, y) = (side / 2 + CHIP_OPENING for side in pad.size), pad.centre
-        found.append(Region(rectangle(x - w, y - h, x + w, y + h)))
-    return tuple(found)
 
 
 def tail_thickness(spec: SensorSpec) -> float:

@@ -48,7 +48,7 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
         copper = sum(layer.kind is LayerKind.COPPER for layer in layers)
         field, tolerance = _by_layers(rules.thickness_tolerance, copper)
     source = rules.sources.get(field) or rules.source or "the fabricator's design rules (fpc.rules)"
-    return FinishedThickness(nominal - tolerance, nominal, nominal + tolerance, source)
+    return FinishedThickness(max(0.0, nominal - tolerance), nominal, nominal + tolerance, source)
 
 
 def layers_at(layout: Layout, where: Where) -> tuple[StackLayer, ...]:

@@ -46,7 +46,7 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
 def _find(name: str) -> str:
     """The template that is meant, or a `PackageError` with the nearest name."""
     names = templates.names()
-    wanted = name.removesuffix(".yaml").replace("-", "_").lower()
+    wanted = name.lower().removesuffix(".yaml").removesuffix(".yml").replace("-", "_")
     if wanted in names:
         return wanted
     near = difflib.get_close_matches(wanted, names, n=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations
 
 from sitscad.spec import positions
@@ -13,6 +14,7 @@ from sitscad.units import show
 
 _MOST_COILS = 64
 _DEFAULT_GAP = 0.5e-3
+_GRAIN = 1e-6  # missing lengths are named in micrometres
 _COUNTS = {"line": (2,), "grid": (2, 2), "triangle": (3,), "single": (1,)}
 _PATTERN_KEYS = {
     "single": (),
@@ -69,9 +71,19 @@ def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remar
     if document.pitch is not None or "pitch" not in _PATTERN_KEYS[pattern]:
         return document.pitch
     size = coil.size[0] if pattern == "line" else max(coil.size)
-    pitch = size + max(_DEFAULT_GAP, coil.trace_spacing)
+    gap = max(_DEFAULT_GAP, coil.trace_spacing)
+    pitch = size + gap
+    scale = _least_scale(_smallest(pattern, pitch), replace(coil, trace_spacing=gap)) or 1.0
+    if scale > 1.0 + 1e-9:  # corners that face each other, or flat sides at an angle
+        pitch = round(math.ceil(pitch * scale / _GRAIN) * _GRAIN, 9)
     remarks.default("array.pitch", show(pitch, "m"), "the coil's size and a gap, the default")
     return pitch
+
+
+def _smallest(pattern: str, pitch: float) -> ArraySpec:
+    """The smallest array of a pattern, in which every coil has the neighbours that it has in a larger one."""
+    centres = {"line": positions.line(2, pitch), "grid": positions.grid(2, 2, pitch)}
+    return ArraySpec(pattern, positions.named(centres.get(pattern, positions.triangle(pitch))), pitch)
 
 
 def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remarks) -> tuple[tuple[float, float], ...]:
@@ -98,15 +110,52 @@ def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remar
 
 
 def _check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
-    # pairs farther apart than any outline reaches need no closer look
-    far = math.hypot(*coil.size) + coil.trace_spacing
-    pairs = [(a, b) for a, b in combinations(array.placements, 2) if math.dist(a.centre, b.centre) < far]
-    found = ((positions.gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
-    smallest, first, second = min(found, default=(math.inf, "", ""))
-    if smallest >= coil.trace_spacing * (1 - 1e-6):
+    smallest, first, second = _smallest_gap(array, coil)
+    if _is_wide(smallest, coil.trace_spacing):
         return
     what = f"overlap by {show(-smallest, 'm')}" if smallest < 0 else f"stand {show(smallest, 'm')} apart"
     key = "array.centres" if array.pattern == "explicit" else "array.pitch"
     message = f"{first} and {second} {what}: at least the trace spacing, {show(coil.trace_spacing, 'm')}, is wanted"
-    hint = f"move them {show(coil.trace_spacing - smallest, 'm')} further apart"
-    remarks.flaw("SIT014", key, message, hint, measured=smallest, limit=coil.trace_spacing, unit="m")
+    remarks.flaw("SIT014", key, message, _wider(array, coil), measured=smallest, limit=coil.trace_spacing, unit="m")
+
+
+def _smallest_gap(array: ArraySpec, coil: CoilSpec) -> tuple[float, str, str]:
+    """The smallest gap (m) between two coils, and which they are; infinite where none are near each other."""
+    # pairs farther apart than any outline reaches need no closer look
+    far = math.hypot(*coil.size) + coil.trace_spacing
+    pairs = [(a, b) for a, b in combinations(array.placements, 2) if math.dist(a.centre, b.centre) < far]
+    found = ((positions.gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
+    return min(found, default=(math.inf, "", ""))
+
+
+def _is_wide(gap: float, wanted: float) -> bool:
+    return gap >= wanted * (1 - 1e-6)
+
+
+def _wider(array: ArraySpec, coil: CoilSpec) -> str:
+    """What mends gaps that are too small: a larger pitch, or all centres farther apart; gaps were measured with it."""
+    scale = _least_scale(array, coil)
+    if scale is None:
+        return "move them apart"
+    if array.pitch is None:
+        return f"centres {math.ceil(scale * 1e4) / 1e4:.4f} times as far from each other leave that gap"
+    more = math.ceil(array.pitch * (scale - 1.0) / _GRAIN - 1e-5) * _GRAIN
+    return f"a pitch larger by {more * 1e3:.3f} mm leaves that gap"
+
+
+def _least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
+    """How many times as far apart the centres must be, within a millionth above; None where two are in one place."""
+    near = min(math.dist(a.centre, b.centre) for a, b in combinations(array.placements, 2))
+    if near <= 0.0:
+        return None
+
+    def fits(scale: float) -> bool:
+        return _is_wide(_smallest_gap(positions.scaled(array, scale), coil)[0], coil.trace_spacing)
+
+    low, high = ((size + coil.trace_spacing) / near for size in (min(coil.size), math.hypot(*coil.size)))
+    if fits(low):
+        return low
+    while high - low > 1e-6 * low:
+        middle = (low + high) / 2
+        low, high = (low, middle) if fits(middle) else (middle, high)
+    return high

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from sitscad.spec import presets
@@ -9,7 +10,7 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.document import FpcDocument, LayerDocument, PanelDocument, TailDocument
 from sitscad.spec.profiles import resolve_rules, spec_place
 from sitscad.spec.remarks import Remarks
-from sitscad.spec.sensor import CoilSpec, FpcSpec, PanelSpec, Tail
+from sitscad.spec.sensor import MOST_PARTS, CoilSpec, FpcSpec, PanelSpec, Tail
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 from sitscad.units import show
@@ -35,16 +36,24 @@ def resolve_fpc(
         stackup=stackup,
         rules=rules,
         tail=_tail(document, copper, rules, remarks),
-        panel=_panel(document.panel),
+        panel=_panel(document.panel, remarks),
         finish=document.finish,
         copper=document.copper,
         teardrops=document.teardrops,
     )
 
 
-def _panel(document: str | PanelDocument) -> PanelSpec:
+def _panel(document: str | PanelDocument, remarks: Remarks) -> PanelSpec:
     if isinstance(document, str):
         return PanelSpec(wish=document)
+    boards = math.prod(document.parts or ())
+    if boards > MOST_PARTS:
+        message = (
+            f"{boards} boards are out of range: at most {MOST_PARTS} on one panel, since every copy is drawn out in "
+            "full in every layer's file"
+        )
+        hint = "order several panels: their number is the fabricator's to multiply"
+        remarks.flaw("SIT006", "fpc.panel.parts", message, hint, measured=float(boards), limit=float(MOST_PARTS))
     return PanelSpec("always", document.parts, document.gap, document.rail, document.bridge)
 
 
@@ -125,7 +134,8 @@ def _turn_radius(tail: TailDocument, rules: DesignRules, remarks: Remarks) -> fl
             remarks.default("fpc.tail.turn_radius", show(radius, "m"))
     elif is_turned and radius < rules.inside_radius * (1 - 1e-9):
         message = (
-            f"an inner edge of {show(radius, 'm')} radius tears; {rules.name} asks {show(rules.inside_radius, 'm')}"
+            f"an inner edge of {show(radius, 'm')} radius tears; {rules.holders.get('inside_radius', rules.name)} asks "
+            f"{show(rules.inside_radius, 'm')}"
         )
         facts = {"measured": radius, "limit": rules.inside_radius, "unit": "m"}
         remarks.flaw("SIT009", "fpc.tail.turn_radius", message, "make it larger", **facts)

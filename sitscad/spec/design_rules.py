@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field, replace
+from typing import Any
 
 from sitscad.record import record
+from sitscad.units import show
 
 
 @record
 class FoilLines:
-    """Smallest width and spacing (m) of tracks in copper foil of one thickness (m), with their sources."""
+    """Smallest width and spacing (m) of tracks in copper foil of one thickness (m), with their sources and holders."""
 
     copper: float
     width: float
     spacing: float
     width_source: str = ""
     spacing_source: str = ""
+    width_holder: str = ""
+    spacing_holder: str = ""
 
 
 @record
 class DesignRules:
-    """Smallest makeable sizes in metres; `sources` names where each figure (by field name) comes from.
+    """Smallest makeable sizes in metres; `sources` names where each figure (by field name) comes from, `holders` the
+    profile that it stands in, with its line in a user's file: one that another is based on has most of its figures.
 
     ``coil_lines`` are the smallest widths and spacings of coiled tracks by the thickness of the copper foil (m), from
     the thinnest, ``track_lines`` those of all other tracks where they go by the foil too; ``coil_trace_width`` and
@@ -65,25 +70,25 @@ class DesignRules:
         default_factory=lambda: {"polyimide": 50e-6, "fr4": 100e-6}, hash=False
     )
     file_naming: str = "protel"
+    holders: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     def for_foil(self, thickness: float) -> DesignRules:
         """The rules with the lines of the thinnest listed copper that is not thinner than the coil's foil (m); those of
-        the thickest one listed where none is.
+        the thickest one listed where none is, whose sources then say so.
         """
         rules = self
         if self.coil_lines:
             lines = _lines_for(self.coil_lines, thickness)
-            rules = replace(
-                rules,
-                coil_trace_width=lines.width,
-                coil_trace_spacing=lines.spacing,
-                coil_copper=lines.copper,
-                sources=_with_sources(rules.sources, "coil_trace", lines),
-            )
+            coiled: dict[str, Any] = {
+                "coil_trace_width": lines.width,
+                "coil_trace_spacing": lines.spacing,
+                "coil_copper": lines.copper,
+            }
+            rules = replace(rules, **coiled, **_said(rules, "coil_trace", lines, thickness))
         if self.track_lines:
             lines = _lines_for(self.track_lines, thickness)
-            sources = _with_sources(rules.sources, "trace", lines)
-            rules = replace(rules, trace_width=lines.width, trace_spacing=lines.spacing, sources=sources)
+            others: dict[str, Any] = {"trace_width": lines.width, "trace_spacing": lines.spacing}
+            rules = replace(rules, **others, **_said(rules, "trace", lines, thickness))
         return rules
 
     @property
@@ -96,5 +101,13 @@ def _lines_for(listed: tuple[FoilLines, ...], thickness: float) -> FoilLines:
     return next((row for row in listed if row.copper >= thickness - 1e-9), listed[-1])
 
 
-def _with_sources(sources: Mapping[str, str], prefix: str, lines: FoilLines) -> dict[str, str]:
-    return {**sources, f"{prefix}_width": lines.width_source, f"{prefix}_spacing": lines.spacing_source}
+def _said(rules: DesignRules, prefix: str, lines: FoilLines, thickness: float) -> dict[str, Any]:
+    """Sources and holders with those of lines that are taken for a foil (m), which may be too thick for them."""
+    beyond = ""
+    if thickness > lines.copper + 1e-9:
+        beyond = f" (for copper up to {show(lines.copper, 'm')}: nothing is stated for {show(thickness, 'm')})"
+    width, spacing = f"{prefix}_width", f"{prefix}_spacing"
+    return {
+        "sources": {**rules.sources, width: lines.width_source + beyond, spacing: lines.spacing_source + beyond},
+        "holders": {**rules.holders, width: lines.width_holder, spacing: lines.spacing_holder},
+    }

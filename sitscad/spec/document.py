@@ -183,7 +183,7 @@ class PanelDocument(Section):
     """A panel, whatever the part's size."""
 
     parts: tuple[int, int] | None = key(
-        PartCount, "[columns, rows], or auto: as many as fit the fabricator's panel", "auto"
+        PartCount, "[columns, rows] of at most 500 boards, or auto: as many as fit the fabricator's panel", "auto"
     )
     gap: float = key(PanelGap, "between parts", 2)
     rail: float = key(Rail, "width of the frame", 5)

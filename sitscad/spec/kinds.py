@@ -256,13 +256,13 @@ class ProfileName(Scalar):
 
     def schema(self) -> dict[str, Any]:
         """A preset that is installed, or a file's name."""
-        file = {"type": "string", "maxLength": 200, "pattern": r"\.ya?ml$", "examples": ["ourshop.yaml"]}
+        file = {"type": "string", "maxLength": 200, "pattern": r"\.[yY][aA]?[mM][lL]$", "examples": ["ourshop.yaml"]}
         return {"anyOf": [Choice(presets.names("rules")).schema(), file]}
 
 
 def is_profile_file(name: Any) -> bool:
     """Whether a name of design rules is that of a file and not of a preset."""
-    return isinstance(name, str) and name.endswith((".yaml", ".yml"))
+    return isinstance(name, str) and name.lower().endswith((".yaml", ".yml"))
 
 
 @record

@@ -7,8 +7,9 @@ tail at +x, and from negative to positive y where x is equal; written centres ke
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from sitscad.spec.sensor import CoilPlacement
+from sitscad.spec.sensor import ArraySpec, CoilPlacement
 from sitscad.spec.turns import SIDES
 
 Point = tuple[float, float]
@@ -31,6 +32,12 @@ def triangle(pitch: float) -> tuple[Point, ...]:
 def grid(columns: int, rows: int, pitch: float) -> tuple[Point, ...]:
     """Centres (m) of a grid, `columns` along x and `rows` along y."""
     return tuple((x, y) for x, _ in line(columns, pitch) for y, _ in line(rows, pitch))
+
+
+def scaled(array: ArraySpec, factor: float) -> ArraySpec:
+    """The array with all centres so many times as far from the origin, and from each other."""
+    placements = (replace(p, centre=(p.centre[0] * factor, p.centre[1] * factor)) for p in array.placements)
+    return replace(array, placements=tuple(placements), pitch=None if array.pitch is None else array.pitch * factor)
 
 
 def named(centres: tuple[Point, ...], rotations: tuple[float, ...] | None = None) -> tuple[CoilPlacement, ...]:

@@ -80,9 +80,11 @@ def design_rules(name: str) -> DesignRules:
         field: parse_quantity(rows[field]["value"], "length") for field in _LENGTHS if field in rows
     }
     found |= {field: _sides(rows[field]["value"]) for field in ("part_size", "panel_size") if field in rows}
-    found |= _ruled(rows, base)
-    sources = {f"{field}": f"{source} (from {base.name})" for field, source in base.sources.items()} if base else {}
-    found["sources"] = sources | {field: _source(row) for field, row in rows.items() if field != "based_on"}
+    found |= _ruled(name, rows, base)
+    base = _as_base(base) if base else None
+    found["holders"] = {**(base.holders if base else {}), **dict.fromkeys(rows, name)}
+    own = {field: _source(row) for field, row in rows.items() if field != "based_on"}
+    found["sources"] = {**(base.sources if base else {}), **own}
     found["source"] = f"design rules {name}, each figure with its own source"
     found["checked_on"] = rows["checked_on"]["value"]
     rules = replace(base, name=name, **found) if base else DesignRules(name=name, **found)
@@ -90,11 +92,32 @@ def design_rules(name: str) -> DesignRules:
     return rules.for_foil(thinnest[0].copper) if thinnest else rules
 
 
-def _ruled(rows: Mapping[str, Row], base: DesignRules | None) -> dict[str, Any]:
+def _as_base(rules: DesignRules) -> DesignRules:
+    """The rules with their own figures' sources saying whose they are, for a profile that takes them over."""
+
+    def said(source: str, holder: str) -> str:
+        return f"{source} (from {holder})" if holder == rules.name else source
+
+    def row(lines: FoilLines) -> FoilLines:
+        width, spacing = said(lines.width_source, lines.width_holder), said(lines.spacing_source, lines.spacing_holder)
+        return replace(lines, width_source=width, spacing_source=spacing)
+
+    return replace(
+        rules,
+        sources={field: said(source, rules.holders[field]) for field, source in rules.sources.items()},
+        coil_lines=tuple(map(row, rules.coil_lines)),
+        track_lines=tuple(map(row, rules.track_lines)),
+    )
+
+
+def _ruled(name: str, rows: Mapping[str, Row], base: DesignRules | None) -> dict[str, Any]:
     """What goes by copper thickness, by number of layers or by material, and the words; only what the rows state."""
     found: dict[str, Any] = {} if base else {"coil_trace_width": None, "coil_trace_spacing": None}
-    found |= {f"{kind}_lines": lines for kind in ("track", "coil") if (lines := _lines(rows, kind))}
-    if "trace_width" in rows and "track_lines" not in found:
+    found |= {f"{kind}_lines": lines for kind in ("track", "coil") if (lines := _lines(name, rows, kind))}
+    if "track_lines" in found:
+        thinnest = found["track_lines"][0]
+        found |= {"trace_width": thinnest.width, "trace_spacing": thinnest.spacing}
+    elif "trace_width" in rows:
         found["track_lines"] = ()
     for field, prefix in (("static_bend_ratio", "static_bend_"), ("dynamic_bend_ratio", "dynamic_bend_")):
         found[field] = {**(getattr(base, field) if base else {}), **_bend_ratios(rows, prefix)}
@@ -118,7 +141,7 @@ def _sides(text: str) -> tuple[float, float]:
     return parse_quantity(width, "length"), parse_quantity(length, "length")
 
 
-def _lines(rows: Mapping[str, Row], kind: str) -> tuple[FoilLines, ...]:
+def _lines(name: str, rows: Mapping[str, Row], kind: str) -> tuple[FoilLines, ...]:
     """The rows ``coil_trace_width_18um``, ``coil_trace_spacing_18um`` and their like (tracks: without ``coil_``), from
     the thinnest copper.
     """
@@ -131,7 +154,7 @@ def _lines(rows: Mapping[str, Row], kind: str) -> tuple[FoilLines, ...]:
                 parse_quantity(text, "length")
                 for text in (field.removeprefix(prefix), width["value"], spacing["value"])
             )
-            found.append(FoilLines(foil, least, gap, _source(width), _source(spacing)))
+            found.append(FoilLines(foil, least, gap, _source(width), _source(spacing), name, name))
     return tuple(sorted(found, key=lambda row: row.copper))
 
 
@@ -154,7 +177,7 @@ def chip(name: str) -> Chip:
     """The land pattern of a chip; raises KeyError where there is none of that name."""
     row = _table("chips")[name]
     lengths = {field: parse_quantity(row[field], "length") for field in ("pad_along", "pad_across", "pitch")}
-    return Chip(name, **lengths, source=_source(row))
+    return Chip(name, **lengths, source=_source(row), model=row["model"])
 
 
 @cache

@@ -149,7 +149,7 @@ def _located(name: str, place: Place, key: str, remarks: Remarks) -> Path | None
 
 def _beside(folder: Path) -> str:
     """A hint with the YAML files of a folder."""
-    there = sorted(path.name for path in folder.glob("*.y*ml") if is_profile_file(path.name))[:6]
+    there = sorted(path.name for path in folder.iterdir() if is_profile_file(path.name))[:6]
     return f"there are: {', '.join(there)}" if there else "there is no YAML file in that folder"
 
 
@@ -175,21 +175,24 @@ def _overlaid(document: RulesDocument, foil: float, place: Place, remarks: Remar
         remarks.default("fpc.rules", f"{place.label} based on {document.based_on}")
     figures = {name: value for name, value in document.values().items() if isinstance(value, Figure)}
     sources = {**base.sources, **{name: _source(name, each, document, place) for name, each in figures.items()}}
-    changed: dict[str, Any] = {name: each.value for name, each in figures.items() if name in _PLAIN}
+    is_named = f"{place.prefix}name" in place.source.keys or not place.chain
+    name = document.name if is_named else Path(place.label).stem
+    holders = {**base.holders, **{field: _holder(field, name, place) for field in figures}}
+    changed: dict[str, Any] = {field: each.value for field, each in figures.items() if field in _PLAIN}
     for beginning, (table, read) in _BY_COUNT.items():
         own = {read(name.removeprefix(beginning)): f.value for name, f in figures.items() if name.startswith(beginning)}
         changed |= {table: {**getattr(base, table), **own}} if own else {}
-    lines = {kind: _lines(kind, figures, sources, place, remarks) for kind in ("trace", "coil_trace")}
+    lines = {kind: _lines(kind, figures, (sources, holders), place, remarks) for kind in ("trace", "coil_trace")}
     changed |= _ruled_lines(base, changed, lines)
     coil_rules = any(name.startswith("coil_trace_") for name in figures)
     binding = (coil_rules or base.coil_rule_binding) if document.coil_rule_binding is None else None
     changed["coil_rule_binding"] = document.coil_rule_binding if binding is None else binding
     changed |= {"file_naming": document.file_naming} if document.file_naming else {}
     changed["checked_on"] = document.checked_on or ""  # the day on which the base was read says nothing of these
-    is_named = f"{place.prefix}name" in place.source.keys or not place.chain
-    name = document.name if is_named else Path(place.label).stem
     said = document.source if not place.chain or "source" in place.source.keys else place.label
-    rules = replace(base, **changed, name=name, source=f"{said}; the rest from {base.name}", sources=sources)
+    rules = replace(
+        base, **changed, name=name, source=f"{said}; the rest from {base.name}", sources=sources, holders=holders
+    )
     return rules.for_foil(foil) if any(lines.values()) else rules
 
 
@@ -209,9 +212,16 @@ def _ruled_lines(
 
 
 def _lines(
-    kind: str, figures: Mapping[str, Figure], sources: Mapping[str, str], place: Place, remarks: Remarks
+    kind: str,
+    figures: Mapping[str, Figure],
+    said: tuple[Mapping[str, str], Mapping[str, str]],
+    place: Place,
+    remarks: Remarks,
 ) -> tuple[FoilLines, ...]:
-    """Widths and spacings by foil, from the thinnest; one without the other, or beside a figure for all, is a flaw."""
+    """Widths and spacings by foil, from the thinnest, with what is `said` of them: their sources and their holders.
+
+    One without the other, or beside a figure for all, is a flaw.
+    """
     foils = {n.rpartition("_")[2] for n in figures if n.startswith((f"{kind}_width_", f"{kind}_spacing_"))}
     found = []
     for foil in foils:
@@ -224,12 +234,22 @@ def _lines(
             )
             continue
         width, gap = (figures[name].value for name in pair)
-        found.append(FoilLines(parse_quantity(foil, "length"), width, gap, sources[pair[0]], sources[pair[1]]))
+        words = (texts[name] for texts in said for name in pair)
+        found.append(FoilLines(parse_quantity(foil, "length"), width, gap, *words))
     doubled = [name for name in (f"{kind}_width", f"{kind}_spacing") if foils and name in figures]
     for name in doubled:
         message = f"it holds for every copper, and {kind}_width_{min(foils)} or its like for one"
         place.complain(remarks, "SIT009", f"{place.prefix}{name}", message, "keep one of the two")
     return tuple(sorted(found, key=lambda row: row.copper))
+
+
+def _holder(field: str, name: str, place: Place) -> str:
+    """The profile that a figure stands in, and its line there."""
+    line = place.source.locate(f"{place.prefix}{field}")[0]
+    if place.chain:
+        return f"{name} ({place.label} line {line})"
+    is_named = f"{place.prefix}name" in place.source.keys
+    return f"{name if is_named else 'the spec'} (line {line})"
 
 
 def _source(name: str, figure: Figure, document: RulesDocument, place: Place) -> str:

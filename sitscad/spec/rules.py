@@ -131,7 +131,7 @@ SPEC_RULES: tuple[SpecRule, ...] = (
         "coils-overlap",
         "Neighbouring coils stand at least one trace spacing apart.",
         "Coils that touch are one piece of copper, and the sensor measures nothing.",
-        "Increase `array.pitch` to the size of the coil plus the spacing, or make the coil smaller.",
+        "Increase `array.pitch` by what the finding names, or make the coil smaller.",
     ),
     SpecRule(
         "SIT015",

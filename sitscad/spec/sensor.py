@@ -93,13 +93,17 @@ class Connector:
 
 @record
 class Chip:
-    """The land pattern of a two-terminal chip: its pads' size along and across it, distance of their centres (m)."""
+    """The land pattern of a two-terminal chip: its pads' size along and across it, distance of their centres (m).
+
+    ``model`` is the path of its solid among KiCad's 3-D models.
+    """
 
     name: str
     pad_along: float
     pad_across: float
     pitch: float
     source: str = ""
+    model: str = ""
 
 
 @record
@@ -119,6 +123,10 @@ class Tail:
     turn: str = "none"
     offset: float = 0.0
     turn_radius: float = 2e-3
+
+
+MOST_PARTS = 500
+"""Boards on one panel: every copy is drawn out in full (about 50 kB of Gerber each), and nobody cuts more by hand."""
 
 
 @record

@@ -34,7 +34,7 @@ from sitscad.writers._excellon_text import DrilledHole, millimetres, on_grid
 from sitscad.writers._fabrication_files import fabrication_path
 from sitscad.writers._flex_facts import bend_text, finish_text, thickness_texts, turn_text
 from sitscad.writers._pdf import pdf
-from sitscad.writers._sheet import Pen, Sheet
+from sitscad.writers._sheet import Pen, Sheet, text_width
 
 COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"
 WHOLE = (40.0, 132.0, 225.0, 44.0)
@@ -123,17 +123,23 @@ def _detail(sheet: Sheet, layout: Layout, view: View) -> None:
 
 
 def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
-    """Stiffener and bend zone as areas, coverlay openings as broken lines."""
+    """Stiffener and bend zone as areas, coverlay openings as broken lines; their names apart."""
+    above, size = 1.2, 2.3
+    if layout.stiffener is not None:
+        sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
+        box, name = bounding_box([layout.stiffener.outline.outline]), "stiffener below"
+        sheet.text(view.x(box[2]), view.y(box[3]) + above, name, size, "end")
     if layout.bend_zone is not None:
         y0, y1 = layout.reach_at(sum(layout.bend_zone) / 2)
         zone = rectangle(layout.bend_zone[0], y0, layout.bend_zone[1], y1)
         sheet.draw(view.path(zone), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
-        middle = sum(layout.bend_zone) / 2
-        sheet.text(view.x(middle), view.y(y1) + 1.2, "bend zone: no holes", 2.3, "middle")
-    if layout.stiffener is not None:
-        sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
-        box = bounding_box([layout.stiffener.outline.outline])
-        sheet.text(view.x(box[2]), view.y(box[3]) + 1.2, "stiffener below", 2.3, "end")
+        middle, words = view.x(sum(layout.bend_zone) / 2), "bend zone: no holes"
+        if layout.stiffener is not None:
+            begins = view.x(box[2]) - text_width(name, size)
+            same_height = abs(view.y(box[3]) - view.y(y1)) < 2.0 * size
+            if same_height and middle + text_width(words, size) / 2 + 1.0 > begins:
+                above = max(view.y(box[3]) - view.y(y1), 0.0) + above + 1.5 * size
+        sheet.text(middle, view.y(y1) + above, words, size, "middle")
     for opening in (*layout.top_openings, *layout.bottom_openings):
         sheet.draw(view.path(opening.outline), HIDDEN)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
@@ -180,10 +180,10 @@ def _reach(outline: Path, x0: float, x1: float) -> list[float]:
 
 
 def _labels(layout: Layout, view: _View) -> Iterator[str]:
-    halo = "stroke='#ffffff' stroke-width='4' paint-order='stroke' stroke-linejoin='round'"
+    halo = "stroke='#ffffff' paint-order='stroke' stroke-linejoin='round'"
     reach = min(layout.spec.coil.size) / 2
     size = max(12.0, min(30.0, 0.25 * reach * view.scale))
-    yield f"<g {FONT} fill='#000000' {halo} text-anchor='middle'>"
+    yield f"<g {FONT} fill='#000000' {halo} stroke-width='4' text-anchor='middle'>"
     for coil in layout.coils:
         x, y = _free_place(layout, coil.centre, 0.9 * size / view.scale)
         place = f"x='{_n(view.x(x))}' y='{_n(view.y(y) + 0.35 * size)}'"
@@ -192,13 +192,22 @@ def _labels(layout: Layout, view: _View) -> Iterator[str]:
         size = min(12.0, max(7.0, 0.4 * max(each.pads[0].size) * view.scale))
         place = f"x='{_n(view.x(each.centre.x))}' y='{_n(view.y(each.centre.y) + 0.35 * size)}'"
         yield f"<text {place} font-size='{_n(size)}'>{escape(each.reference)}</text>"
+    yield "</g>"
+    yield from _contact_names(layout, view)
+
+
+def _contact_names(layout: Layout, view: _View) -> Iterator[str]:
+    """Each contact's number and pin on it, as high as their pitch allows, so that no two cover each other."""
+    rows = sorted(pad.centre for pad in layout.pads)
+    pitch = min((a.distance(b) for a, b in combinations(rows, 2)), default=math.inf) * view.scale
+    text = min(16.0, 0.75 * pitch)
+    yield f"<g {FONT} fill='#000000' font-size='{_n(text)}' text-anchor='middle'>"
     for pad in layout.pads:
-        text = min(16.0, 0.9 * max(min(pad.size) * view.scale, 8.0))
         across, down = view.x(pad.centre.x), view.y(pad.centre.y)
         place = f"x='{_n(across)}' y='{_n(down + 0.35 * text)}'"
         if pad.size[1] > pad.size[0]:  # a tail that turns: written along the contact
             place += f" transform='rotate(-90 {_n(across)} {_n(down)})'"
-        yield f"<text {place} font-size='{_n(text)}'>{pad.number}: {escape(pad.pin)}</text>"
+        yield f"<text {place}>{pad.number}: {escape(pad.pin)}</text>"
     yield "</g>"
 
 

@@ -177,8 +177,17 @@ def _rules(layout: Layout) -> str:
     checked = f", read on {rules.checked_on}" if rules.checked_on else ""
     return (
         f"{rules.name} (track {show(rules.trace_width, 'm')}, gap {show(rules.trace_spacing, 'm')}, "
-        f"hole {show(rules.via_drill, 'm')}, ring {show(rules.annular_ring, 'm')}){checked}"
+        f"hole {show(rules.via_drill, 'm')}, ring {show(rules.annular_ring, 'm')}){checked}{_beyond(layout)}"
     )
+
+
+def _beyond(layout: Layout) -> str:
+    """Where the copper is thicker than any for which the rules give widths: for which they hold."""
+    foil = layout.spec.fpc.stackup.foil_thickness(layout.spec.coil.layers)
+    thickest = max((row.copper for row in layout.spec.fpc.rules.track_lines), default=foil)
+    if foil <= thickest + 1e-9:
+        return ""
+    return f"; these widths are for copper up to {show(thickest, 'm')}, not for {show(foil, 'm')}"
 
 
 def _layers(layout: Layout) -> Iterator[tuple[str, str]]:

@@ -1,7 +1,7 @@
 """The tank capacitors on the tail as footprints, on the board and in the project's own library.
 
-They are bought and placed, so they stand in KiCad's lists of parts and of positions. They name no 3-D model: KiCad's
-own library has models of chips, but where it is installed is not ours to say.
+They are bought and placed, so they stand in KiCad's lists of parts and of positions. Their 3-D models are those of
+KiCad's own library, by the variable that says where it is installed; where it is not, KiCad shows the board alone.
 """
 
 from __future__ import annotations
@@ -16,6 +16,10 @@ from sitscad.writers.kicad_sexpr import Grid, grid, identity, node, quoted, xy
 
 _COURTYARD_MARGIN = 150_000
 """As in KiCad's own footprints of chips (nm)."""
+
+
+MODELS = "${KICAD9_3DMODEL_DIR}"
+"""KiCad 9's own variable for the folder of its 3-D models."""
 
 
 def footprint_name(capacitor: Capacitor) -> str:
@@ -64,7 +68,19 @@ def _body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | None) 
         courtyard(low, high, owner, _COURTYARD_MARGIN),
         *(pad_text(pad, layout, place, nets, owner, "smd") for pad in capacitor.pads),
         "(embedded_fonts no)",
+        *_model(layout, capacitor),
     ]
+
+
+def _model(layout: Layout, capacitor: Capacitor) -> list[str]:
+    """KiCad's own solid of the chip, which lies along x there, turned along the line of the pads."""
+    chip = layout.spec.readout.chip
+    if chip is None or not chip.model:
+        return []
+    one, other = (pad.centre for pad in capacitor.pads)
+    turned = 90 if abs(one.y - other.y) > abs(one.x - other.x) else 0
+    moves = "(offset (xyz 0 0 0))", "(scale (xyz 1 1 1))", f"(rotate (xyz 0 0 {turned}))"
+    return [node(f"model {quoted(f'{MODELS}/{chip.model}')}", *moves)]
 
 
 def _openings(layout: Layout, capacitor: Capacitor) -> list[Region]:

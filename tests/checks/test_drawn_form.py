@@ -11,9 +11,8 @@ import pytest
 from sitscad.checks.track_graph import TrackGraph, closed_loops
 from sitscad.finding import Severity
 from sitscad.geometry.path import Arc, Path, Point, circle, polyline
-from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
-from sitscad.layout.board import Pad, Role, Trace, Via
+from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load_text
 
 UM, MM = 1e-6, 1e-3
@@ -142,32 +141,6 @@ def test_a_loop_through_two_vias_beside_the_coils(judge, bench):
     assert "0.5 mm2" in found.message and found.place.nets == ("C2",)
 
 
-def test_what_lies_in_the_bend(judge, bench):
-    (note,) = judge("SIT123", bench.spec, bench)
-    start, end = bench.bend_zone
-    assert note.severity is Severity.NOTE and start < note.place.x < end
-    assert note.measured == pytest.approx(end - note.place.x) and note.measured > note.limit > 0
-    middle = Point((start + end) / 2, 0.0)
-    via = replace(bench, vias=(*bench.vias, Via(middle, 0.2 * MM, 0.45 * MM, "C1")))
-    found = [f for f in judge("SIT123", bench.spec, via) if f.severity is Severity.ERROR]
-    assert len(found) == 1 and "via of C1" in found[0].message and found[0].place.x == middle.x
-    pad = replace(bench, pads=(*bench.pads, Pad(middle, (1 * MM, 0.3 * MM), 1, "C2", "C2.A", 9)))
-    assert any("contact C2.A" in f.message for f in judge("SIT123", bench.spec, pad))
-    x0 = end - 0.5 * MM
-    outline = polyline(
-        [Point(x0, -1e-3), Point(end + 4e-3, -1e-3), Point(end + 4e-3, 1e-3), Point(x0, 1e-3), Point(x0, -1e-3)]
-    )
-    plate = replace(bench, stiffener=replace(bench.stiffener, outline=Region(outline)))
-    (stiff,) = [f for f in judge("SIT123", bench.spec, plate) if f.severity is Severity.ERROR]
-    assert "stiffener" in stiff.message and stiff.measured == pytest.approx(0.5 * MM)
-
-
-def test_a_bend_without_straight_tracks_is_a_warning(judge, bench):
-    start, _ = bench.bend_zone
-    (found,) = judge("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
-    assert found.severity is Severity.WARNING and "lengthen the tail" in found.hint
-
-
 def test_contacts_with_the_fabricators_tolerance(judge, bench):
     fpc = bench.spec.fpc
     wide = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 60 * UM})
@@ -175,17 +148,7 @@ def test_contacts_with_the_fabricators_tolerance(judge, bench):
     (found,) = judge("SIT124", layout.spec, layout)
     assert found.severity is Severity.NOTE and "240 um to 360 um" in found.message and found.key == "fpc.tail.connector"
     assert judge("SIT124", layout.spec, replace(layout, stiffener=replace(bench.stiffener, thickness=1 * MM))) == []
-
-
-@pytest.mark.parametrize(("length", "told"), [(1, True), (8, True), (17, True), (18, False)])
-def test_a_tail_too_short_for_its_bend_is_told(judge, length, told):
-    """Straight tracks, no vias, and still no room to bend: less of it than the radius asks, or none at all."""
-    spec = load_text(
-        "sitscad: 1\nname: bent\n"
-        "coil: {shape: circle, outer_diameter: 7, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}\n"
-        f"fpc: {{stackup: flex-2l-35um, tail: {{length: {length}, bend: dynamic, layers: 2}}}}\n",
-        "bent.yaml",
-    )
-    found = [f for f in judge("SIT123", spec, lay_out(spec)) if f.severity is Severity.WARNING]
-    assert bool(found) == told
-    assert all(f.measured < f.limit and "lengthen the tail" in f.hint for f in found)
+    loose = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 1 * MM})
+    layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=loose)))
+    (found,) = judge("SIT124", layout.spec, layout)
+    assert "come out 0 mm to 1.3 mm thick" in found.message and "-" not in found.message.split("thick")[0]

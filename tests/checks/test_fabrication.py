@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from sitscad.finding import Finding, Severity
-from sitscad.geometry.path import Line, Path, Point, rectangle
+from sitscad.geometry.path import Line, Path, Point, bounding_box, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
 from sitscad.layout.board import Pad, Role, Stiffener, Trace, Via
@@ -228,6 +229,42 @@ def test_a_finding_of_the_layout_keeps_its_own_name(judge, good):
     assert (found.message, found.measured) == ("no room", 1.0) and found.line is not None
 
 
+@pytest.mark.parametrize("connector", ["zif-0.5mm", "zif-0.3mm", "solder-pads"])
+@pytest.mark.parametrize("web", ["0.15 mm", "0.2 mm", "0.3 mm"])
+def test_coverlay_beside_the_contacts_of_one_coil(judge, design, connector, web):
+    """The web is the fabricator's; where contacts stand nearer to the edge it is theirs, and the check says so."""
+    changes = {"fpc__rules": {"based_on": "generic-fine", "coverlay_web": web}, "fpc__tail__connector": connector}
+    spec = design(array=None, **changes)
+    layout, rules = lay_out(spec), spec.fpc.rules
+    found = judge("SIT114", spec, layout)
+    outermost = max(abs(pad.centre.y) + pad.size[1] / 2 for pad in layout.pads)
+    _, edge = layout.reach_at(layout.pads[0].centre.x)
+    room = edge - outermost
+    assert bool(found) == (room < rules.coverlay_web - 1e-9)
+    assert all(f.measured == pytest.approx(room) for f in found)
+    assert bounding_box([layout.top_openings[0].outline])[3] >= outermost - 1e-9
+
+
+@pytest.mark.parametrize("connector", ["zif-0.5mm", "zif-0.3mm", "solder-pads"])
+@pytest.mark.parametrize("edge", ["0.2 mm", "0.35 mm", "0.6 mm", "0.7 mm", "1 mm"])
+@pytest.mark.parametrize("count", [1, 2])
+def test_tracks_at_the_plug_name_a_connector_that_leaves_them_room(judge, design, connector, edge, count):
+    """A smaller coil mends nothing there. Pads that wires are soldered to have no width of their own and always fit."""
+
+    def board(name):
+        rules = {"based_on": "generic-fine", "copper_to_edge": edge}
+        array = {"pattern": "line", "count": count, "pitch": 6.5}
+        spec = design(fpc__rules=rules, fpc__tail__connector=name, array=array)
+        return judge("SIT109", spec, lay_out(spec))
+
+    found = board(connector)
+    assert connector != "solder-pads" or found == []
+    for finding in found:
+        assert finding.key == "fpc.tail.connector" and "a smaller coil" not in finding.hint
+        (named,) = re.findall(r"fpc\.tail\.connector: (\S+) has enough", finding.hint)
+        assert named != connector and board(named) == []
+
+
 def test_coverlay(judge, good):
     spec, layout = good
     left, right = (Region(rectangle(x, 0.0, x + 1e-3, 1e-3)) for x in (0.0, 1.15e-3))
@@ -235,6 +272,14 @@ def test_coverlay(judge, good):
     (found,) = judge("SIT114", spec, web)
     assert found.measured == pytest.approx(0.15e-3) and found.limit == 0.2e-3
     assert judge("SIT114", spec, replace(layout, top_openings=(left,), bottom_openings=(right,))) == []
+    edge = bounding_box([layout.outline])
+    beside = Region(rectangle(edge[0] + 0.12e-3, 0.0, edge[0] + 1e-3, 1e-3))
+    (found,) = judge("SIT114", spec, replace(layout, bottom_openings=(beside,)))
+    assert found.measured == pytest.approx(
+        0.12e-3
+    ) and "bottom coverlay leaves a web of 120 um to the board's edge" in (found.message)
+    reaching = Region(rectangle(edge[2] - 1e-3, -0.5e-3, edge[2], 0.5e-3))
+    assert judge("SIT114", spec, replace(layout, top_openings=(reaching,))) == []
     track = Trace(Path((Line(Point(-1e-3, 1.2e-3), Point(3e-3, 1.2e-3)),)), 100e-6, 1, "C1", Role.TAIL)
     bare = replace(layout, top_openings=(left,), traces=(track,), vias=())
     (found,) = judge("SIT115", spec, bare)
@@ -260,7 +305,7 @@ def test_a_panel_that_the_fabricator_does_not_make_is_told(judge, design, parts,
     assert all(f.measured > f.limit for f in found)
 
 
-def test_insertion_thickness(judge, verdicts, good):
+def test_insertion_thickness(judge, verdicts, good, design):
     spec, layout = good
     board = spec.fpc.stackup.thickness - spec.fpc.stackup.layers[0].thickness  # the contacts are bare
     assert judge("SIT117", spec, layout) == []
@@ -274,6 +319,11 @@ def test_insertion_thickness(judge, verdicts, good):
     assert found.measured == pytest.approx(0.36e-3) and "60 um thinner" in found.hint
     pads = replace(spec.fpc.tail.connector, insertion_thickness=0.0)
     soldered = replace(spec, fpc=replace(spec.fpc, tail=replace(spec.fpc.tail, connector=pads)))
+    assert "unverified" not in found.message  # Hirose FH12 states both figures
+    fine = design(fpc__tail__connector="zif-0.3mm")
+    plate = replace(lay_out(fine).stiffener, thickness=0.4e-3)
+    (found,) = judge("SIT117", fine, replace(lay_out(fine), stiffener=plate))
+    assert "zif-0.3mm takes 200 um +- 30 um (unverified: compare with its drawing)" in found.message
     assert "solder" in verdicts("SIT117", soldered, layout)[1][0].reason
 
 

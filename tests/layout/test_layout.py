@@ -231,8 +231,8 @@ def test_the_order_of_explicit_centres_does_not_matter(sensor):
     assert_sound(layout)
 
 
-def with_fine_connector(spec):
-    tail = dataclasses.replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"), length=5e-3)
+def with_fine_connector(spec, length=5e-3):
+    tail = dataclasses.replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"), length=length)
     return dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, tail=tail))
 
 
@@ -244,7 +244,7 @@ def test_a_short_tail_is_made_long_enough_for_its_tracks(sensor):
 @pytest.mark.parametrize("rules", ["generic-flex", "shipco", "rehan-2l"])
 def test_where_vias_need_more_than_the_contacts_pitch_the_tail_is_wider_and_draws_in(sensor, coils, rules):
     spec = sensor(diameter=7e-3, turns=6.5, coils=coils, pitch=9e-3, rules=rules, layers=2, stackup="flex-2l-18um")
-    layout = lay_out(with_fine_connector(spec))
+    layout = lay_out(with_fine_connector(spec, 8e-3))
     assert_sound(layout)
     contacts = sorted((pad.centre.y for pad in layout.pads), reverse=True)
     assert [a - b for a, b in pairwise(contacts)] == pytest.approx([0.3e-3] * (2 * coils - 1))

@@ -6,21 +6,24 @@ import csv
 import io
 import json
 import math
+import os
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 import sitscad
+from sitscad.checks import check
 from sitscad.estimates import estimate
-from sitscad.geometry.path import bounding_box
+from sitscad.geometry.path import bounding_box, rectangle
 from sitscad.layout.panel import coupon_spec
 from sitscad.spec import presets
 from sitscad.spec.rules import SpecError
-from sitscad.writers import bom, gerber, ipc356, placement
+from sitscad.writers import bom, gerber, ipc356, kicad, placement
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 CASES = [
@@ -68,6 +71,22 @@ def test_pads_stand_across_the_pairs_on_the_stiffener(case):
         x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
         assert all(x0 < p.centre.x < x1 and y0 < p.centre.y < y1 for p in capacitor.pads)
         assert sum(_holds(r.outline, one) or _holds(r.outline, other) for r in layout.top_openings) == 2
+
+
+@pytest.mark.parametrize("web", ["0.1 mm", "0.2 mm", "0.3 mm"])
+@pytest.mark.parametrize("chip", ["chip-0402", "chip-0603"])
+def test_the_coverlay_keeps_its_web_beside_the_pads(chip, web):
+    """Between an opening over a capacitor's pad and the tail's edge; half a web less of board and the check says so."""
+    text = text_of("bench_7mm", chip)
+    spec = sitscad.load_text(re.sub(r"rules: .*", f"rules: {{coverlay_web: {web}}}", text), "tank.yaml")
+    layout, asked = sitscad.lay_out(spec), spec.fpc.rules.coverlay_web
+    assert [f for f in check(spec, layout).findings if f.rule in ("SIT109", "SIT114", "SIT115")] == []
+    highest = max(bounding_box([region.outline])[3] for region in layout.top_openings[1:])
+    _, edge = layout.reach_at(layout.capacitors[0].centre.x)
+    assert edge - highest >= asked - 1e-9
+    flat = rectangle(-10e-3, -(highest + asked / 2), 60e-3, highest + asked / 2)
+    told = [f for f in check(spec, replace(layout, outline=flat)).findings if f.rule == "SIT114"]
+    assert len(told) >= 1 and all(f.measured == pytest.approx(asked / 2) for f in told)
 
 
 def _holds(outline, pad):
@@ -141,6 +160,64 @@ def test_capacitors_without_a_place_are_refused(change):
     with pytest.raises(SpecError) as caught:
         sitscad.load_text(text.replace(*change))
     assert {f.key for f in caught.value.findings} == {"readout.capacitors_on_board"}
+
+
+@pytest.mark.parametrize(("case", "turned"), [(CASES[0], 90), (CASES[1], 0), (CASES[2], 90)])
+def test_footprints_name_kicads_own_model_of_the_chip(case, turned):
+    """Lying along the line of its pads; contacts and coils are printed copper and name none."""
+    layout = board(*case)
+    size = {"chip-0402": "0402_1005", "chip-0603": "0603_1608"}[case[1]]
+    path = f'"${{KICAD9_3DMODEL_DIR}}/Capacitor_SMD.3dshapes/C_{size}Metric.step"'
+    files = {name: text.decode() for name, text in kicad.render(layout).items()}
+    library = [text for name, text in files.items() if f"capacitor-{case[1]}.kicad_mod" in name]
+    (drawn,) = (text for name, text in files.items() if name.endswith(".kicad_pcb"))
+    for text, count in ((library[0], 1), (drawn, len(layout.capacitors))):
+        models = re.findall(r"\(model\s+(\S+)\s.*?\(rotate\s+\(xyz 0 0 (\d+)\)\)", text, re.DOTALL)
+        assert models == [(path, str(turned))] * count
+    assert len(library) == 1
+    assert not any("(model" in text for name, text in files.items() if name.endswith("contacts.kicad_mod"))
+
+
+@pytest.mark.slow
+@pytest.mark.cad
+@pytest.mark.clients("kicad-cli")
+@pytest.mark.parametrize("case", [CASES[0], CASES[1]])
+def test_kicad_finds_the_model_and_lays_it_on_the_pads(case, tmp_path):
+    """A brick in the chip's size stands for KiCad's library; the board's STEP file has one on every pair of pads."""
+    from build123d import Box, export_step, import_step
+
+    length, width, height = {"chip-0402": (1.0, 0.5, 0.4), "chip-0603": (1.6, 0.8, 0.7)}[case[1]]
+    layout = board(*case)
+    model = tmp_path / layout.spec.readout.chip.model
+    model.parent.mkdir(parents=True)
+    export_step(Box(length, width, height), model)
+    for name, text in kicad.render(layout).items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(text)
+    (pcb,) = (tmp_path / "kicad").glob("*.kicad_pcb")
+    command = [
+        "kicad-cli",
+        "pcb",
+        "export",
+        "step",
+        "--drill-origin",
+        "-f",
+        "-o",
+        tmp_path / "chips.step",
+    ]
+    environment = {**os.environ, "KICAD9_3DMODEL_DIR": str(tmp_path)}
+    done = subprocess.run([*command, pcb], capture_output=True, text=True, timeout=120, env=environment)
+    assert done.returncode == 0 and "Could not" not in done.stdout + done.stderr, done.stdout + done.stderr
+    solids = import_step(tmp_path / "chips.step").solids()
+    assert len(solids) == len(layout.capacitors) + 1  # and the board's own body
+    for capacitor in layout.capacitors:
+        x, y = (c * 1e3 for c in capacitor.centre)
+        (box,) = [
+            b for b in (s.bounding_box() for s in solids) if math.hypot(b.center().X - x, b.center().Y - y) < 0.01
+        ]
+        along = [abs(a - b) for a, b in zip(*(pad.centre for pad in capacitor.pads), strict=True)]
+        sides = (length, width) if along[0] > along[1] else (width, length)
+        assert pytest.approx((*sides, height), abs=1e-3) == (box.size.X, box.size.Y, box.size.Z)
 
 
 def test_a_coupon_carries_none():

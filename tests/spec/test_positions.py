@@ -1,6 +1,8 @@
 """Where coils stand and how far apart their outlines are, turned or not."""
 
 import math
+import re
+from itertools import combinations
 
 import pytest
 from hypothesis import given
@@ -81,3 +83,68 @@ def test_rotations_that_do_not_fit_are_findings(array, told):
     with pytest.raises(SpecError) as error:
         load_text(array)
     assert any(told in finding.message for finding in error.value.findings)
+
+
+def array_of(shape, array):
+    size = "[8, 5]" if shape in ("racetrack", "rectangle") else "8"
+    return load_text(
+        f"sitscad: 1\nname: near\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: 5, layers: 2, trace_width: 0.1"
+        f", trace_spacing: 0.1}}\narray: {{{array}}}\n"
+    ).array
+
+
+def told(shape, array):
+    """What is missing, as the finding says it: millimetres of pitch, or a factor; None where the coils are apart."""
+    try:
+        array_of(shape, array)
+    except SpecError as error:
+        (finding,) = error.findings
+        assert finding.rule == "SIT014" and finding.measured < finding.limit
+        (number,) = re.findall(r"a pitch larger by ([\d.]+) mm|centres ([\d.]+) times", finding.hint)
+        return float(number[0] or number[1])
+    return None
+
+
+@pytest.mark.parametrize("shape", ["circle", "square", "rectangle", "hexagon", "octagon", "racetrack"])
+@pytest.mark.parametrize("pattern", ["line, count: 3", "triangle", "grid, count: [2, 2]"])
+@pytest.mark.parametrize("pitch", [1.0, 4.9, 8.02])
+def test_the_pitch_that_is_missing_is_the_one_that_mends_it(shape, pattern, pitch):
+    """Not the missing gap: the flat sides of two squares in a triangle open by less than their centres part."""
+    more = told(shape, f"pattern: {pattern}, pitch: {pitch}")
+    if more is None:
+        return
+    assert told(shape, f"pattern: {pattern}, pitch: {pitch + more:.6f}") is None
+    assert told(shape, f"pattern: {pattern}, pitch: {pitch + more - 0.002:.6f}") == pytest.approx(0.002, abs=1.1e-3)
+
+
+@pytest.mark.parametrize("shape", ["circle", "square", "rectangle", "hexagon", "octagon", "racetrack"])
+@pytest.mark.parametrize("turned", [(0, 0), (45, 45), (20, 70), (90, 0)])
+@pytest.mark.parametrize("place", [(6.0, 2.0), (3.5, 3.5), (0.5, -4.0)])
+def test_the_factor_that_is_missing_is_the_one_that_mends_it(shape, turned, place):
+    def array(factor):
+        x, y = (factor * each for each in place)
+        angles = ", ".join(f"{each} deg" for each in turned)
+        return f"pattern: explicit, centres: [[{-x}, {-y}], [{x}, {y}]], rotations: [{angles}]"
+
+    factor = told(shape, array(1.0))
+    if factor is None:
+        return
+    assert told(shape, array(factor)) is None
+    assert told(shape, array(factor - 3e-4)) is not None
+
+
+def test_coils_in_one_place_are_told_apart():
+    with pytest.raises(SpecError) as caught:
+        array_of("square", "pattern: explicit, centres: [[1, 1], [1, 1]]")
+    assert [(f.rule, f.hint) for f in caught.value.findings] == [("SIT014", "move them apart")]
+
+
+@pytest.mark.parametrize("shape", ["circle", "square", "rectangle", "hexagon", "octagon", "racetrack"])
+@pytest.mark.parametrize("pattern", ["line", "triangle", "grid"])
+def test_the_pitch_by_default_keeps_coils_apart(shape, pattern):
+    """Also in a triangle, whose flat sides come nearer than its centres; for round coils it is their size and a gap."""
+    array = array_of(shape, f"pattern: {pattern}")
+    size = (8e-3, 5e-3) if shape in ("racetrack", "rectangle") else (8e-3, 8e-3)
+    gaps = [gap(shape, size, a, b) for a, b in combinations(array.placements, 2)]
+    assert min(gaps) >= 0.5e-3 - 1e-9
+    assert shape != "circle" or array.pitch == 8.5e-3

@@ -138,9 +138,20 @@ def test_loop_lines_follow_the_coils_copper(stackup, copper, wanted, rules):
     assert own.sources["coil_trace_width"] == "the spec"
 
 
+@pytest.mark.parametrize("name", presets.names("rules"))
+def test_every_installed_figure_for_lines_says_for_which_copper(name):
+    """A width that holds for 18 um copper says nothing of 210 um: beyond the table there is no figure."""
+    rules = presets.design_rules(name)
+    assert rules.track_lines and rules.track_lines[-1].copper >= 35e-6
+    thickest = rules.track_lines[-1].copper
+    said = rules.for_foil(thickest).sources, rules.for_foil(210e-6).sources
+    for field in ("trace_width", "trace_spacing"):
+        assert "nothing is stated" not in said[0][field] and "nothing is stated for 210 um" in said[1][field]
+
+
 def test_copper_thicker_than_any_listed_takes_the_largest_lines():
     rules = presets.design_rules("generic-flex")
     assert rules.for_foil(70e-6).coil_trace_width == pytest.approx(8 * 25.4e-6)
     assert rules.for_foil(5e-6).coil_trace_width == pytest.approx(6 * 25.4e-6)
-    bare = dataclasses.replace(rules, coil_lines=(), coil_trace_width=None)
+    bare = dataclasses.replace(rules, coil_lines=(), coil_trace_width=None, track_lines=())
     assert bare.for_foil(18e-6) is bare

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,13 +12,18 @@ from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from sitscad import checked_spec
 from sitscad.checks import check
 from sitscad.cli import cli
+from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from, without_text
+from sitscad.report.findings import as_text
 from sitscad.spec import presets
 from sitscad.spec.load import load, load_text
 from sitscad.spec.rules import SpecError
 from sitscad.spec.rules_document import RulesDocument
+from sitscad.spec.schema import json_schema
+from sitscad.writers import fabrication_notes, kicad_rules
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
 ROOT = Path(__file__).parents[2]
@@ -153,16 +159,105 @@ def test_a_limit_of_the_profile_is_what_the_checks_hold_the_board_against(folder
     assert found[0].limit == pytest.approx(200e-6) and found[0].key == "coil.trace_width" and found[0].file is None
 
 
-@pytest.mark.parametrize(("stackup", "is_said"), [("flex-2l-18um", False), ("flex-2l-35um", True)])
-def test_copper_thicker_than_any_stated_is_an_error(folder, stackup, is_said):
-    text = "".join(
-        f"{kind}_{what}_{foil}um: 60 um\n"
-        for kind, foil in (("trace", 18), ("coil_trace", 35))
-        for what in ("width", "spacing")
-    )
-    found = check(load(write(folder, "ours.yaml", stackup=stackup, ours=text))).findings
-    said = {f.rule for f in found if "no figure for" in f.message and f.severity.value == "error"}
-    assert said == ({"SIT101", "SIT102"} if is_said else set())
+def messages(spec, *rules):
+    return {f.rule: f.message for f in check(spec).findings if f.rule in rules}
+
+
+def test_a_finding_names_the_profile_that_holds_the_figure(folder):
+    """Not the one that is based on it; a user's with file and line, in the spec with its line."""
+    said = {name: messages(load(write(folder, name)), "SIT103")["SIT103"] for name in ("wellpcb", "generic-flex")}
+    assert "generic-flex asks 152.4 um" in said["wellpcb"] and "wellpcb" not in said["wellpcb"]
+    assert said["wellpcb"] == said["generic-flex"]
+    loop = "coil_trace_width: 0.2\ncoil_trace_spacing: 0.2\n"
+    own = load(write(folder, "ours.yaml", ours="based_on: shop.yaml\nvia_drill: 0.2\n", shop=f"name: a shop\n{loop}"))
+    assert "a shop (shop.yaml line 3) asks 200 um" in messages(own, "SIT103")["SIT103"]
+    inline = load(write(folder, "{coil_trace_width: 0.2, coil_trace_spacing: 0.2}"))
+    assert "the spec (line 4) asks 200 um" in messages(inline, "SIT103")["SIT103"]
+    assert own.fpc.rules.holders["via_drill"] == "ours (ours.yaml line 2)"
+    assert own.fpc.rules.holders["hole_to_hole"] == "generic-flex"
+    table = "trace_width_18um: 0.2\ntrace_spacing_18um: 0.25\n"
+    rows = messages(load(write(folder, "ours.yaml", ours=table)), "SIT101", "SIT102")
+    assert "ours (ours.yaml line 1) makes 200 um" in rows["SIT101"]
+    assert "ours (ours.yaml line 2) makes 250 um" in rows["SIT102"]
+
+
+def test_every_figure_of_every_installed_profile_has_its_holder():
+    for name in presets.names("rules"):
+        rules = presets.design_rules(name)
+        assert set(rules.holders.values()) <= set(presets.names("rules")) and set(rules.sources) <= {
+            *rules.holders,
+            "trace_width",
+            "trace_spacing",
+            "coil_trace_width",
+            "coil_trace_spacing",
+        }
+        for field, source in rules.sources.items():
+            assert source.count("(from ") <= 1
+            assert (f"(from {rules.holders[field]})" in source) == (rules.holders[field] != name), (name, field)
+
+
+def test_the_console_marks_unverified_figures_and_names_the_line_that_decides(folder):
+    """What decides a finding and was not verified says so where people read it, not only in the JSON."""
+    text = "trace_width: {value: 0.2, source: on the telephone, status: unverified}\nstatic_bend_2: 800\n"
+    spec = write(folder, "ours.yaml", ours=text)
+    spec.write_text(spec.read_text().replace("rules:", "tail: {length: 30, bend: static}, rules:"))
+    shown = CliRunner().invoke(cli, ["check", str(spec)], standalone_mode=False).output
+    assert "ours (ours.yaml line 1) (unverified) makes 200 um and wider" in shown
+    assert "thicknesses that ours (ours.yaml line 2) asks" in shown
+    (mark,) = re.findall(r"SIT106 error .* (generic-flex \(unverified\)) asks", _tight(folder))
+    assert mark
+
+
+def _tight(folder):
+    """What the check prints of a board whose holes stand close together, by a figure that nobody has seen."""
+    layout = lay_out(load(write(folder, "generic-flex")))
+    one = layout.vias[0]
+    near = replace(one, centre=one.centre.shifted(one.drill + 0.1e-3, 0.0))
+    found = check(layout.spec, replace(layout, vias=(*layout.vias, near)))
+    return as_text([checked_spec(layout.spec, found.findings, found.not_checked)])
+
+
+def foil(thickness):
+    """A stack-up of two layers of copper of a thickness in micrometres."""
+    copper, film = f"{{copper: {thickness} um}}", "{dielectric: 25 um}"
+    return f"[{{coverlay: 25 um}}, {copper}, {film}, {copper}, {{coverlay: 25 um}}]"
+
+
+def unknown(found):
+    """The rules that miss a figure for the copper, with their severities."""
+    return {(f.rule, f.severity.value) for f in found if "no figure for" in f.message}
+
+
+@pytest.mark.parametrize(("thickness", "is_said"), [(18, False), (35, False), (36, True), (210, True)])
+@pytest.mark.parametrize("base", ["generic-flex", "generic-fine", "osh-park-flex", "lab-circuits", "wellpcb"])
+def test_copper_thicker_than_any_stated_is_an_error(folder, thickness, is_said, base):
+    """Also for a generic figure: 100 um between tracks of 210 um copper is etched by nobody."""
+    found = check(load(write(folder, base, stackup=foil(thickness)))).findings
+    said = {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
+    assert unknown(found) == (said if is_said else set())
+    assert all("the thickest stated is 35 um" in f.message for f in found if "no figure for" in f.message)
+
+
+def test_who_writes_widths_for_any_copper_or_for_thick_copper_is_believed(folder):
+    """A plain figure holds whatever the copper; one for 70 um holds there, and not beyond."""
+    plain = "trace_width: 0.1\ntrace_spacing: 0.1\ncoil_trace_width: 0.1\ncoil_trace_spacing: 0.1\n"
+    assert unknown(check(load(write(folder, "ours.yaml", stackup=foil(210), ours=plain))).findings) == set()
+    thick = "trace_width_70um: 0.1\ntrace_spacing_70um: 0.1\n"
+    found = {t: check(load(write(folder, "ours.yaml", stackup=foil(t), ours=thick))).findings for t in (70, 105)}
+    assert unknown(found[70]) == {("SIT103", "warning")}
+    assert unknown(found[105]) == {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
+
+
+def test_a_figure_that_does_not_hold_for_the_copper_says_so_wherever_it_is_written(folder):
+    """A board built in spite of the errors: KiCad's rules and the order's readme do not pass it off as the house's."""
+    files = {}
+    for thickness in (35, 210):
+        layout = lay_out(load(write(folder, "generic-flex", stackup=foil(thickness))))
+        files[thickness] = kicad_rules.custom_rules(layout), fabrication_notes.readme(layout)
+    rules, notes = files[210]
+    assert rules.count("(for copper up to 35 um: nothing is stated for 210 um)") == 2
+    assert "these widths are for copper up to 35 um, not for 210 um" in " ".join(notes.split())
+    assert not any("copper up to" in text for text in files[35])
 
 
 def test_a_package_knows_that_its_profile_has_changed(folder):
@@ -254,6 +349,30 @@ def test_a_file_that_cannot_or_must_not_be_read_is_said_in_the_spec(folder, name
     assert words in found.message and found.hint
     if rule == "SIT007":
         assert "ourshop.yaml" in found.hint
+
+
+@pytest.mark.parametrize("name", ["ours.YAML", "Ours.Yml", "ours.YML"])
+def test_the_ending_of_a_profile_may_be_in_capitals(folder, name):
+    (folder / name).write_text("via_drill: 0.3\n")
+    spec = load(write(folder, name))
+    assert spec.fpc.rules.via_drill == pytest.approx(0.3e-3) and spec.fpc.rules.holders["via_drill"].endswith(
+        f"({name} line 1)"
+    )
+    (gone,) = refused(write(folder, "gone.Yaml")).findings
+    assert gone.rule == "SIT011" and name in gone.hint
+    files = [each["pattern"] for each in _all(json_schema()) if each.get("examples") == ["ourshop.yaml"]]
+    assert files and all(re.search(pattern, name) for pattern in files)
+
+
+def _all(schema):
+    """A schema and every one within it."""
+    if isinstance(schema, dict):
+        yield schema
+        for value in schema.values():
+            yield from _all(value)
+    elif isinstance(schema, list):
+        for value in schema:
+            yield from _all(value)
 
 
 def test_a_circle_is_named_with_all_its_files(folder):

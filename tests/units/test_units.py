@@ -145,3 +145,23 @@ def test_a_capital_is_never_taken_for_milli(written, meant):
     with pytest.raises(UnitError) as caught:
         parse_quantity(written, "frequency")
     assert caught.value.hint.startswith(meant + "allowed:")
+
+
+@pytest.mark.parametrize(
+    ("written", "celsius"),
+    [("98 degF", "36.67 degC"), ("212 F", "100 degC"), ("-40 \N{DEGREE SIGN}F", "-40 degC"), ("310 K", "36.85 degC")],
+)
+def test_a_temperature_on_another_scale_is_said_in_the_one_that_is_read(written, celsius):
+    """Not the same number with another unit: 98 degrees Celsius is no body's temperature."""
+    with pytest.raises(UnitError) as caught:
+        parse_quantity(written, "temperature")
+    assert caught.value.hint == f"{written} is {celsius}; allowed: degC, C"
+    assert parse_quantity(celsius, "temperature") == pytest.approx(float(celsius.split()[0]))
+
+
+@pytest.mark.parametrize("dimension", sorted(set(UNITS) - {"length"}))
+def test_a_missing_unit_is_told_in_plain_english(dimension):
+    with pytest.raises(UnitError) as caught:
+        parse_quantity("7", dimension)
+    article = "an" if dimension[0] in "aeio" else "a"
+    assert f"7 has no unit, and {article} {dimension} needs one" == str(caught.value)

@@ -16,8 +16,10 @@ import pytest
 from kicad_oracle import needs_kicad, write
 
 from sitscad.geometry.path import bounding_box
+from sitscad.layout import lay_out
 from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.spec import presets
+from sitscad.spec.load import load_text
 from sitscad.writers import _drawing, board_drawing, drill_map, kicad, order_archive, stackup_drawing
 from sitscad.writers._sheet import Label, Sheet, text_width
 
@@ -57,6 +59,27 @@ def test_dimensions_are_coordinates_of_the_files(board):
     ]
     assert {_drawing.mm(x) for x in stations} <= texts
     assert any(text.startswith(_drawing.mm(20.4 * MM)) for text in texts), "the length over all"
+
+
+REAL = {
+    "fine contacts": "grid, count: [2, 2], pitch: 6}\nfpc: {tail: {length: 20, connector: zif-0.3mm}}",
+    "one coil": "single}\nfpc: {tail: {length: 12, connector: zif-0.5mm}}",
+    "a long tail": "line, count: 2, pitch: 5}\nfpc: {tail: {length: 120}}",
+    "aside": "line, count: 2, pitch: 5}\nfpc: {tail: {length: 25, offset: 4}}",
+    "turned": "line, count: 2, pitch: 5}\nfpc: {tail: {length: 25, turn: right}}",
+    "capacitors": "line, count: 2, pitch: 5}\nfpc: {tail: {length: 25}}\nreadout: {capacitors_on_board: chip-0402}",
+}
+
+
+@pytest.mark.parametrize("rest", REAL.values(), ids=REAL)
+def test_the_drawing_of_a_real_board_is_legible(rest):
+    text = (
+        "sitscad: 1\nname: real\ncoil: {shape: circle, outer_diameter: 4, turns: 5, layers: 2, trace_width: 0.1, "
+        f"trace_spacing: 0.1}}\narray: {{pattern: {rest}\n"
+    )
+    layout = lay_out(load_text(text))
+    assert not layout.findings
+    test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(layout)
 
 
 def test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(board):

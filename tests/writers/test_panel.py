@@ -12,8 +12,10 @@ import pytest
 
 from sitscad.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout import lay_out
-from sitscad.layout.panel import bridges, cut_lines, is_wanted, plan
+from sitscad.layout.bridges import bridges, cut_lines
+from sitscad.layout.panel import is_wanted, plan
 from sitscad.spec.load import load_text
+from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import PanelSpec
 from sitscad.writers import panel_drawing
 
@@ -129,16 +131,60 @@ def test_cuts_and_bridges_together_are_the_outline(small):
     assert len(cut_lines(layout.outline, ())) == 1 and cut_lines(layout.outline, ())[0].is_closed
 
 
-def test_bridges_keep_off_contacts_stiffener_and_bend(small):
+def test_bridges_keep_off_contacts_and_bend(small):
     layout, panel, _ = small
     low, high = layout.bend_zone
     for bridge in panel.bridges:
         at = bridge.middle(layout.outline)
-        assert not low - 0.9 * MM < at.x < high + 0.9 * MM
-        assert all(at.distance(pad.centre) > 2 * MM for pad in layout.pads)
+        assert not low - 0.9 * MM < at.x < high + 0.2 * MM
+        assert all(abs(at.x - pad.centre.x) > pad.size[0] / 2 + 0.45 * MM for pad in layout.pads)
     middles = [bridge.middle(layout.outline) for bridge in panel.bridges]
-    assert min(a.distance(b) for i, a in enumerate(middles) for b in middles[:i]) > 1.5 * MM
+    assert min(a.distance(b) for i, a in enumerate(middles) for b in middles[:i]) > 0.9 * MM
     assert max(p.y for p in middles) > 0 > min(p.y for p in middles), "held on both sides"
+
+
+TAILS = [
+    "length: 30, bend: static", "length: 30, connector: zif-0.3mm, bend: static", "length: 60, layers: 2",
+    "length: 30, connector: zif-0.3mm", "length: 30, connector: solder-pads, bend: static",
+    "length: 25, turn: left, bend: static", "length: 25, offset: 6",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("tail", TAILS)
+@pytest.mark.parametrize("more", ["", "readout: {capacitors_on_board: chip-0603}\n"])
+def test_a_long_tail_is_held_at_its_end_on_both_sides(tail, more):
+    """A tongue of film that hangs free is folded or torn off in the bath: it is held just before what is plugged in."""
+    if more and "solder" in tail:
+        return
+    text = (TEXT % "panel: {parts: [1, 1]}").replace("tail: {length: 30, connector: zif-0.5mm}", f"tail: {{{tail}}}")
+    layout = lay_out(load_text(text + more))
+    middles = [bridge.middle(layout.outline) for bridge in bridges(layout)]
+    ends = [pad.centre for pad in layout.pads]
+    middle = Point(sum(p.x for p in ends) / len(ends), sum(p.y for p in ends) / len(ends))
+    near = sorted(middles, key=middle.distance)[:2]
+    reach = layout.spec.fpc.tail.connector.stiffener_length + 3.5 * MM
+    assert all(at.distance(middle) < reach for at in near), [at.distance(middle) / MM for at in near]
+    between = Point((near[0].x + near[1].x) / 2, (near[0].y + near[1].y) / 2)
+    assert near[0].distance(near[1]) > 1.4 * MM, "one on either side"
+    assert 2.0 * min(at.distance(between) for at in near) > 0.9 * near[0].distance(near[1])
+    assert len(middles) >= 5
+    for pad in layout.all_pads:  # nothing beside what is plugged in, or beside a capacitor
+        (w, h), (x, y) = pad.size, pad.centre
+        for at in middles:
+            assert max(abs(at.x - x) - w / 2, abs(at.y - y) - h / 2) > 0.45 * MM
+
+
+def test_a_panel_has_so_many_boards_and_no_more():
+    """Written out, more is a finding that says why; left to itself, the panel stays below."""
+    with pytest.raises(SpecError) as caught:
+        load_text(TEXT % "panel: {parts: [60, 60]}")
+    (found,) = caught.value.findings
+    assert (found.rule, found.key, found.measured, found.limit) == ("SIT006", "fpc.panel.parts", 3600.0, 500.0)
+    assert "every copy is drawn out in full" in found.message and "several panels" in found.hint
+    assert load_text(TEXT % "panel: {parts: [25, 20]}").fpc.panel.parts == (25, 20)
+    text = "rules: {panel_size: [1000, 1000]}\n  panel: {parts: auto, gap: 0.5, rail: 3}"
+    panel = plan(lay_out(load_text((TEXT % text).replace("length: 30", "length: 1"))))
+    assert 400 < len(panel.parts) <= 500
 
 
 def test_copies_and_marks_keep_apart_inside_the_frame(small):

@@ -7,13 +7,16 @@ import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from itertools import pairwise
 
 import layouts
 import pytest
 
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import bounding_box
+from sitscad.layout import lay_out
 from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.spec.load import load_text
 from sitscad.writers import board_picture, excellon, fabrication_notes, gerber, gerber_job, ipc356, stackup_drawing
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -180,3 +183,22 @@ def test_marks_stand_at_their_places_and_do_not_hide_one_another(board):
         assert (float(group[0].get("cx")), float(group[0].get("cy"))) == pytest.approx((x * scale, y * scale), abs=0.02)
     assert ">error, numbered<" in text and ">note, numbered<" not in text
     assert "mark-" not in board_picture.picture(board)
+
+
+@pytest.mark.parametrize("tail", ["connector: zif-0.3mm", "connector: zif-0.5mm, length: 200", "turn: left"])
+def test_names_of_contacts_do_not_cover_each_other(tail):
+    """Eight contacts at a pitch of 0.3 mm, a board so long that they are tiny, and one whose names stand upright."""
+    text = (
+        "sitscad: 1\nname: fine\ncoil: {shape: circle, outer_diameter: 4, turns: 5, layers: 2, trace_width: 0.1, "
+        "trace_spacing: 0.1}\narray: {pattern: grid, count: [2, 2], pitch: 6}\n"
+    )
+    layout = lay_out(load_text(f"{text}fpc: {{tail: {{{tail}}}}}\n"))
+    root = ET.fromstring(board_picture.picture(layout))
+    (group,) = [
+        g for g in root.iter(f"{SVG}g") if any((t.text or "").startswith("1: ") for t in g.findall(f"{SVG}text"))
+    ]
+    names = group.findall(f"{SVG}text")
+    assert [t.text for t in names] == [f"{pad.number}: {pad.pin}" for pad in layout.pads]
+    size, axis = float(group.get("font-size")), "x" if "turn" in tail else "y"
+    places = sorted(float(t.get(axis)) for t in names)
+    assert min(b - a for a, b in pairwise(places)) > size > 1.0 and group.get("stroke-width") is None

@@ -1,0 +1,151 @@
+"""The outline: every inner corner has the fabricator's radius, whatever lies on both sides of it."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from sitscad.checks import check
+from sitscad.geometry.path import Arc, Line, enclosed_area
+from sitscad.layout import lay_out
+from sitscad.layout.taper import Taper
+from sitscad.spec.load import load, load_text
+
+MM, UM = 1e-3, 1e-6
+
+
+def headings(segment):
+    """Directions (rad) at the beginning and at the end of a segment."""
+    if isinstance(segment, Line):
+        angle = math.atan2(segment.end.y - segment.start.y, segment.end.x - segment.start.x)
+        return angle, angle
+    ahead = math.pi / 2 if segment.ccw else -math.pi / 2
+    return tuple(
+        math.atan2(p.y - segment.centre.y, p.x - segment.centre.x) + ahead for p in (segment.start, segment.end)
+    )
+
+
+def inner_corners(outline):
+    """Radii (m) of all inner corners of an outline: of its clockwise arcs, and 0 for each bend to the right."""
+    assert enclosed_area(outline) > 0.0
+    segments = list(outline)
+    radii = [s.radius for s in segments if isinstance(s, Arc) and not s.ccw]
+    for one, other in pairwise([*segments, segments[0]]):
+        turn = (headings(other)[0] - headings(one)[1] + math.pi) % (2 * math.pi) - math.pi
+        radii += [0.0] if turn < -1e-6 else []
+    return radii
+
+
+def crossings(outline):
+    """How often an outline crosses itself."""
+    points = outline.flattened(1e-6)
+    sides = list(pairwise(points))
+
+    def side(a, b, p):
+        return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x)
+
+    return sum(
+        side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0
+        for i, (a, b) in enumerate(sides)
+        for c, d in sides[i + 2 :]
+    )
+
+
+def board(coil="outer_diameter: 7, turns: 8", array="", radius="1 mm", tail="length: 30", extra=""):
+    tail = f", tail: {{{tail}}}" if tail else ""
+    return load_text(
+        f"sitscad: 1\nname: corners\ncoil: {{shape: circle, {coil}, layers: 2, trace_width: 100 um, "
+        f"trace_spacing: 100 um}}\n{array}\nfpc: {{stackup: flex-2l-18um, rules: {{inside_radius: {radius}}}{tail}}}\n"
+        f"{extra}\n",
+        "corners.yaml",
+    )
+
+
+def row(count, pitch):
+    return f"array: {{pattern: line, count: {count}, pitch: {pitch}}}"
+
+
+WITH_CHIPS = "readout: {capacitors_on_board: chip-0603}"
+
+BOARDS = {
+    "narrower tail": dict(array=row(2, 8)),
+    "narrower tail, fine radius": dict(array=row(2, 8), radius="0.2 mm"),
+    "narrower tail, large radius": dict(array=row(2, 8), radius="6 mm"),
+    "wider tail": dict(coil="outer_diameter: 2.6, turns: 2", array=row(4, 3.6)),
+    "wider tail, large radius": dict(coil="outer_diameter: 2.6, turns: 2", array=row(4, 3.6), radius="9 mm"),
+    "body too short for the corner": dict(
+        coil="outer_diameter: 1.6, turns: 1", radius="10 mm", extra="readout: {capacitors_on_board: chip-0603}"
+    ),
+    "a little wider": dict(coil="outer_diameter: 3.9, turns: 4", array=row(4, 4.9)),
+    "nearly as wide": dict(coil="outer_diameter: 4.1, turns: 4", array=row(4, 5.1)),
+    "turned": dict(array=row(2, 8), tail="length: 1, turn: left"),
+    "turned, large radius": dict(array=row(2, 8), tail="length: 1, turn: right", radius="7 mm"),
+    "aside": dict(array=row(2, 8), tail="length: 1, offset: 4"),
+    "no tail": dict(tail=""),
+    "no tail, large radius": dict(tail="", radius="8 mm"),
+    "a triangle, turned": dict(
+        array="array: {pattern: triangle, pitch: 8.5}", tail="length: 1, turn: left", radius="5 mm"
+    ),
+    "a shoulder for capacitors": dict(array=row(2, 8), extra=WITH_CHIPS),
+    "a shoulder, turned": dict(array=row(2, 8), extra=WITH_CHIPS, tail="length: 1, turn: left", radius="4 mm"),
+    "a shoulder of fine contacts": dict(array=row(2, 8), tail="length: 3, connector: zif-0.3mm", radius="2 mm"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("changes", BOARDS.values(), ids=BOARDS)
+def test_inner_corners_have_the_fabricators_radius(changes):
+    spec = board(**changes)
+    layout = lay_out(spec)
+    assert not layout.findings
+    least = max(0.5 * MM, spec.fpc.rules.inside_radius)
+    radii = inner_corners(layout.outline)
+    assert all(radius >= least - 1e-9 for radius in radii), [round(r / MM, 4) for r in radii]
+    assert crossings(layout.outline) == 0
+    geometric = {"SIT107", "SIT108", "SIT109", "SIT110", "SIT115"}
+    assert [f for f in check(spec, layout).findings if f.rule in geometric] == []
+
+
+def test_inner_corners_of_the_templates(template):
+    layout = lay_out(load(template))
+    assert len(inner_corners(layout.outline)) == 2
+    assert min(inner_corners(layout.outline)) >= layout.spec.fpc.rules.inside_radius - 1e-9
+
+
+def test_a_body_without_room_for_the_corner_becomes_as_wide_as_its_tail():
+    """The board then says so: its body's width, which has to fit the jaw, is the one that is cut.
+
+    Two inner corners are left, at the plug.
+    """
+    layout = lay_out(board(**BOARDS["body too short for the corner"]))
+    x0, y0, _, y1 = layout.body
+    low, high = layout.reach_at(x0 + 1.0 * MM)
+    assert len(inner_corners(layout.outline)) == 2 and pytest.approx((y0, y1)) == (low, high)
+    narrow = lay_out(board(**BOARDS["body too short for the corner"] | {"radius": "0.1 mm"}))
+    assert narrow.body[3] < y1 and len(inner_corners(narrow.outline)) == 4
+
+
+@pytest.mark.parametrize("near, far", [(4.0, 1.25), (1.25, 4.0), (2.0, 1.9), (1.9, 2.0), (2.0, 1.999), (2.0, 2.0)])
+@pytest.mark.parametrize("inner", [0.5, 1.0, 10.0])
+def test_a_taper_has_room_for_both_its_roundings(near, far, inner):
+    """Two arcs and the straight between them fit between the corners; the board is nowhere smaller than asked."""
+    step = abs(near - far) * MM
+    taper = Taper(5 * MM, 5 * MM + step, near * MM, far * MM, inner * MM, 0.25 * MM)
+    corners = taper.corners()
+    if step == 0.0:
+        assert corners == [] and taper.reach_before == taper.reach_beyond == taper.length == 0.0
+        return
+    (first, _), (second, _) = corners
+    assert first.distance(second) >= taper.reach_before + taper.reach_beyond - 1e-12
+    assert sorted(radius for _, radius in corners) == pytest.approx([0.25 * MM, inner * MM])
+    outer = first if near > far else second
+    assert outer.x == pytest.approx(5 * MM if near > far else 5 * MM + step)
+    assert taper.length >= step - 1e-12 and taper.angle <= math.pi / 4 + 1e-12
+
+
+def test_the_radius_follows_the_profile():
+    """The same board from two fabricators differs in its inner corners, and nowhere in its copper."""
+    one, other = (lay_out(board(array=row(2, 8), radius=radius)) for radius in ("1 mm", "2 mm"))
+    assert [min(inner_corners(each.outline)) for each in (one, other)] == pytest.approx([1 * MM, 2 * MM])
+    assert one.traces == other.traces and one.body == other.body
