@@ -188,7 +188,8 @@ class Maze:
         outside = Ring(self.spec.coil, placement, self.bus.ring_offset + self._own_room + MARGIN)
         for k in range(EXITS):
             angle = 2 * math.pi * k / EXITS
-            start, lead = ring.at(angle), outside.at(angle)
+            start = ring.at(angle)
+            lead = outside.at(outside.facing(start)[0])  # square to the ring: from either side no sharp bend
             if self._clear(_between(start, lead, self.step / 4), None, but=placement).all():
                 yield angle, lead
 
