@@ -10,6 +10,7 @@ import numpy as np
 from sitscad.geometry.path import Arc, Line
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.physics.corners import with_corners
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.near_metal import CrowdingNearMetal, crowding_near_metal
 from sitscad.physics.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
@@ -28,7 +29,8 @@ FINE_TOLERANCE = 1e-2
 
 def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...], conductivity: float,
                    tolerance: float | None = None) -> ProximityLoss:  # fmt: skip
-    """Skin and proximity effect of a drawn coil (S/m): spirals where it has them, else the sides and arcs of its paths.
+    """Skin and proximity effect of a drawn coil (S/m): spirals where it has them, else the sides and arcs of its paths,
+    with the way that direct current takes round sharp corners.
 
     `tolerance` is the relative one asked for the inductance, None for the usual.
     """
@@ -40,8 +42,9 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     resolution = resolution_for(spec.trace_width, thickness, gap, wanted, conductivity)
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
     usual = wanted > FINE_TOLERANCE
-    return bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 8, resolution.steps,
-                             half=usual and min(spec.layer_turns) >= 4.0)  # fmt: skip
+    along = bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 8, resolution.steps,
+                              half=usual and min(spec.layer_turns) >= 4.0)  # fmt: skip
+    return with_corners(along, bent, conductivity)
 
 
 def _wanted(tolerance: float | None) -> float:
