@@ -364,6 +364,7 @@ def _coil_estimate(
         apparent_inductance=free.apparent_inductance,
         failed_states=failed,
         overdamped=damped,
+        bend_inductance=circuit.loss.direct_change,
     )
 
 

@@ -1,8 +1,8 @@
 """What direct current at a sharp corner has more than current that is even across both sides, alike at every size.
 
-A loop: forwards on the inside of the corner, back on the outside, gone within a width. Its stream function is known from
-the conformal map of a bent strip (dz/du = tanh(u/2)^(turn / pi), Carmona and others use it for the resistance); the
-tables are what `python tests/validation/corner_flow.py` finds with it. Lengths are in widths of the track.
+A loop: forwards on the inside of the corner, back on the outside, gone within a width. Its stream function is known
+from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the resistance is (`bend_squares`); the tables
+are what `python tests/validation/corner_flow.py` finds with it. Lengths are in widths of the track.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ POINTS = (
     ((-0.212, 0.133, 0.251), (0.155, 0.264, 0.353), (0.504, 0.204, 0.277), (0.752, 0.790, 0.119)),
 )
 """Where the moment lies at the turns from the second on: from the centre line's corner along the bisector to the inside
-and to either side of it, and the share. What a field has through these eight points is within 6 % of what it has through
-the loop, from a third of a width off."""
+and to either side of it, and the share. What a field has through these eight points is within 6 % of what it has
+through the loop, from a third of a width off."""
 
 OWN = np.array([
     (0.001, -0.01075, -0.02033, -0.05558), (0.01, -0.01062, -0.02009, -0.05493), (0.05, -0.01010, -0.01911, -0.05234),
@@ -37,8 +37,9 @@ OWN = np.array([
     (0.5, -0.00672, -0.01274, -0.03510), (0.7, -0.00587, -0.01114, -0.03075), (1.0, -0.00496, -0.00940, -0.02596),
     (2.0, -0.00328, -0.00623, -0.01719), (3.0, -0.00247, -0.00468, -0.01291),
 ])  # fmt: skip
-"""What the loop makes of the inductance of a corner with long arms, over thickness / width, at the turns from the second
-on, in mu0 times the width: its coupling with both arms, twice, and its own. The limit of two meshes; within 1 %."""
+"""What the loop makes of the inductance of a corner with long arms, over thickness / width, at the turns from the
+second on, in mu0 times the width: its coupling with both arms, twice, and its own. The limit of two meshes; within 1 %.
+"""
 
 
 def moment(turn: float) -> float:

@@ -43,8 +43,8 @@ BLOCK = 200_000
 
 @record(eq=False)
 class Corners:
-    """Sharp corners, one row each: the loops' middles (n, 2) and heights (m), the moments (m2) over the current, positive
-    upwards, their places (n, 8, 2) and shares (n, 8), the width (m), what each loop makes with itself and its own two
+    """Sharp corners, one row each: the loops' middles (n, 2) and heights (m), the moments (m2) over the current,
+    positive upwards, their places (n, 8, 2) and shares (n, 8), the width (m), what each loop makes with itself and its own two
     arms (H) and those arms' numbers (n, 2) among the `Filaments`.
     """
 
@@ -79,7 +79,7 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 
 
 def corner_inductance(tracks: Sequence[BentTrack]) -> float:
-    """The inductance (H) of direct current in tracks in series less that of a current which is even across the sides."""
+    """Inductance (H) of direct current in tracks in series less that of a current which is even across the sides."""
     filaments, corners = _filaments(tracks), _corners(tracks)
     if not len(corners.width):
         return 0.0
@@ -106,7 +106,7 @@ def _corners(tracks: Sequence[BentTrack]) -> Corners:
             # straight sides are one piece each
             arms.append((numbers[k], numbers[k + 1]))
     columns = [np.array(column) for column in zip(*rows, strict=True)] if rows else [np.zeros((0, 2))] * 7
-    return Corners(*columns, np.array(arms, dtype=np.intp).reshape(-1, 2))
+    return Corners(*[*columns, np.array(arms, dtype=np.intp).reshape(-1, 2)])
 
 
 def _corner(track: BentTrack, k: int, turn: float) -> tuple[Array, float, float, Array, Array, float, float]:

@@ -1,7 +1,7 @@
 """What direct current does at a corner more than even current, from the conformal map of a bent strip.
 
-`python tests/validation/corner_flow.py` writes the tables of `sitscad/physics/corners.py`. The mesh follows the flow: its
-lines are stream lines and equipotentials, so the stream function of direct current is exact at every node, and cells
+`python tests/validation/corner_flow.py` prints the tables of `sitscad/physics/corner_excess.py`. The mesh follows the
+flow: its lines are stream lines and equipotentials, so the stream function of direct current is exact at every node, and cells
 shrink towards the inner corner by themselves. All lengths in widths of the track, inductances in mu0 times it.
 """
 
@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from stream_sheet import Sheet, inductance_matrix
+from stream_sheet import Sheet, gradients, inductance_matrix
 
 from sitscad.physics.constants import MU0
 
@@ -39,7 +39,7 @@ def flow(turn, aspect, cells):
     a = turn / math.pi
     eta = math.pi * (0.5 - 0.5 * np.cos(math.pi * np.arange(cells + 1) / cells))
     near = np.arange(0.0, 3.0, 2.2 / cells)
-    far = 3.0 + (math.pi * ARM - 3.0) * np.linspace(0.0, 1.0, round(1.6 * cells))[0:] ** 2
+    far = 3.0 + (math.pi * ARM - 3.0) * np.linspace(0.0, 1.0, round(1.6 * cells)) ** 2
     xi = np.concatenate([near[near < 2.9], far])
     half = np.array([_column(x, eta, a) for x in xi])
     inwards = -(half - half[0, 0])  # inner corner at the origin for now, the way in along +x
@@ -87,3 +87,66 @@ def _even(points, turn):
     way_in = points[:, 1]
     way_out = points @ np.array([-math.sin(turn), math.cos(turn)])
     return np.clip(0.5 - np.where(left_of > 0.0, way_in, way_out), 0.0, 1.0)
+
+
+def moments(one):
+    """Moment of the excess, over current and width squared, and how far its middle lies inside the corner."""
+    places, amounts = _pieces(one)
+    return float(np.sum(amounts)), float(amounts @ (places @ one.inwards[0]) / np.sum(amounts))
+
+
+def _pieces(one):
+    # The excess at the middles of the triangles' sides (exact for its moments), and what each stands for.
+    p, value = one.sheet.nodes[one.sheet.triangles], one.excess[one.sheet.triangles]
+    area = gradients(one.sheet)[1]
+    places = np.concatenate([0.5 * (p[:, i] + p[:, (i + 1) % 3]) for i in range(3)])
+    return places, np.concatenate([area / 6.0 * (value[:, i] + value[:, (i + 1) % 3]) for i in range(3)])
+
+
+def made(one, aspect, height=0.0):
+    """What the excess has with even current and with itself, in mu0 widths, for tracks of a thickness; or with those of
+    a track at a height above it.
+    """
+    first = replace(one.sheet, thickness=aspect)
+    mutual = inductance_matrix(first, first if height == 0.0 else replace(first, z=height)) / MU0
+    return float(one.excess @ mutual @ one.sheet.even), float(one.excess @ mutual @ one.excess)
+
+
+def limit(value, cells=(7, 10)):
+    """Of `value(cells)`, whose error falls with the square of the cells' size."""
+    coarse, fine = (np.array(value(n)) for n in cells)
+    return fine + (fine - coarse) / ((cells[1] / cells[0]) ** 2 - 1.0)
+
+
+def gathered(one, count=4):
+    """Places to one side of the bisector that stand for the excess (count, 3): to the inside, across, share."""
+    places, amounts = _pieces(one)
+    inside, across = one.inwards
+    x = np.stack([places @ inside, np.abs(places @ across)], axis=1)
+    random, best = np.random.default_rng(1), (math.inf, None)
+    weights = np.maximum(amounts, 0.0)
+    for _ in range(20):
+        centres = x[random.choice(len(x), count, p=weights / np.sum(weights))]
+        for _ in range(60):
+            owner = np.argmin(np.sum((x[:, None] - centres) ** 2, axis=2), axis=1)
+            share = np.bincount(owner, weights, count)
+            centres = np.stack([np.bincount(owner, weights * x[:, k], count) / share for k in (0, 1)], axis=1)
+        cost = float(np.sum(weights * np.sum((x - centres[owner]) ** 2, axis=1)))
+        if cost < best[0]:
+            best = cost, np.column_stack([centres, share / np.sum(share)])
+    return best[1][np.argsort(best[1][:, 0])]
+
+
+def write():
+    """Print the tables."""
+    turns = [math.radians(degrees) for degrees in (45.0, 60.0, 90.0)]
+    for turn in turns:
+        print(math.degrees(turn), limit(lambda n, turn=turn: moments(flow(turn, 0.1, n))))
+        print(np.round(gathered(flow(turn, 0.1, 14)), 3).tolist())
+    for aspect in (0.001, 0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 2.0, 3.0):
+        row = [limit(lambda n, turn=turn, aspect=aspect: made(flow(turn, aspect, n), aspect)) for turn in turns]
+        print(aspect, np.round([2.0 * arms + own for arms, own in row], 5).tolist())
+
+
+if __name__ == "__main__":
+    write()

@@ -2,7 +2,8 @@
 
 The reference of polygons: no modes, no cuts, no filaments. The sheet current is the curl of a stream function that is 0
 on the left edge of the track and 1 on the right one, linear on triangles, so it is free of sources everywhere and finds
-its own way round every corner; at both ends it is left free, which makes them equipotentials. Resistance and inductance
+its own way round every corner; it enters and leaves evenly, as nothing closes the circuit there (electrodes that are
+equipotentials would: eddy currents through them double the loss at the ends). Resistance and inductance
 are quadratic forms of it (magnetic energy by 1/distance over two triangles, mean over both thicknesses), so at direct
 current the resistance falls towards the true one with every refinement. Through the thickness the current is even:
 exact for direct current, and for copper thinner than the skin depth.
@@ -36,7 +37,7 @@ THREE = np.array([(2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6), (1 / 6, 1 / 6, 2
 @dataclass(frozen=True)
 class Sheet:
     """Nodes (n, 2) in metres, triangles (t, 3), the stream function of evenly spread current (n) and the nodes on the
-    left and right edges; cross-section and mid-plane (m).
+    edges and at the ends, where it is given; cross-section and mid-plane (m).
     """
 
     nodes: np.ndarray
@@ -53,31 +54,68 @@ def spread(count, power=2.0):
     return 0.5 + 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** power)
 
 
-def sheet(corners, width, thickness, across, along, z=0.0, rounded=0):
+def sheet(corners, width, thickness, across, along, z=0.0, radius=0.0, pen=0):
     """The sheet of a track along straight sides (corners (n, 2), m), mitred where they meet.
 
     `across` cells share the width, `along` each half of a side (narrower towards corners: sizes go from the width's
-    narrowest cell up). With `rounded` the outer edge of a corner is an arc about its inner point in so many steps, as
-    a round aperture draws it.
+    narrowest cell up). Corners are rounded with `radius` (m, of the centre line; half the width or more) where it is
+    given. With `pen` the outer edge of a mitred corner is an arc in so many steps, as a round aperture draws it.
     """
     corners = np.asarray(corners, dtype=float)
     sides = np.diff(corners, axis=0)
     t = sides / np.hypot(*sides.T)[:, None]
     left = np.stack([-t[:, 1], t[:, 0]], axis=1)
+    angles = np.arctan2(left[:-1, 0] * left[1:, 1] - left[:-1, 1] * left[1:, 0], np.sum(left[:-1] * left[1:], axis=1))
     v = spread(across)
     smallest = float(v[1] - v[0]) * width
-    lines = []
+    lines, last = [], len(sides) - 1
     for k, (a, b) in enumerate(pairwise(corners)):
-        start = _joint(left[max(k - 1, 0)], left[k])
-        stop = _joint(left[k], left[min(k + 1, len(left) - 1)])
+        start = _edges(left[k], 0.0 if k == 0 or radius else float(angles[k - 1]), -1.0, pen)
+        stop = _edges(left[k], 0.0 if k == last or radius else float(angles[k]), 1.0, pen)
+        a = a + t[k] * (radius * math.tan(0.5 * abs(angles[k - 1])) if k > 0 else 0.0)
+        b = b - t[k] * (radius * math.tan(0.5 * abs(angles[k])) if k < last else 0.0)
         u = _graded(float(np.hypot(*(b - a))), smallest, along)
         for s in u if k == 0 else u[1:]:
-            offset = (1.0 - s) * start + s * stop
-            centre = (1.0 - s) * a + s * b
-            lines.append((centre + 0.5 * width * offset, centre - 0.5 * width * offset))
-        if rounded and k < len(sides) - 1:
-            lines[-1:] = _fan(b, left[k], left[k + 1], stop, width, rounded)
+            centre, offset = (1.0 - s) * a + s * b, 0.5 * width * ((1.0 - s) * start + s * stop)
+            lines.append((centre + offset[0], centre + offset[1]))
+        if k < last and radius:
+            lines += _arc(b, left[k], float(angles[k]), radius, width, 2 * along)
+        elif k < last and pen:
+            lines[-1:] = _fan(b, left[k], float(angles[k]), _joint(left[k], left[k + 1]), width, pen)
     return _meshed(np.array(lines), v, thickness, z)
+
+
+def _edges(left, turn, end, pen):
+    # Where a side's left and right edges begin (end -1) or end (+1), in half widths from the centre line: mitred at a
+    # turn, with a pen on its inside alone.
+    mitre = left - end * math.tan(0.5 * turn) * np.array([left[1], -left[0]])
+    square = left if pen else mitre
+    return np.array([mitre if turn > 0.0 else square, -(square if turn > 0.0 else mitre)])
+
+
+def _turned(vector, angle):
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
+
+
+def _arc(start, left, angle, radius, width, steps):
+    inner = math.copysign(1.0, angle)
+    centre, found = start + inner * radius * left, []
+    for k in range(1, steps + 1):
+        normal = _turned(left, angle * k / steps)
+        at = centre - inner * radius * normal
+        found.append((at + 0.5 * width * normal, at - 0.5 * width * normal))
+    return found
+
+
+def _fan(corner, left, angle, mitre, width, steps):
+    # A round pen about the centre line's corner leaves a sharp corner inside and an arc of half a width outside.
+    inner = math.copysign(1.0, angle)
+    pivot, found = corner + inner * 0.5 * width * mitre, []
+    for k in range(steps + 1):
+        outer = corner - inner * 0.5 * width * _turned(left, angle * k / steps)
+        found.append((pivot, outer) if inner > 0.0 else (outer, pivot))
+    return found
 
 
 def _graded(length, smallest, along):
@@ -96,20 +134,6 @@ def _joint(one, other):
     return (one + other) / (1.0 + float(one @ other))
 
 
-def _fan(corner, before, after, mitre, width, steps):
-    inner = 1.0 if before[0] * after[1] - before[1] * after[0] > 0.0 else -1.0
-    pivot = corner + inner * 0.5 * width * mitre
-    # A round pen about the corner itself leaves half a width of arc about the centre line's corner.
-    angle = math.atan2(before[0] * after[1] - before[1] * after[0], float(before @ after))
-    found = []
-    for k in range(steps + 1):
-        c, s = math.cos(angle * k / steps), math.sin(angle * k / steps)
-        normal = np.array([c * before[0] - s * before[1], s * before[0] + c * before[1]])
-        outer = corner - inner * 0.5 * width * normal
-        found.append((pivot, outer) if inner > 0.0 else (outer, pivot))
-    return found
-
-
 def _meshed(lines, v, thickness, z):
     count, rows = len(v), len(lines)
     nodes = lines[:, 0, None] + v[:, None] * (lines[:, 1] - lines[:, 0])[:, None]
@@ -122,7 +146,7 @@ def _meshed(lines, v, thickness, z):
     triangles = np.concatenate([first, second])
     flat = nodes.reshape(-1, 2)
     areas = np.abs(_areas(flat, triangles))
-    edges = np.concatenate([number[:, 0], number[:, -1]])
+    edges = np.unique(np.concatenate([number[:, 0], number[:, -1], number[0], number[-1]]))
     return Sheet(flat, triangles[areas > 1e-9 * areas.max()], np.tile(v, rows), edges, thickness, z)
 
 
