@@ -44,8 +44,8 @@ BLOCK = 200_000
 @record(eq=False)
 class Corners:
     """Sharp corners, one row each: the loops' middles (n, 2) and heights (m), the moments (m2) over the current,
-    positive upwards, their places (n, 8, 2) and shares (n, 8), the width (m), what each loop makes with itself and its own two
-    arms (H) and those arms' numbers (n, 2) among the `Filaments`.
+    positive upwards, their places (n, 8, 2) and shares (n, 8), the width (m), what each loop makes with itself and its
+    own two arms (H) and those arms' numbers (n, 2) among the `Filaments`.
     """
 
     middle: Array

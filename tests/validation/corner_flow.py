@@ -1,8 +1,8 @@
 """What direct current does at a corner more than even current, from the conformal map of a bent strip.
 
 `python tests/validation/corner_flow.py` prints the tables of `sitscad/physics/corner_excess.py`. The mesh follows the
-flow: its lines are stream lines and equipotentials, so the stream function of direct current is exact at every node, and cells
-shrink towards the inner corner by themselves. All lengths in widths of the track, inductances in mu0 times it.
+flow: its lines are stream lines and equipotentials, so the stream function of direct current is exact at every node,
+and cells shrink towards the inner corner by themselves. All lengths in widths of the track, inductances in mu0 times it.
 """
 
 from __future__ import annotations
