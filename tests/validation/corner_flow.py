@@ -2,7 +2,8 @@
 
 `python tests/validation/corner_flow.py` prints the tables of `sitscad/physics/corner_excess.py`. The mesh follows the
 flow: its lines are stream lines and equipotentials, so the stream function of direct current is exact at every node,
-and cells shrink towards the inner corner by themselves. All lengths in widths of the track, inductances in mu0 times it.
+and cells shrink towards the inner corner by themselves. All lengths in widths of the track, inductances in mu0 times
+it.
 """
 
 from __future__ import annotations
