@@ -15,19 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.current_modes import (
-    Cut,
-    ModeSet,
-    ProximityLoss,
-    cut_loss,
-    field_nodes,
-    integrated,
-    joined,
-    mode_matrix,
-    points_of,
-)
+from sitscad.physics.current_modes import ProximityLoss, cut_loss, joined
 from sitscad.physics.legendre import gauss
+from sitscad.physics.mode_matrix import NearAndFar, mode_matrix
 from sitscad.physics.proximity import arc_field, smooth_rings
+from sitscad.physics.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -204,7 +196,7 @@ def _place(sides: _Sides, index: NDArray[np.intp], fraction: float) -> tuple[Arr
 
 
 def _cut_loss(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float, conductivity: float,
-              modes: ModeSet, steps: int, matrix: Array | None) -> ProximityLoss:  # fmt: skip
+              modes: ModeSet, steps: int, matrix: Array | NearAndFar | None) -> ProximityLoss:  # fmt: skip
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
     offset = 0.5 * cut.width[:, None] * field_nodes(modes)

@@ -14,9 +14,9 @@ from sitscad.estimates.losses import Strip, bent_track, near_metal_notes, windin
 from sitscad.estimates.windings import winding_geometry
 from sitscad.layout import lay_out
 from sitscad.physics.bent_tracks import bent_winding_loss
-from sitscad.physics.current_modes import ModeSet
 from sitscad.physics.proximity import Resolution, winding_loss
 from sitscad.physics.resistance import bend_squares, conductivity_at
+from sitscad.physics.track_modes import ModeSet
 from sitscad.spec.load import load_text
 
 COPPER = 58e6
