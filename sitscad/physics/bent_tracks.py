@@ -30,6 +30,10 @@ BLOCK = math.radians(30.0)
 ABREAST = math.radians(5.0)
 """Sides whose directions differ by less than this lie abreast."""
 
+TIGHTEST = 0.7
+"""Radius of the centre line, in widths, below which an arc's current is that of this radius; at a half, its inner edge
+is a point that would take all of it. Tighter arcs between straight sides are corners (`corners.mitred`)."""
+
 CORNER = 0.4
 """Widths of clearance of sides that are not abreast: the field squared beyond a corner, summed over a side, is then
 that of a filament from half a width on."""
@@ -111,12 +115,14 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
     rows, keys, block, number = [], [], [], 0
     known: list[tuple[float, int]] = []
     for track in tracks:
+        most = 1.0 / (TIGHTEST * track.width)
         for nodes, length, turn, heading in _blocks(track):
             middle = (len(nodes) - 1) // 2
             group = _group(known, heading, 1 if turn else 0)
+            curvature = max(-most, min(turn / length, most))
             for k in range(len(nodes) - 1):
                 keys.append(group if k == middle else -1)
-                rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, turn / length))
+                rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, curvature))
             block += [number] * (len(nodes) - 1)
             number += 1
     table = np.array(rows)

@@ -8,6 +8,7 @@ are what `python tests/validation/corner_flow.py` finds with it. Lengths are in 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,30 @@ Array = NDArray[np.float64]
 TURNS = np.radians((0.0, 45.0, 60.0, 90.0))
 """Angles by which a track turns at the corners of octagons, hexagons and squares, and none."""
 
-MOMENTS = (0.0, 0.0710, 0.1014, 0.1889)
-"""Magnetic moment of the loop over current and width squared, at each of TURNS; within 0.5 %."""
+TIGHT = (0.0, 0.55, 0.7)
+"""Radii of the centre line, over the width, of the tables of corners: sharp ones, and those that count as sharp."""
+
+MOMENTS = ((0.0, 0.0710, 0.1014, 0.1889), (0.0, 0.0688, 0.0931, 0.1435), (0.0, 0.0681, 0.0915, 0.1391))
+"""Magnetic moment of the loop over current and width squared, at each radius of TIGHT and each of TURNS; within 0.5 %.
+The rounded ones, here and below, by `python tests/validation/corner_flow.py rounded`, the limit of two meshes."""
+
+SQUARES = ((0.0, -0.0890, -0.1666, -0.4413), (0.0, 0.3729, 0.4800, 0.6799), (0.0, 0.4972, 0.6503, 0.9493))
+"""Squares of such a corner beyond its straight sides, likewise (the sharp ones: `bend_squares`)."""
+
+ROUNDED = ((1.0, 1.0, 1.0, 1.0), (1.0, 0.943, 0.884, 0.718), (1.0, 0.911, 0.838, 0.657))
+"""What the loop makes of the corner's inductance, over that of the sharp corner in OWN, likewise."""
+
+GENTLE = np.array([
+    (0.7, 0.0589, 0.0659, 0.0726, -0.00646, -0.00975, -0.01883),
+    (0.85, 0.0383, 0.0414, 0.0434, -0.00391, -0.00632, -0.01292),
+    (1.0, 0.0272, 0.0287, 0.0291, -0.00241, -0.00422, -0.00919),
+    (1.4, 0.0136, 0.0136, 0.0130, -0.00053, -0.00145, -0.00399),
+    (2.0, 0.0064, 0.0061, 0.0052, 0.0, -0.0001, -0.0011),
+    (3.0, 0.0026, 0.0023, 0.0011, 0.0, 0.0, 0.0),
+    (4.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+])  # fmt: skip
+"""Wider arcs of 45, 60 and 90 degrees between straight sides, over their radius: squares beyond those of a current that
+goes as 1 / radius, and inductance beyond what such a current makes, in mu0 widths at thickness / width = 0.1."""
 
 POINTS = (
     ((-0.146, 0.169, 0.389), (0.205, 0.569, 0.215), (0.272, 0.151, 0.338), (0.490, 1.149, 0.058)),
@@ -42,20 +65,49 @@ second on, in mu0 times the width: its coupling with both arms, twice, and its o
 """
 
 
-def moment(turn: float) -> float:
-    """Moment of the loop over current and width squared for a turn (rad, either way)."""
-    return float(np.interp(abs(turn), TURNS, MOMENTS))
+def moment(turn: float, radius: float = 0.0) -> float:
+    """Moment of the loop over current and width squared for a turn (rad, either way) of a radius over the width."""
+    return _tight(MOMENTS, turn, radius)
 
 
 def points(turn: float) -> Array:
-    """Its moment's places (8, 3) for a turn (rad): to the inside, along the outgoing side's turn, and the share."""
+    """Its moment's places (8, 3) for a turn (rad): to the inside, to the left of that, and the share."""
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
     half = np.array(nearest) * np.array([1.0, 1.0, 0.5])
     return np.concatenate([half, half * np.array([1.0, -1.0, 1.0])])
 
 
-def own_inductance(turn: float, width: float, thickness: float) -> float:
-    """What it makes of the inductance (H, negative) of a corner between long arms; width and thickness in metres."""
-    aspect = math.log(thickness / width)
-    row = [0.0, *(float(np.interp(aspect, np.log(OWN[:, 0]), column)) for column in OWN.T[1:])]
-    return MU0 * width * float(np.interp(abs(turn), TURNS, row))
+def own_inductance(turn: float, width: float, thickness: float, radius: float = 0.0) -> float:
+    """What it makes of the inductance (H, negative) of a corner between long arms; metres, radius over width."""
+    return MU0 * width * _sharp(turn, thickness / width) * _tight(ROUNDED, turn, radius)
+
+
+def tight_squares(turn: float, radius: float) -> float:
+    """Squares of a corner beyond its straight sides, for a radius over the width up to the last of TIGHT."""
+    return _tight(SQUARES, turn, radius)
+
+
+def gentle_squares(turn: float, radius: float) -> float:
+    """Squares of a wider arc between straight sides, in which the current goes over into 1 / radius and back."""
+    return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + _gentle(GENTLE[:, 1:4], turn, radius)
+
+
+def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
+    """Inductance (H) of such an arc less that of a current that goes as 1 / radius all along it."""
+    profile = _sharp(math.pi / 2, thickness / width) / _sharp(math.pi / 2, 0.1)
+    return MU0 * width * profile * _gentle(GENTLE[:, 4:], turn, radius)
+
+
+def _sharp(turn: float, aspect: float) -> float:
+    row = [0.0, *(float(np.interp(math.log(aspect), np.log(OWN[:, 0]), column)) for column in OWN.T[1:])]
+    return float(np.interp(abs(turn), TURNS, row))
+
+
+def _tight(table: Sequence[Sequence[float]], turn: float, radius: float) -> float:
+    return float(np.interp(radius, TIGHT, [np.interp(abs(turn), TURNS, row) for row in table]))
+
+
+def _gentle(table: Array, turn: float, radius: float) -> float:
+    # Both ends of a longer arc are apart from each other, as at a quarter turn.
+    columns = [0.0, *(float(np.interp(radius, GENTLE[:, 0], column)) for column in table.T)]
+    return float(np.interp(abs(turn), TURNS, columns))

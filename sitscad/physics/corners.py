@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 
 from sitscad.physics.bent_tracks import BentTrack
 from sitscad.physics.constants import MU0
-from sitscad.physics.corner_excess import moment, own_inductance, points
+from sitscad.physics.corner_excess import (
+    TIGHT,
+    gentle_inductance,
+    gentle_squares,
+    moment,
+    own_inductance,
+    points,
+    tight_squares,
+)
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.legendre import gauss
 from sitscad.physics.resistance import bend_squares
@@ -27,6 +35,9 @@ Index = NDArray[np.intp]
 
 LEAST_TURN = 1e-3
 """Angle (rad) between straight pieces from which on there is a corner."""
+
+MOST_TURN = math.radians(120.0)
+"""Angle (rad) up to which an arc between sides rounds a corner; beyond, it is a curve of its own."""
 
 NEAR = 4.0
 """Distance, in widths, up to which a loop counts as spread out and a side as wide; beyond, a dipole and a filament."""
@@ -71,29 +82,89 @@ class Filaments:
 
 
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
-    """The loss of a winding of straight sides and arcs (S/m), with what its corners change of direct current."""
-    squares = math.fsum(bend_squares(round(abs(turn), 6)) / track.thickness
-                        for track in tracks for turn in _turnings(track)[1])  # fmt: skip
-    return replace(loss, direct=loss.direct + squares / conductivity,
+    """The loss of a winding of straight sides and arcs (S/m), with what its corners change of direct current.
+
+    `loss` is that of the `mitred` tracks, `tracks` the real ones.
+    """
+    return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
                    direct_change=loss.direct_change + corner_inductance(tracks))  # fmt: skip
+
+
+def direct_resistance(track: BentTrack, conductivity: float) -> float:
+    """Resistance (ohm) of a track to direct current (S/m), which cuts corners and in arcs goes as 1 / radius."""
+    length = float(np.sum(_lengths(track)[track.turns == 0.0]))
+    for bend in _bends(track):
+        if bend.radius == 0.0:
+            squares = bend_squares(round(abs(bend.turn), 6))
+        elif bend.is_tight:
+            squares = tight_squares(bend.turn, bend.radius)
+        elif bend.is_between_sides:
+            squares = gentle_squares(bend.turn, bend.radius)
+        else:
+            half = 0.5 / max(bend.radius, TIGHT[-1])
+            squares = abs(bend.turn) * bend.radius * half / math.atanh(half)
+        length += squares * track.width
+    return length / (conductivity * track.width * track.thickness)
+
+
+def mitred(track: BentTrack) -> BentTrack:
+    """The track with arcs so tight that they count as corners replaced by the corners."""
+    starts, ends, kept = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
+    for bend in _bends(track):
+        if bend.is_tight and bend.radius:
+            kept[bend.piece] = False
+            ends[bend.piece - 1] = starts[bend.piece + 1] = bend.corner
+    return replace(track, starts=starts[kept], ends=ends[kept], turns=track.turns[kept])
 
 
 def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     """Inductance (H) of direct current in tracks in series less that of a current which is even across the sides."""
+    arcs = math.fsum(gentle_inductance(bend.turn, track.width, track.thickness, bend.radius)
+                     for track in tracks for bend in _bends(track)
+                     if bend.is_between_sides and not bend.is_tight)  # fmt: skip
     filaments, corners = _filaments(tracks), _corners(tracks)
     if not len(corners.width):
-        return 0.0
+        return arcs
     through = 2.0 * float(np.sum(corners.moment * flux_density(filaments, corners)))
-    return float(np.sum(corners.own)) + through + _between(corners)
+    return arcs + float(np.sum(corners.own)) + through + _between(corners)
 
 
-def _turnings(track: BentTrack) -> tuple[Index, Array]:
-    # Numbers of the pieces before a sharp corner, and the angles that it turns by (rad, positive to the left).
+@record
+class _Bend:
+    # A bend of a track: the number of its arc, or of the side after a sharp corner; angle (rad, positive to the left),
+    # radius of the centre line over the width, where its sides would meet, whether it has sides on both ends.
+    piece: int
+    turn: float
+    radius: float
+    corner: tuple[float, float]
+    is_between_sides: bool
+
+    @property
+    def is_tight(self) -> bool:
+        return self.is_between_sides and self.radius < TIGHT[-1]
+
+
+def _lengths(track: BentTrack) -> Array:
+    # Of the chords, for arcs.
+    return np.asarray(np.hypot(*(track.ends - track.starts).T))
+
+
+def _bends(track: BentTrack) -> list[_Bend]:
     step = track.ends - track.starts
-    heading = np.arctan2(step[:, 1], step[:, 0])
+    heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
     turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
-    sharp = (track.turns[:-1] == 0.0) & (track.turns[1:] == 0.0) & (np.abs(turn) > LEAST_TURN)
-    return np.nonzero(sharp)[0], turn[sharp]
+    found = []
+    for k in np.nonzero(straight[:-1] & straight[1:] & (np.abs(turn) > LEAST_TURN))[0]:
+        found.append(_Bend(int(k) + 1, float(turn[k]), 0.0, tuple(track.ends[k].tolist()), True))
+    chords = _lengths(track)
+    for k in np.nonzero(~straight)[0]:
+        angle = float(track.turns[k])
+        radius = float(chords[k]) / (2.0 * math.sin(0.5 * abs(angle)))
+        sides = 0 < k < len(straight) - 1 and bool(straight[k - 1] and straight[k + 1]) and abs(angle) < MOST_TURN
+        onwards = radius * math.tan(0.5 * abs(angle)) if sides else 0.0
+        corner = track.starts[k] + onwards * step[k - 1] / chords[k - 1]
+        found.append(_Bend(int(k), angle, radius / track.width, tuple(corner.tolist()), bool(sides)))
+    return found
 
 
 def _corners(tracks: Sequence[BentTrack]) -> Corners:
@@ -101,24 +172,26 @@ def _corners(tracks: Sequence[BentTrack]) -> Corners:
     for track in tracks:
         numbers = first + np.concatenate([[0], np.cumsum(_chords(track))])
         first = int(numbers[-1])
-        for k, turn in zip(*_turnings(track), strict=True):
-            rows.append(_corner(track, int(k), float(turn)))
-            # straight sides are one piece each
-            arms.append((numbers[k], numbers[k + 1]))
+        for bend in _bends(track):
+            if bend.is_tight:
+                rows.append(_corner(track, bend))
+                # straight sides are one piece each, the chords of a tight arc lie between them
+                arms.append((numbers[bend.piece - 1], numbers[bend.piece + (1 if bend.radius else 0)]))
     columns = [np.array(column) for column in zip(*rows, strict=True)] if rows else [np.zeros((0, 2))] * 7
     return Corners(*[*columns, np.array(arms, dtype=np.intp).reshape(-1, 2)])
 
 
-def _corner(track: BentTrack, k: int, turn: float) -> tuple[Array, float, float, Array, Array, float, float]:
-    w, here = track.width, track.ends[k]
-    one, other = here - track.starts[k], track.ends[k + 1] - here
+def _corner(track: BentTrack, bend: _Bend) -> tuple[Array, float, float, Array, Array, float, float]:
+    w, here, after = track.width, np.array(bend.corner), bend.piece + (1 if bend.radius else 0)
+    one, other = here - track.starts[bend.piece - 1], track.ends[after] - here
     inwards = other / np.hypot(*other) - one / np.hypot(*one)
     inwards = inwards / np.hypot(*inwards)
-    table = points(turn)
+    table = points(bend.turn)
     places = here + w * (table[:, :1] * inwards + table[:, 1:2] * np.array([-inwards[1], inwards[0]]))
     # to the left the loop runs clockwise, seen from above
-    size = -math.copysign(moment(turn), turn) * w * w
-    return table[:, 2] @ places, track.z, size, places, table[:, 2], w, own_inductance(turn, w, track.thickness)
+    size = -math.copysign(moment(bend.turn, bend.radius), bend.turn) * w * w
+    own = own_inductance(bend.turn, w, track.thickness, bend.radius)
+    return table[:, 2] @ places, track.z, size, places, table[:, 2], w, own
 
 
 def _chords(track: BentTrack) -> Index:
@@ -161,7 +234,8 @@ def flux_density(filaments: Filaments, corners: Corners) -> Array:
         point = corners.middle[part, None]
         far = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
         near = _distances(point, filaments) < NEAR * corners.width[part, None]
-        near[np.arange(part.size)[:, None], corners.arms[part]] = True
+        numbers = np.arange(len(filaments.start))
+        near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
         field[part] = np.sum(np.where(near, 0.0, far), axis=1)
         i, j = np.nonzero(near)
         np.add.at(field, part[i], _from_near(filaments, corners, part[i], j))
@@ -180,6 +254,7 @@ def _from_near(filaments: Filaments, corners: Corners, i: Index, j: Index) -> Ar
     # The mean over the loops i of the field of the sides j, which are as wide as they are.
     total = np.zeros(i.size)
     incoming, outgoing = corners.arms[i, 0] == j, corners.arms[i, 1] == j
+    within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
     nodes, weights = gauss(STRANDS)
     for place, share in zip(np.swapaxes(corners.places, 0, 1), corners.shares.T, strict=True):
         for x, weight in zip(nodes, weights, strict=True):
@@ -190,6 +265,7 @@ def _from_near(filaments: Filaments, corners: Corners, i: Index, j: Index) -> Ar
             # an endless arm has more, beyond its far end, than the real one; the incoming one's current runs inwards
             field = np.where(incoming, _onwards(place[i], start, start - end), field)
             field = np.where(outgoing, -_onwards(place[i], end, end - start), field)
+            field = np.where(within, 0.0, field)
             total += 0.5 * weight * share[i] * field
     return total
 

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from sitscad.geometry.path import Arc, Point, rounded_polyline
 from sitscad.physics.bent_tracks import BentTrack
 from sitscad.physics.corner_excess import OWN, TURNS, moment, own_inductance, points
-from sitscad.physics.corners import corner_inductance, normal_field, with_corners
+from sitscad.physics.corners import corner_inductance, direct_resistance, mitred, normal_field, with_corners
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.resistance import bend_squares
 
@@ -60,7 +61,8 @@ def test_straight_tracks_and_arcs_have_no_corner():
     half_turn = bent([(0.0, 0.0), (5e-3, 0.0), (5e-3, 2e-3), (0.0, 2e-3)], turns=[0.0, math.pi, 0.0])
     assert corner_inductance([half_turn]) == 0.0
     loss = ProximityLoss(1.0, np.zeros(1), np.zeros(1))
-    assert with_corners(loss, [half_turn], 58e6).direct == 1.0
+    length = 10e-3 + math.pi * 1e-3 * 0.1 / math.atanh(0.1)
+    assert with_corners(loss, [half_turn], 58e6).direct == pytest.approx(length / (58e6 * 200 * UM * 35 * UM))
 
 
 def test_layers_and_turns_strengthen_it_by_their_field():
@@ -85,13 +87,52 @@ def test_a_loop_in_an_even_field_is_a_dipole():
 
 
 def test_resistance_goes_by_the_map_of_a_bent_strip():
-    loss = ProximityLoss(0.5, np.array([1e-9]), np.array([1e-20]), -1e-12)
     track = bent(SPIRAL)
+    squares = np.hypot(*np.diff(SPIRAL, axis=0).T).sum() / (200 * UM) + 5 * bend_squares(math.pi / 2)
+    loss = ProximityLoss(squares / (58e6 * 35 * UM) + 0.003, np.array([1e-9]), np.array([1e-20]), -1e-12)
     cornered = with_corners(loss, [track], 58e6)
-    assert cornered.direct == pytest.approx(0.5 + 5 * bend_squares(math.pi / 2) / (58e6 * 35 * UM))
+    assert cornered.direct == pytest.approx(squares / (58e6 * 35 * UM))
     assert cornered.direct_change == pytest.approx(-1e-12 + corner_inductance([track]))
     rise = [k.direct * (k.resistance_ratio(1e7) - 1.0) for k in (loss, cornered)]
     assert rise[1] == pytest.approx(rise[0])
+
+
+def rounded(radius, width=200 * UM):
+    """A square of 2 mm with its corners rounded, as pieces of a track, and its length along the centre line."""
+    path = rounded_polyline([Point(*(1e-3 * np.array(c))) for c in ((0, 0), (2, 0), (2, 2), (0, 2), (0, 0.5))],
+                            [radius] * 5)  # fmt: skip
+    table = np.array([(*s.start, *s.end, s.sweep if isinstance(s, Arc) else 0.0) for s in path])
+    return BentTrack(table[:, :2], table[:, 2:4], table[:, 4], width, 35 * UM, 0.0)
+
+
+def test_a_corner_becomes_round_without_a_jump():
+    radii = np.array([0.51, 0.55, 0.6, 0.65, 0.699, 0.701, 0.75, 0.9, 1.2, 1.6, 2.5]) * 200 * UM
+    resistances = [direct_resistance(rounded(r), 58e6) for r in radii]
+    steps = np.diff(resistances) / resistances[0]
+    assert np.all(np.abs(steps) < 0.04) and abs(steps[4]) < 5e-4
+    # an arc of quite some radius has the current go as 1 / radius all along it
+    wide = rounded(0.7e-3, 100 * UM)
+    assert direct_resistance(wide, 58e6) == pytest.approx(as_one_over_radius(wide), rel=1e-9)
+
+
+def as_one_over_radius(track):
+    straight = track.turns == 0.0
+    length = float(np.hypot(*(track.ends - track.starts)[straight].T).sum())
+    for turn, start, end in zip(track.turns[~straight], track.starts[~straight], track.ends[~straight], strict=True):
+        radius = math.dist(start, end) / (2.0 * math.sin(0.5 * abs(turn))) / track.width
+        length += track.width * abs(turn) / math.log((radius + 0.5) / (radius - 0.5))
+    return length / (58e6 * track.width * track.thickness)
+
+
+def test_tight_arcs_count_as_corners():
+    tight, gentle = rounded(0.6 * 200 * UM), rounded(0.8 * 200 * UM)
+    corners = mitred(tight)
+    assert np.all(corners.turns == 0.0) and len(corners.turns) == 4
+    assert corners.ends[:-1] == pytest.approx(1e-3 * np.array([(2, 0), (2, 2), (0, 2)]), abs=1e-12)
+    assert len(mitred(gentle).turns) == len(gentle.turns) == 7
+    assert mitred(gentle).starts == pytest.approx(gentle.starts)
+    sharp = corner_inductance([bent(np.vstack([corners.starts, corners.ends[-1:]]))])
+    assert 1.0 * sharp < corner_inductance([tight]) < 0.5 * sharp
 
 
 def test_fields_of_filaments():
