@@ -175,15 +175,8 @@ def write_rounded():
     for degrees in (45.0, 60.0, 90.0):
         turn = math.radians(degrees)
         for radius in (0.55, 0.7, 0.85, 1.0, 1.4, 2.0, 3.0):
-            squares, moment, inductance = whole = rounded(turn, radius)
-            less = curved(turn, radius)
-            print(
-                degrees,
-                radius,
-                np.round(whole, 5).tolist(),
-                round(squares - less[0], 5),
-                round(inductance - less[1], 5),
-            )
+            whole, less = rounded(turn, radius), np.array(curved(turn, radius))
+            print(degrees, radius, np.round(whole, 5).tolist(), np.round(whole[[0, 2]] - less, 5).tolist())
 
 
 def write():

@@ -73,7 +73,7 @@ POLYGONS = {
 }
 
 
-SLOW = ("square", "two octagons", "octagon")
+SLOW = ("square", "thick square", "two octagons", "octagon")
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in POLYGONS])
@@ -226,11 +226,8 @@ def test_the_tables_are_those_of_the_map(degrees, aspect):
 
 @pytest.mark.parametrize(
     ("degrees", "radius"),
-    [
-        (90, 0.6),
-        (60, 1.0),
-        *(pytest.param(d, r, marks=pytest.mark.slow) for d in (45, 60, 90) for r in (0.55, 0.8, 1.7)),
-    ],
+    [(90, 0.6), (60, 1.0)]
+    + [pytest.param(d, r, marks=pytest.mark.slow) for d in (45, 60, 90) for r in (0.55, 0.8, 1.7)],
 )
 def test_the_tables_of_rounded_corners(degrees, radius):
     turn = math.radians(degrees)
@@ -246,7 +243,8 @@ def test_the_tables_of_rounded_corners(degrees, radius):
     assert ours / (4e-7 * math.pi) == pytest.approx(inductance, rel=0.02, abs=5e-4)
 
 
-ROUNDED = [("square", 4, 1, 0.68), ("square", 4, 1, 1.0), ("hexagon", 6, 1, 1.0),
+ROUNDED = [("square", 4, 1, 0.68), pytest.param("square", 4, 1, 1.0, marks=pytest.mark.slow),
+           pytest.param("hexagon", 6, 1, 1.0, marks=pytest.mark.slow),
            pytest.param("square", 4, 3, 0.72, marks=pytest.mark.slow),
            pytest.param("square", 4, 3, 1.0, marks=pytest.mark.slow)]  # fmt: skip
 
