@@ -56,7 +56,7 @@ def _init_on_first_use(cls: type) -> Callable[..., None]:
 
 
 def _compiled_init(cls: type) -> Callable[..., None]:
-    parameters, lines = ["self"], ["own = self.__dict__"]
+    parameters, lines = ["self"], ["__dict__ = self.__dict__"]  # a name that no field has
     scope: dict[str, Any] = {"missing": MISSING}
     for one in fields(cls):
         name, value = one.name, one.name
@@ -68,7 +68,7 @@ def _compiled_init(cls: type) -> Callable[..., None]:
         else:
             parameter = name
         parameters.append(parameter)
-        lines.append(f"own[{name!r}] = {value}")
+        lines.append(f"__dict__[{name!r}] = {value}")
     exec(f"def __init__({', '.join(parameters)}):\n " + "\n ".join(lines), scope)
     scope["__init__"].__qualname__ = f"{cls.__qualname__}.__init__"
     return cast(Callable[..., None], scope["__init__"])

@@ -130,3 +130,15 @@ def test_a_record_is_made_several_times_as_fast_as_a_frozen_dataclass():
         return time.process_time() - start
 
     assert min(cost(record) for _ in range(4)) < 0.4 * min(cost(dataclass(frozen=True)) for _ in range(4))
+
+
+@record
+class Named:
+    own: int
+    cls: int = 2
+    fields: int = 3
+
+
+def test_fields_may_have_any_name():
+    assert (Named(1).own, Named(1).cls, Named(1).fields) == (1, 2, 3)
+    assert Named(1) == Named(own=1) and Named(1) != Named(4)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import FREE, PRESSED, Assembly, NoReflection, Reflection, assemble, warmed
+from sitscad.estimates.assembly import FREE, PAD, Assembly, NoReflection, Reflection, assemble, warmed
 from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
@@ -22,7 +22,14 @@ from sitscad.estimates.losses import losses_near_metal, near_metal_notes, windin
 from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.own_capacitance import self_capacitance
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
-from sitscad.estimates.uncertainty import Slopes, inductance_slopes, scatter_note, sigmas, spread
+from sitscad.estimates.uncertainty import (
+    Slopes,
+    inductance_slopes,
+    moved_by_surroundings,
+    scatter_note,
+    sigmas,
+    spread,
+)
 from sitscad.estimates.values import (
     CoilEstimate,
     CrossCheck,
@@ -41,7 +48,6 @@ from sitscad.estimates.windings import (
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.current_spectrum import CurrentSpectrum, polyline_spectrum, spiral_spectrum
-from sitscad.physics.eddy_target import reflected_impedance
 from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
@@ -86,7 +92,7 @@ def estimate(
     assert inductance is not None
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
     matrix, matrix_errors = inductance_matrix(inductance, chosen.error(geometry), geometries)
-    assembly = assemble(spec)
+    assembly = assemble(spec, sigmas(spec)[PAD])
     conductivity = conductivity_at(temperature)
     loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
     nearest = _nearest(geometry, assembly)
@@ -107,7 +113,7 @@ def estimate(
     coils = []
     for coil, circuit in zip(layout.coils, circuits, strict=True):
         states = state_estimates(circuit, tank, readout)
-        moved = Slopes(sigmas(spec), slopes, _modulus_moves(spectrum, assembly, states, shares.of(coil.name, PRESSED)))
+        moved = Slopes(sigmas(spec), slopes, moved_by_surroundings(spectrum, assembly, states, shares, coil.name))
         states = {name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()}
         coils.append(_coil_estimate(coil, circuit, tank, states, winding, failed, damped))
     return Estimates(
@@ -260,19 +266,6 @@ PROBE = 5e6
 """Frequency (Hz) at which a state's inductance is tried."""
 
 
-def _modulus_moves(
-    spectrum: CurrentSpectrum | None, assembly: Assembly, states: Mapping[str, StateEstimate], share: float
-) -> dict[str, tuple[float, float]]:
-    """By how much one sigma of the elastomer's modulus moves the pressed state (H, ohm), half of soft against stiff."""
-    if spectrum is None or assembly.pressed_range is None or PRESSED not in states:
-        return {}
-    soft, stiff = (
-        reflected_impedance(spectrum, states[PRESSED].frequency, around.above, around.below)
-        for around in assembly.pressed_range
-    )
-    return {PRESSED: (0.5 * share * (stiff[0] - soft[0]), 0.5 * share * (stiff[1] - soft[1]))}
-
-
 def _reflections(
     spectrum: CurrentSpectrum | None,
     crowding: CrowdingNearMetal | None,
@@ -301,7 +294,9 @@ def _reflections(
 def _nearest(geometry: WindingGeometry, assembly: Assembly) -> float | None:
     # Least distance (m) of metal from any layer's mid-plane in any state; None without metal.
     heights = [layer.z for layer in geometry.spirals or geometry.tracks]
-    states = [*assembly.states, *(assembly.pressed_range or ())]
+    # a pad thinner by one sigma is not much nearer, and only a difference is taken of it
+    ranges = [around for (_, cause), pair in assembly.ranges.items() if cause != PAD for around in pair]
+    states = [*assembly.states, *ranges]
     above = [s.above.distance - max(heights) for s in states if s.above]
     below = [s.below.distance + min(heights) for s in states if s.below]
     return max(min([*above, *below]), LEAST_DISTANCE) if above or below else None
@@ -364,6 +359,7 @@ def _coil_estimate(
         apparent_inductance=free.apparent_inductance,
         failed_states=failed,
         overdamped=damped,
+        bend_inductance=circuit.loss.direct_change,
     )
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,9 @@ ComplexArray = NDArray[np.complex128]
 
 FREE, REST, PRESSED = "free", "rest", "pressed"
 
+MODULUS, PAD = "elastomer modulus", "elastomer thickness"
+"""What scatters the gap."""
+
 
 @record
 class Surroundings:
@@ -38,14 +41,14 @@ class Surroundings:
 class Assembly:
     """The states that exist, their gaps (m) by name, the compression, and what is worth saying about the model.
 
-    `pressed_range` is the pressed state with an elastomer softer and stiffer by one sigma of its modulus.
+    `ranges` are states by their names with one sigma less and one more of what scatters the gap: MODULUS or PAD.
     """
 
     states: tuple[Surroundings, ...]
     gaps: dict[str, float]
     compression: Compression | None
     notes: tuple[str, ...]
-    pressed_range: tuple[Surroundings, Surroundings] | None = None
+    ranges: Mapping[tuple[str, str], tuple[Surroundings, Surroundings]] = field(default_factory=dict)
 
     @property
     def nearest(self) -> float:
@@ -54,24 +57,32 @@ class Assembly:
         return min(found, default=math.inf)
 
 
-def assemble(spec: SensorSpec) -> Assembly:
-    """The states of the sensor: free (coil alone), rest, pressed to the required normal force."""
+def assemble(spec: SensorSpec, pad_sigma: float = 0.0) -> Assembly:
+    """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
+
+    `pad_sigma` is the standard deviation (m) of the elastomer's thickness.
+    """
     below, behind = _behind(spec)
     states, gaps = [Surroundings(FREE, None, None)], {}
-    compression, spread = None, None
+    compression = None
+    ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
     if spec.target is not None or below is not None:
         rest = spec.elastomer.thickness if spec.elastomer else 0.0
         states.append(Surroundings(REST, _target(spec, rest), below))
         if spec.target is not None:
             gaps[REST] = rest
+        if spec.target is not None and spec.elastomer is not None and pad_sigma:
+            thin, thick = _pads(spec, pad_sigma)
+            ranges[REST, PAD] = (Surroundings(REST, _target(spec, thin), below),
+                                 Surroundings(REST, _target(spec, thick), below))  # fmt: skip
     if spec.target is not None and spec.elastomer is not None and spec.requirements.normal_force:
         compression = _compression(spec)
         states.append(Surroundings(PRESSED, _target(spec, compression.gap), below))
         gaps[PRESSED] = compression.gap
-        spread = _pressed_range(spec, below)
+        ranges |= {(PRESSED, cause): pair for cause, pair in _pressed_ranges(spec, below, pad_sigma).items()}
     if behind is not None:
         gaps["behind_the_board"] = behind
-    return Assembly(tuple(states), gaps, compression, tuple(_notes(spec, compression)), spread)
+    return Assembly(tuple(states), gaps, compression, tuple(_notes(spec, compression)), ranges)
 
 
 def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
@@ -120,21 +131,33 @@ def _behind(spec: SensorSpec) -> tuple[Reflector | None, float | None]:
     return Reflector(board + spec.shield.gap, tuple(plates)), spec.shield.gap
 
 
-def _compression(spec: SensorSpec, factor: float = 1.0) -> Compression:
+def _compression(spec: SensorSpec, factor: float = 1.0, thickness: float | None = None) -> Compression:
     pad = spec.elastomer
     assert pad is not None
-    return compress(*pad.size, pad.thickness, factor * pad.material.shear_modulus, pad.material.bulk_modulus,
-                    spec.requirements.normal_force or 0.0, pad.shape == "circle")  # fmt: skip
+    return compress(*pad.size, thickness or pad.thickness, factor * pad.material.shear_modulus,
+                    pad.material.bulk_modulus, spec.requirements.normal_force or 0.0,
+                    pad.shape == "circle")  # fmt: skip
 
 
-def _pressed_range(spec: SensorSpec, below: Reflector | None) -> tuple[Surroundings, Surroundings]:
+def _pads(spec: SensorSpec, sigma: float) -> tuple[float, float]:
+    # Thicknesses (m) of the elastomer one sigma less and more, never nothing.
+    assert spec.elastomer is not None
+    thickness = spec.elastomer.thickness
+    return max(0.05 * thickness, thickness - sigma), thickness + sigma
+
+
+def _pressed_ranges(
+    spec: SensorSpec, below: Reflector | None, pad_sigma: float
+) -> dict[str, tuple[Surroundings, Surroundings]]:
     assert spec.elastomer is not None
     sigma = spec.elastomer.material.shear_modulus_sigma
-    soft, stiff = (_compression(spec, factor).gap for factor in (max(0.05, 1.0 - sigma), 1.0 + sigma))
-    return (
-        Surroundings(PRESSED, _target(spec, soft), below),
-        Surroundings(PRESSED, _target(spec, stiff), below),
-    )
+    gaps = {MODULUS: [_compression(spec, factor).gap for factor in (max(0.05, 1.0 - sigma), 1.0 + sigma)]}
+    if pad_sigma:
+        gaps[PAD] = [_compression(spec, thickness=thickness).gap for thickness in _pads(spec, pad_sigma)]
+    return {
+        cause: (Surroundings(PRESSED, _target(spec, less), below), Surroundings(PRESSED, _target(spec, more), below))
+        for cause, (less, more) in gaps.items()
+    }
 
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:

@@ -34,10 +34,14 @@ AREA = {"circle": math.pi / 4.0, "hexagon": math.sqrt(3.0) / 2.0, "octagon": 2.0
 
 @record
 class TargetShares:
-    """Share of an endless plate's effect by coil name and state, and what is worth saying about it."""
+    """Share of an endless plate's effect by coil name and state, and what is worth saying about it.
+
+    `error` is relative, of every share.
+    """
 
     shares: Mapping[tuple[str, str], float]
     notes: tuple[str, ...]
+    error: float = 0.0
 
     def of(self, coil: str, state: str) -> float:
         """The share for a coil in a state: 1 where nothing is known to be smaller."""
@@ -65,7 +69,7 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
         for placement, row in zip(spec.array.placements, member.ravel(), strict=True):
             shares[placement.name, name] = float(found[row])
     notes = _notes(spec, shares, [name for name, _, _ in covered], error, magnetic)
-    return TargetShares(shares, tuple(notes))
+    return TargetShares(shares, tuple(notes), error)
 
 
 PURE = 0.99

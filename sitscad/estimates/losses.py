@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 
-from sitscad.geometry.path import Arc, Line
+from sitscad.estimates.windings import mitred_path
+from sitscad.geometry.path import Arc
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.physics.corners import direct_resistance, mitred, with_corners
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.near_metal import CrowdingNearMetal, crowding_near_metal
 from sitscad.physics.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
-from sitscad.physics.resistance import bend_squares, lone_track_loss, pair_loss, track_resistance
+from sitscad.physics.resistance import lone_track_loss, pair_loss
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
@@ -28,7 +29,8 @@ FINE_TOLERANCE = 1e-2
 
 def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...], conductivity: float,
                    tolerance: float | None = None) -> ProximityLoss:  # fmt: skip
-    """Skin and proximity effect of a drawn coil (S/m): spirals where it has them, else the sides and arcs of its paths.
+    """Skin and proximity effect of a drawn coil (S/m): spirals where it has them, else the sides and arcs of its paths,
+    with the way that direct current takes round sharp corners.
 
     `tolerance` is the relative one asked for the inductance, None for the usual.
     """
@@ -40,8 +42,10 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     resolution = resolution_for(spec.trace_width, thickness, gap, wanted, conductivity)
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
     usual = wanted > FINE_TOLERANCE
-    return bent_winding_loss(bent, conductivity, resolution.modes, 4 if usual else 8, resolution.steps,
-                             half=usual and min(spec.layer_turns) >= 4.0)  # fmt: skip
+    cuts, half = 4 if usual else 8, usual and min(spec.layer_turns) >= 4.0
+    straight = [mitred(track) for track in bent]
+    along = bent_winding_loss(straight, conductivity, resolution.modes, cuts, resolution.steps, half)
+    return with_corners(along, bent, conductivity)
 
 
 def _wanted(tolerance: float | None) -> float:
@@ -79,8 +83,8 @@ def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:
-    """A layer's path as straight sides and arcs."""
-    segments = winding.path.segments
+    """A layer's path as straight sides and arcs, none of these tighter than the track is wide."""
+    segments = mitred_path(winding.path, width).segments
     turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
     starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
     return BentTrack(starts, ends, np.array(turns), width, winding.thickness, winding.z)
@@ -88,28 +92,7 @@ def bent_track(winding: Winding, width: float) -> BentTrack:
 
 def winding_resistance(spec: CoilSpec, coil: Coil, conductivity: float) -> float:
     """Direct-current resistance (ohm) of a coil's winding; the current cuts sharp corners and tight turns short."""
-    total = 0.0
-    for winding in coil.windings:
-        segments = winding.path.segments
-        length = math.fsum(_effective_length(segment, spec.trace_width) for segment in segments)
-        for before, after in pairwise(segments):
-            if not isinstance(before, Arc) and not isinstance(after, Arc):
-                length += spec.trace_width * _bend(before.start, before.end, after.end)
-        total += track_resistance(length, spec.trace_width, winding.thickness, conductivity)
-    return total
-
-
-def _effective_length(segment: Line | Arc, width: float) -> float:
-    # Of a straight track with the same resistance: in an arc the current leans to the inside, as 1 / radius.
-    if isinstance(segment, Line) or segment.radius <= 0.5 * width:
-        return segment.length
-    half = 0.5 * width / segment.radius
-    return segment.length * half / math.atanh(half)
-
-
-def _bend(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    turn = math.remainder(math.atan2(c[1] - b[1], c[0] - b[0]) - math.atan2(b[1] - a[1], b[0] - a[0]), 2.0 * math.pi)
-    return bend_squares(round(turn, 6)) if abs(turn) > 1e-3 else 0.0
+    return math.fsum(direct_resistance(bent_track(w, spec.trace_width), conductivity) for w in coil.windings)
 
 
 @record

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache, lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -12,13 +13,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.estimates.assembly import PAD, Assembly, Surroundings
+from sitscad.estimates.finite_target import TargetShares
 from sitscad.estimates.tank import CoilCircuit, Tank
 from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.estimates.windings import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
-from sitscad.physics.current_spectrum import spiral_spectrum
-from sitscad.physics.eddy_target import distance_derivative
+from sitscad.physics.current_spectrum import CurrentSpectrum, spiral_spectrum
+from sitscad.physics.eddy_target import distance_derivative, reflected_impedance
 from sitscad.physics.mean_distance import log_mean_distance
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.readout import ldc1614
@@ -30,7 +33,7 @@ Array = NDArray[np.float64]
 DATA = Path(__file__).resolve().parents[1] / "data"
 
 WIDTH, THICKNESS, DISTANCE, DIAMETER = "trace width", "copper thickness", "layer distance", "diameter"
-CAPACITOR, MODULUS = "capacitor", "elastomer modulus"
+CAPACITOR, PERMITTIVITY, SHARE = "capacitor", "permittivity", "share of the target"
 
 EXTRA = {WIDTH: (0.18, 1.27), THICKNESS: (-0.29, 0.62)}
 """Growth of the extra loss with the logarithm of width and thickness: shares of itself and of its growth with ln f."""
@@ -48,7 +51,9 @@ turns that lacks 0.14 %, of 80 turns 0.05 %."""
 
 @record
 class Tolerance:
-    """One row of the tolerances: relative half width of a rectangular distribution, its source, whether it was seen."""
+    """One row of the tolerances: half width of a rectangular distribution (relative, or in metres as its unit says),
+    its source, whether it was seen.
+    """
 
     half_width: float
     source: str
@@ -56,7 +61,7 @@ class Tolerance:
 
     @property
     def sigma(self) -> float:
-        """Relative standard deviation: half width over sqrt 3 (rectangular distribution, GUM 4.3.7)."""
+        """Standard deviation: half width over sqrt 3 (rectangular distribution, GUM 4.3.7)."""
         return self.half_width / math.sqrt(3.0)
 
 
@@ -71,7 +76,9 @@ def tolerances() -> dict[str, Tolerance]:
 
 
 def sigmas(spec: SensorSpec) -> dict[str, float]:
-    """Relative standard deviations of what is manufactured, for this stack-up."""
+    """Standard deviations of what is manufactured, for this stack-up: the elastomer's thickness in metres, all others
+    relative.
+    """
     found = {name: row.sigma for name, row in tolerances().items()}
     if spec.fpc.stackup.copper_thickness_sigma is not None:
         mean = math.fsum(layer.thickness for layer in spec.coil_copper) / len(spec.coil_copper)
@@ -83,7 +90,8 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
 def scatter_note(spec: SensorSpec) -> str:
     """Which of the tolerances behind the scatter nobody has seen a source for."""
     measured = {THICKNESS} if spec.fpc.stackup.copper_thickness_sigma is not None else set()
-    unseen = [name for name, row in tolerances().items() if not row.verified and name not in measured]
+    absent = set() if spec.elastomer is not None else {PAD}
+    unseen = [name for name, row in tolerances().items() if not row.verified and name not in measured | absent]
     if not ldc1614.limits()["capacitor_tolerance"].verified:
         unseen.append(CAPACITOR)
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
@@ -157,12 +165,12 @@ def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:
 class Slopes:
     """What the spread of a coil's states is made of: relative sigmas, slopes of the winding's inductance (H).
 
-    `modulus` says by how much (H, ohm) one sigma of the elastomer's modulus moves a state.
+    `surroundings` says by state and cause how much (H, ohm) one sigma of what is around the coil moves it.
     """
 
     sigmas: Mapping[str, float]
     inductance: Mapping[str, float]
-    modulus: Mapping[str, tuple[float, float]]
+    surroundings: Mapping[str, Mapping[str, tuple[float, float]]]
 
 
 def resistance_slopes(circuit: CoilCircuit, frequency: float) -> dict[str, float]:
@@ -233,8 +241,44 @@ def _moves(
         DISTANCE: (by_l[DISTANCE], 0.0, -circuit.self_capacitance),
         DIAMETER: (rest, by_r[DIAMETER], 0.0),
         CAPACITOR: (0.0, 0.0, tank.capacitor),
+        PERMITTIVITY: (0.0, 0.0, circuit.self_capacitance),
     }
     moved = {name: (sigma[name] * a, sigma[name] * b, sigma[name] * c) for name, (a, b, c) in found.items()}
-    if state.state in slopes.modulus:
-        moved[MODULUS] = (*slopes.modulus[state.state], 0.0)
-    return moved
+    around = slopes.surroundings.get(state.state, {})
+    return moved | {name: (by_l, by_r, 0.0) for name, (by_l, by_r) in around.items()}
+
+
+def moved_by_surroundings(
+    spectrum: CurrentSpectrum | None,
+    assembly: Assembly,
+    states: Mapping[str, StateEstimate],
+    shares: TargetShares,
+    coil: str,
+) -> dict[str, dict[str, tuple[float, float]]]:
+    """By how much (H, ohm) one sigma of each cause around a coil moves each state: half of one sigma less against one
+    more for the gaps; the target's share as a half width.
+    """
+    found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
+    if spectrum is None:
+        return found
+    for (state, cause), pair in assembly.ranges.items():
+        if state in states:
+            factor = 0.5 * shares.of(coil, state)
+            found[state][cause] = _between(spectrum, states[state].frequency, pair, factor)
+    for around in assembly.states:
+        if around.state in states and around.above is not None and shares.error:
+            factor = shares.error / math.sqrt(3.0) * shares.of(coil, around.state)
+            bare = replace(around, above=None)
+            found[around.state][SHARE] = _between(spectrum, states[around.state].frequency, (around, bare), factor)
+    return found
+
+
+def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
+             factor: float) -> tuple[float, float]:  # fmt: skip
+    one, other = (
+        reflected_impedance(spectrum, frequency, around.above, around.below)
+        if around.above is not None or around.below is not None
+        else (0.0, 0.0)
+        for around in pair
+    )
+    return factor * (one[0] - other[0]), factor * (one[1] - other[1])

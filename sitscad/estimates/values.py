@@ -55,11 +55,13 @@ class CoilEstimate:
     """One coil. `winding_inductance` and `resistance_dc` are the spiral layers' at direct current, `resistance_ac` is
     theirs at `sensor_frequency`; `terminal_*` what the contacts see, leads and tail included, in free air.
 
-    `inductance_error` is the relative bound of the winding's value; `capacitance` the whole tank's, `self_capacitance`
-    that of winding, leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by
-    name. `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the
-    model fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state
-    are NaN. `overdamped` are the quality factors of those whose tank does not oscillate. SI units.
+    `winding_inductance` is that of a current which is even across every track, `inductance_error` its relative bound;
+    `bend_inductance` (negative) is what real direct current makes less, for it crowds to the inside of corners and
+    arcs: states and terminals have it in them. `capacitance` is the whole tank's, `self_capacitance` that of winding,
+    leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by name.
+    `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the model
+    fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state are NaN.
+    `overdamped` are the quality factors of those whose tank does not oscillate. SI units.
     """
 
     name: str
@@ -85,6 +87,7 @@ class CoilEstimate:
     apparent_inductance: float | None = None
     failed_states: Mapping[str, str] = field(default_factory=dict)
     overdamped: Mapping[str, float] = field(default_factory=dict)
+    bend_inductance: float | None = None
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
         """Change of inductance (H/N) and of frequency (Hz/N) from rest to pressed by that force (N): the secant."""
@@ -188,6 +191,7 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
         "winding_inductance_H": _number(coil.winding_inductance),
         "terminal_inductance_H": _number(coil.terminal_inductance),
         "inductance_error": _number(coil.inductance_error),
+        "bend_inductance_H": _number(coil.bend_inductance),
         "method": coil.method,
         "lead_inductance_H": _number(coil.lead_inductance),
         "resistance_dc_ohm": _number(coil.resistance_dc),

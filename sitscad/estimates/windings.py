@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sitscad.estimates.inductance_bounds import Crowding, error_bound
-from sitscad.geometry.path import Arc, Path
+from sitscad.geometry.path import Arc, Line, Path, Point
 from sitscad.layout.board import Coil
 from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.rings import ring_winding_inductance
@@ -69,16 +69,30 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
         PolylineTrack(np.array(w.path.flattened(CHORD)) - centre, spec.trace_width, w.thickness, w.z)
         for w in coil.windings
     )
-    drawn = tuple(
-        track(_pieces(w.path.shifted(-coil.centre.x, -coil.centre.y)), spec.trace_width, w.thickness, w.z)
-        for w in coil.windings
-    )
+    width, home = spec.trace_width, (-coil.centre.x, -coil.centre.y)
+    drawn = tuple(track(_pieces(w.path.shifted(*home), width), width, w.thickness, w.z) for w in coil.windings)
     return WindingGeometry(spec, (), tracks, drawn)
 
 
-def _pieces(path: Path) -> list[Side | Bend]:
+def mitred_path(path: Path, width: float) -> Path:
+    """The path with arcs of less than half a width (m) between sides replaced by the corners that the copper has there:
+    its inner edge cannot be rounded, and outside hardly any current runs.
+    """
+    segments = list(path.segments)
+    for k in range(len(segments) - 2, 0, -1):
+        one, arc, other = segments[k - 1 : k + 2]
+        if isinstance(arc, Line) or isinstance(one, Arc) or isinstance(other, Arc) or arc.radius >= 0.5 * width:
+            continue
+        onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / one.length
+        corner = Point(arc.start.x + onwards * (one.end.x - one.start.x),
+                       arc.start.y + onwards * (one.end.y - one.start.y))  # fmt: skip
+        segments[k - 1 : k + 2] = [Line(one.start, corner), Line(corner, other.end)]
+    return Path(tuple(segments))
+
+
+def _pieces(path: Path, width: float) -> list[Side | Bend]:
     pieces: list[Side | Bend] = []
-    for s in path:
+    for s in mitred_path(path, width):
         if isinstance(s, Arc):
             pieces.append(((s.centre.x, s.centre.y), s.radius, s.start_angle, 1.0 if s.ccw else -1.0, abs(s.sweep)))
         else:

@@ -15,19 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.current_modes import (
-    Cut,
-    ModeSet,
-    ProximityLoss,
-    cut_loss,
-    field_nodes,
-    integrated,
-    joined,
-    mode_matrix,
-    points_of,
-)
+from sitscad.physics.current_modes import ProximityLoss, cut_loss, joined
 from sitscad.physics.legendre import gauss
+from sitscad.physics.mode_matrix import NearAndFar, mode_matrix
 from sitscad.physics.proximity import arc_field, smooth_rings
+from sitscad.physics.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -37,6 +29,10 @@ BLOCK = math.radians(30.0)
 
 ABREAST = math.radians(5.0)
 """Sides whose directions differ by less than this lie abreast."""
+
+TIGHTEST = 0.7
+"""Radius of the centre line, in widths, below which an arc's current is that of this radius; at a half, its inner edge
+is a point that would take all of it. Tighter arcs between straight sides are corners (`corners.mitred`)."""
 
 CORNER = 0.4
 """Widths of clearance of sides that are not abreast: the field squared beyond a corner, summed over a side, is then
@@ -119,12 +115,14 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
     rows, keys, block, number = [], [], [], 0
     known: list[tuple[float, int]] = []
     for track in tracks:
+        most = 1.0 / (TIGHTEST * track.width)
         for nodes, length, turn, heading in _blocks(track):
             middle = (len(nodes) - 1) // 2
             group = _group(known, heading, 1 if turn else 0)
+            curvature = max(-most, min(turn / length, most))
             for k in range(len(nodes) - 1):
                 keys.append(group if k == middle else -1)
-                rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, turn / length))
+                rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, curvature))
             block += [number] * (len(nodes) - 1)
             number += 1
     table = np.array(rows)
@@ -204,7 +202,7 @@ def _place(sides: _Sides, index: NDArray[np.intp], fraction: float) -> tuple[Arr
 
 
 def _cut_loss(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float, conductivity: float,
-              modes: ModeSet, steps: int, matrix: Array | None) -> ProximityLoss:  # fmt: skip
+              modes: ModeSet, steps: int, matrix: Array | NearAndFar | None) -> ProximityLoss:  # fmt: skip
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
     offset = 0.5 * cut.width[:, None] * field_nodes(modes)

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from sitscad.physics.bessel import j1
 from sitscad.physics.constants import MU0
-from sitscad.physics.current_modes import Cut, ModeSet, ModeSystem, mode_conductances, points_of, split_projection
+from sitscad.physics.current_modes import ModeSystem
 from sitscad.physics.current_spectrum import wave_numbers
 from sitscad.physics.eddy_target import Reflector, returned_waves
 from sitscad.physics.proximity import WindingCut
+from sitscad.physics.track_modes import Cut, ModeSet, mode_conductances, points_of, split_projection
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -16,23 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.current_modes import (
-    Cut,
-    ModeSet,
-    ModeSystem,
-    ProximityLoss,
-    field_nodes,
-    integrated,
-    joined,
-    mode_system,
-    points_of,
-    suited_modes,
-)
+from sitscad.physics.current_modes import ModeSystem, ProximityLoss, joined, mode_system
 from sitscad.physics.elliptic import coaxial_rings
 from sitscad.physics.legendre import gauss
 from sitscad.physics.resistance import skin_depth
 from sitscad.physics.rings import radii_at
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.track_modes import Cut, ModeSet, field_nodes, integrated, points_of, suited_modes
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.current_modes import Cut, ProximityLoss, parallel_tracks_loss, suited_modes
+from sitscad.physics.current_modes import ProximityLoss, parallel_tracks_loss
+from sitscad.physics.track_modes import Cut, suited_modes
 
 COPPER_CONDUCTIVITY = 58.0e6
 """Annealed copper at 20 C in S/m (NBS Handbook 100: 0.017241 ohm mm2/m)."""

@@ -57,9 +57,10 @@ ESTIMATE_FORMATS: Mapping[str, Callable[[str, Estimates | None, CheckedSpec, boo
 def coil_rows(estimates: Estimates) -> list[list[str]]:
     """Each quantity of the coils with one value a coil."""
     rows = (
-        ("winding inductance, free", lambda c: quantity(c.winding_inductance, "H")),
+        ("winding inductance, even current", lambda c: quantity(c.winding_inductance, "H")),
         ("its relative error, at most", lambda c: f"{c.inductance_error:.1e}"),
         ("method", lambda c: str(c.method)),
+        ("direct current crowds inside bends: change", lambda c: quantity(c.bend_inductance, "H")),
         ("terminal inductance", lambda c: quantity(c.terminal_inductance, "H")),
         ("of that, leads and tail", lambda c: quantity(c.lead_inductance, "H")),
         *((f"- {LEAD_PARTS.get(name, name)}", _part(name)) for name in _part_names(estimates)),

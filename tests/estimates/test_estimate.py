@@ -236,6 +236,7 @@ def test_json_is_the_contract(mounted):
     coil = document["coils"][0]
     required = {
         "name", "centre_m", "winding_inductance_H", "terminal_inductance_H", "inductance_error", "method",
+        "bend_inductance_H",
         "resistance_dc_ohm", "resistance_ac_ohm", "capacitance_F", "sensor_frequency_Hz", "parallel_resistance_ohm",
         "quality_factor", "self_resonance_Hz", "trace_length_m", "states",
     }  # fmt: skip

@@ -14,9 +14,9 @@ from sitscad.estimates.losses import Strip, bent_track, near_metal_notes, windin
 from sitscad.estimates.windings import winding_geometry
 from sitscad.layout import lay_out
 from sitscad.physics.bent_tracks import bent_winding_loss
-from sitscad.physics.current_modes import ModeSet
 from sitscad.physics.proximity import Resolution, winding_loss
 from sitscad.physics.resistance import bend_squares, conductivity_at
+from sitscad.physics.track_modes import ModeSet
 from sitscad.spec.load import load_text
 
 COPPER = 58e6
@@ -142,3 +142,15 @@ def test_the_note_on_polygons_near_metal_comes_with_its_nearness():
     assert "R within 4.0 %" in near and "R within 1.5 %" in further
     mounted = load_text(SPEC.replace("SHAPE", "square") + "mount: {standoff: 0.05}\n", "near.yaml")
     assert any("round coil of equal length" in note for note in estimate(lay_out(mounted)).notes)
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.05, 0.06, 0.1])
+def test_corners_rounded_by_less_than_the_track_is_wide_have_numbers(radius):
+    """A radius of half a track and less gave no resistance: an arc cannot be tighter than its inner edge."""
+    rounded = SPEC.replace("SHAPE", "square").replace("trace_width: 100", f"corner_radius: {radius}, trace_width: 100")
+    sharp = estimate(laid_out("square")).coils[0]
+    found = estimate(lay_out(load_text(rounded, "test.yaml"))).coils[0]
+    assert found.resistance_ac == pytest.approx(sharp.resistance_ac, rel=0.02)
+    assert found.terminal_inductance == pytest.approx(sharp.terminal_inductance, rel=0.01)
+    whole = [coil.winding_inductance + coil.bend_inductance for coil in (found, sharp)]
+    assert whole[0] == pytest.approx(whole[1], rel=5e-3)

@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from sitscad.estimates import estimate, uncertainty
+from sitscad.estimates.assembly import PAD
 from sitscad.estimates.uncertainty import (
     CAPACITOR,
     DIAMETER,
     DISTANCE,
+    PERMITTIVITY,
+    SHARE,
     THICKNESS,
     WIDTH,
     inductance_slopes,
@@ -173,6 +176,71 @@ requirements: {normal_force: 4 N}
     assert "elastomer modulus" not in states["rest"].spread.causes.values()
 
 
+PAD_OVER_COIL = """
+target: {shape: square, size: 8, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 8, thickness: 1, kerf: 0.15}
+requirements: {normal_force: 4 N}
+"""
+
+
+def padded(**parts):
+    """A coil under a target on a pad, with parts of its spec changed."""
+    spec = load_text(TEXT.replace("SHAPE", "circle") + PAD_OVER_COIL, "padded.yaml")
+    return replace(spec, **{name: replace(getattr(spec, name), **values) for name, values in parts.items()})
+
+
+def moves(monkeypatch, spec):
+    """What one sigma of each cause does to inductance, resistance and capacitance, by state."""
+    found = {}
+    real = uncertainty._moves
+
+    def watched(circuit, tank, state, slopes):
+        found[state.state] = real(circuit, tank, state, slopes)
+        return found[state.state]
+
+    monkeypatch.setattr(uncertainty, "_moves", watched)
+    estimate(lay_out(spec))
+    monkeypatch.undo()
+    return found
+
+
+def test_the_pad_s_thickness_scatters_rest_and_pressed(monkeypatch):
+    found = moves(monkeypatch, padded())
+    sigma = tolerances()[PAD].sigma
+    low, high = (estimate(lay_out(padded(elastomer={"thickness": 1e-3 + s * sigma}))).coils[0] for s in (-1.0, 1.0))
+    assert PAD not in found["free"]
+    for state in ("rest", "pressed"):
+        slope = 0.5 * (high.states[state].inductance - low.states[state].inductance)
+        assert slope > 0.0
+        assert abs(found[state][PAD][0]) == pytest.approx(slope, rel=0.1)
+    assert found["pressed"][PAD][0] == pytest.approx(-abs(found["pressed"][PAD][0]))
+    # softer, and thinner, both let the target nearer
+    assert found["pressed"]["elastomer modulus"][0] < 0.0
+
+
+def test_a_finite_target_s_share_scatters_by_its_stated_error(monkeypatch):
+    found = moves(monkeypatch, padded())
+    states = estimate(lay_out(padded())).coils[0].states
+    for state in ("rest", "pressed"):
+        change = states[state].inductance - states["free"].inductance
+        share = found[state][SHARE][0]
+        # 3 to 5 % of what the target changes, as a half width; the crowding near metal is not in it
+        assert 0.02 / math.sqrt(3.0) < share / change < 0.06 / math.sqrt(3.0)
+    assert SHARE not in found["free"]
+
+
+def test_permittivity_scatters_what_the_board_has_of_the_capacitance(monkeypatch):
+    found = moves(monkeypatch, padded())
+    own = estimate(lay_out(padded())).coils[0].self_capacitance
+    assert found["free"][PERMITTIVITY] == pytest.approx((0.0, 0.0, own * 0.06 / math.sqrt(3.0)))
+    spec = padded()
+    layers = tuple(replace(layer, relative_permittivity=1.1 * layer.relative_permittivity)
+                   if layer.relative_permittivity else layer for layer in spec.fpc.stackup.layers)  # fmt: skip
+    more = replace(spec, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))
+    # leads lie in the board too; what is outside of it (air between turns and beyond) makes the difference
+    assert estimate(lay_out(more)).coils[0].self_capacitance / own == pytest.approx(1.1, abs=0.02)
+
+
 def test_every_tolerance_has_a_source_and_says_whether_it_was_seen():
     for name, row in tolerances().items():
         assert row.source, name
@@ -183,7 +251,7 @@ def test_every_tolerance_has_a_source_and_says_whether_it_was_seen():
 def test_the_estimate_says_which_tolerances_nobody_has_seen():
     spec = design()
     note = next(note for note in estimate(lay_out(spec)).notes if note.startswith("scatter"))
-    assert "unverified: layer distance, diameter, capacitor" in note
+    assert "unverified: layer distance, diameter, permittivity, capacitor" in note
 
 
 def test_plated_copper_takes_the_scatter_of_its_stackup():

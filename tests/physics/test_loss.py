@@ -12,7 +12,6 @@ from windings import MM, UM, bench, coil, four_layers, miniature
 
 import sitscad.physics.proximity as proximity
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
-from sitscad.physics.current_modes import ModeSet
 from sitscad.physics.current_spectrum import polyline_spectrum, spiral_spectrum
 from sitscad.physics.eddy_target import (
     Plate,
@@ -27,6 +26,7 @@ from sitscad.physics.resistance import lone_track_loss, skin_depth, via_resistan
 from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
 from sitscad.physics.rings import radii_at
 from sitscad.physics.spirals import spiral_inductance_matrix
+from sitscad.physics.track_modes import ModeSet
 
 COPPER = 58e6
 

@@ -19,11 +19,11 @@ from windings import square
 from sitscad.estimates.windings import WindingGeometry, equivalent_spirals
 from sitscad.physics import near_metal, proximity
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.current_modes import suited_modes
 from sitscad.physics.current_spectrum import polyline_spectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_impedance
 from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
 from sitscad.physics.resistance import bend_squares, skin_depth
+from sitscad.physics.track_modes import suited_modes
 from sitscad.spec.sensor import CoilSpec
 
 UM, MM = 1e-6, 1e-3

@@ -1,0 +1,314 @@
+"""Direct current at the corners of a winding: it crowds to the inside, which lowers resistance and inductance.
+
+An even current, mitred at every corner, plus a loop at each (`corner_excess`). A loop takes from the inductance what it
+makes with its own two arms and itself, a table, and the flux that the rest of the winding sends through it. That stays
+when the frequency rises: what alternating current does along the sides comes on top (`bent_tracks`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.bent_tracks import BentTrack
+from sitscad.physics.constants import MU0
+from sitscad.physics.corner_excess import (
+    TIGHT,
+    gentle_inductance,
+    gentle_squares,
+    moment,
+    own_inductance,
+    points,
+    tight_squares,
+)
+from sitscad.physics.current_modes import ProximityLoss
+from sitscad.physics.legendre import gauss
+from sitscad.physics.resistance import bend_squares
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+LEAST_TURN = 1e-3
+"""Angle (rad) between straight pieces from which on there is a corner."""
+
+MOST_TURN = math.radians(120.0)
+"""Angle (rad) up to which an arc between sides rounds a corner; beyond, it is a curve of its own."""
+
+NEAR = 4.0
+"""Distance, in widths, up to which a loop counts as spread out and a side as wide; beyond, a dipole and a filament."""
+
+STRANDS = 4
+"""Filaments across the width of a near side."""
+
+CHORD = math.radians(15.0)
+"""Arcs send their flux as chords of about this angle."""
+
+BLOCK = 200_000
+"""Pairs of corners and sides that are worked on at once."""
+
+
+@record(eq=False)
+class Corners:
+    """Sharp corners, one row each: the loops' middles (n, 2) and heights (m), the moments (m2) over the current,
+    positive upwards, their places (n, 8, 2) and shares (n, 8), the width (m), what each loop makes with itself and its
+    own two arms (H) and those arms' numbers (n, 2) among the `Filaments`.
+    """
+
+    middle: Array
+    height: Array
+    moment: Array
+    places: Array
+    shares: Array
+    width: Array
+    own: Array
+    arms: Index
+
+
+@record(eq=False)
+class Filaments:
+    """Straight pieces of all tracks, chords of arcs too: ends (n, 2) and mitres as in `Track`, height and width (m)."""
+
+    start: Array
+    end: Array
+    before: Array
+    after: Array
+    height: Array
+    width: Array
+
+
+def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
+    """The loss of a winding of straight sides and arcs (S/m), with what its corners change of direct current.
+
+    `loss` is that of the `mitred` tracks, `tracks` the real ones.
+    """
+    return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
+                   direct_change=loss.direct_change + corner_inductance(tracks))  # fmt: skip
+
+
+def direct_resistance(track: BentTrack, conductivity: float) -> float:
+    """Resistance (ohm) of a track to direct current (S/m), which cuts corners and in arcs goes as 1 / radius."""
+    length = float(np.sum(_lengths(track)[track.turns == 0.0]))
+    for bend in _bends(track):
+        if bend.radius == 0.0:
+            squares = bend_squares(round(abs(bend.turn), 6))
+        elif bend.is_tight:
+            squares = tight_squares(bend.turn, bend.radius)
+        elif bend.is_between_sides:
+            squares = gentle_squares(bend.turn, bend.radius)
+        else:
+            half = 0.5 / max(bend.radius, TIGHT[-1])
+            squares = abs(bend.turn) * bend.radius * half / math.atanh(half)
+        length += squares * track.width
+    return length / (conductivity * track.width * track.thickness)
+
+
+def mitred(track: BentTrack) -> BentTrack:
+    """The track with arcs so tight that they count as corners replaced by the corners."""
+    starts, ends, kept = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
+    for bend in _bends(track):
+        if bend.is_tight and bend.radius:
+            kept[bend.piece] = False
+            ends[bend.piece - 1] = starts[bend.piece + 1] = bend.corner
+    return replace(track, starts=starts[kept], ends=ends[kept], turns=track.turns[kept])
+
+
+def corner_inductance(tracks: Sequence[BentTrack]) -> float:
+    """Inductance (H) of direct current in tracks in series less that of a current which is even across the sides."""
+    arcs = math.fsum(gentle_inductance(bend.turn, track.width, track.thickness, bend.radius)
+                     for track in tracks for bend in _bends(track)
+                     if bend.is_between_sides and not bend.is_tight)  # fmt: skip
+    filaments, corners = _filaments(tracks), _corners(tracks)
+    if not len(corners.width):
+        return arcs
+    through = 2.0 * float(np.sum(corners.moment * flux_density(filaments, corners)))
+    return arcs + float(np.sum(corners.own)) + through + _between(corners)
+
+
+@record
+class _Bend:
+    # A bend of a track: the number of its arc, or of the side after a sharp corner; angle (rad, positive to the left),
+    # radius of the centre line over the width, where its sides would meet, whether it has sides on both ends.
+    piece: int
+    turn: float
+    radius: float
+    corner: tuple[float, float]
+    is_between_sides: bool
+
+    @property
+    def is_tight(self) -> bool:
+        return self.is_between_sides and self.radius < TIGHT[-1]
+
+
+def _lengths(track: BentTrack) -> Array:
+    # Of the chords, for arcs.
+    return np.asarray(np.hypot(*(track.ends - track.starts).T))
+
+
+def _bends(track: BentTrack) -> list[_Bend]:
+    step = track.ends - track.starts
+    heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
+    turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
+    found = []
+    for k in np.nonzero(straight[:-1] & straight[1:] & (np.abs(turn) > LEAST_TURN))[0]:
+        found.append(_Bend(int(k) + 1, float(turn[k]), 0.0, tuple(track.ends[k].tolist()), True))
+    chords = _lengths(track)
+    for k in np.nonzero(~straight)[0]:
+        angle = float(track.turns[k])
+        radius = float(chords[k]) / (2.0 * math.sin(0.5 * abs(angle)))
+        sides = 0 < k < len(straight) - 1 and bool(straight[k - 1] and straight[k + 1]) and abs(angle) < MOST_TURN
+        onwards = radius * math.tan(0.5 * abs(angle)) if sides else 0.0
+        corner = track.starts[k] + onwards * step[k - 1] / chords[k - 1]
+        found.append(_Bend(int(k), angle, radius / track.width, tuple(corner.tolist()), bool(sides)))
+    return found
+
+
+def _corners(tracks: Sequence[BentTrack]) -> Corners:
+    rows, arms, first = [], [], 0
+    for track in tracks:
+        numbers = first + np.concatenate([[0], np.cumsum(_chords(track))])
+        first = int(numbers[-1])
+        for bend in _bends(track):
+            if bend.is_tight:
+                rows.append(_corner(track, bend))
+                # straight sides are one piece each, the chords of a tight arc lie between them
+                arms.append((numbers[bend.piece - 1], numbers[bend.piece + (1 if bend.radius else 0)]))
+    columns = [np.array(column) for column in zip(*rows, strict=True)] if rows else [np.zeros((0, 2))] * 7
+    return Corners(*[*columns, np.array(arms, dtype=np.intp).reshape(-1, 2)])
+
+
+def _corner(track: BentTrack, bend: _Bend) -> tuple[Array, float, float, Array, Array, float, float]:
+    w, here, after = track.width, np.array(bend.corner), bend.piece + (1 if bend.radius else 0)
+    one, other = here - track.starts[bend.piece - 1], track.ends[after] - here
+    inwards = other / np.hypot(*other) - one / np.hypot(*one)
+    inwards = inwards / np.hypot(*inwards)
+    table = points(bend.turn)
+    places = here + w * (table[:, :1] * inwards + table[:, 1:2] * np.array([-inwards[1], inwards[0]]))
+    # to the left the loop runs clockwise, seen from above
+    size = -math.copysign(moment(bend.turn, bend.radius), bend.turn) * w * w
+    own = own_inductance(bend.turn, w, track.thickness, bend.radius)
+    return table[:, 2] @ places, track.z, size, places, table[:, 2], w, own
+
+
+def _chords(track: BentTrack) -> Index:
+    return np.maximum(1, np.ceil(np.abs(track.turns) / CHORD)).astype(np.intp)
+
+
+def _filaments(tracks: Sequence[BentTrack]) -> Filaments:
+    parts = [_pieces(track) for track in tracks]
+    return Filaments(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def _pieces(track: BentTrack) -> tuple[Array, ...]:
+    nodes = [track.starts[0]]
+    for start, end, turn, count in zip(track.starts, track.ends, track.turns, _chords(track), strict=True):
+        nodes += [_on_arc(start, end, turn, k / count) for k in range(1, count)]
+        nodes.append(end)
+    line = np.array(nodes)
+    t = np.diff(line, axis=0)
+    t = t / np.hypot(t[:, 0], t[:, 1])[:, None]
+    left = np.stack([-t[:, 1], t[:, 0]], axis=1)
+    inner = (left[:-1] + left[1:]) / (1.0 + np.sum(left[:-1] * left[1:], axis=1))[:, None]
+    mitres = np.concatenate([left[:1], inner, left[-1:]])
+    return line[:-1], line[1:], mitres[:-1], mitres[1:], np.full(len(t), track.z), np.full(len(t), track.width)
+
+
+def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
+    span = end - start
+    chord = math.sin(0.5 * turn * fraction) / math.sin(0.5 * turn)
+    angle = 0.5 * turn * (fraction - 1.0)
+    c, s = math.cos(angle), math.sin(angle)
+    return np.asarray(start + chord * np.array([c * span[0] - s * span[1], s * span[0] + c * span[1]]))
+
+
+def flux_density(filaments: Filaments, corners: Corners) -> Array:
+    """Mean normal field (T/A) that a winding sends through each corner's loop, less that of its own arms if endless."""
+    field = np.zeros(corners.width.size)
+    rows = max(1, BLOCK // len(filaments.start))
+    for low in range(0, field.size, rows):
+        part = np.arange(low, min(low + rows, field.size))
+        point = corners.middle[part, None]
+        far = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
+        near = _distances(point, filaments) < NEAR * corners.width[part, None]
+        numbers = np.arange(len(filaments.start))
+        near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
+        field[part] = np.sum(np.where(near, 0.0, far), axis=1)
+        i, j = np.nonzero(near)
+        np.add.at(field, part[i], _from_near(filaments, corners, part[i], j))
+    return field
+
+
+def _distances(point: Array, filaments: Filaments) -> Array:
+    # In the plane, of points (n, 1, 2) from filaments.
+    span = filaments.end - filaments.start
+    away = point - filaments.start
+    along = np.clip(np.sum(away * span, axis=2) / np.sum(span * span, axis=1), 0.0, 1.0)
+    return np.asarray(np.hypot(*np.moveaxis(away - along[..., None] * span, -1, 0)))
+
+
+def _from_near(filaments: Filaments, corners: Corners, i: Index, j: Index) -> Array:
+    # The mean over the loops i of the field of the sides j, which are as wide as they are.
+    total = np.zeros(i.size)
+    incoming, outgoing = corners.arms[i, 0] == j, corners.arms[i, 1] == j
+    within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
+    nodes, weights = gauss(STRANDS)
+    for place, share in zip(np.swapaxes(corners.places, 0, 1), corners.shares.T, strict=True):
+        for x, weight in zip(nodes, weights, strict=True):
+            offset = 0.5 * x * filaments.width[j][:, None]
+            start = filaments.start[j] + offset * filaments.before[j]
+            end = filaments.end[j] + offset * filaments.after[j]
+            field = normal_field(place[i], corners.height[i], start, end, filaments.height[j])
+            # an endless arm has more, beyond its far end, than the real one; the incoming one's current runs inwards
+            field = np.where(incoming, _onwards(place[i], start, start - end), field)
+            field = np.where(outgoing, -_onwards(place[i], end, end - start), field)
+            field = np.where(within, 0.0, field)
+            total += 0.5 * weight * share[i] * field
+    return total
+
+
+def normal_field(point: Array, height: Array, start: Array, end: Array, level: Array) -> Array:
+    """Normal field (T/A) at points (..., 2) and heights of straight filaments, all broadcast (Biot and Savart).
+
+    Beyond a filament's ends nothing is a difference of nearly equal numbers.
+    """
+    span = end - start
+    length = np.hypot(span[..., 0], span[..., 1])
+    t = span / length[..., None]
+    away = point - start
+    along = np.sum(away * t, axis=-1)
+    lateral = t[..., 0] * away[..., 1] - t[..., 1] * away[..., 0]
+    square = np.maximum(lateral**2 + (height - level) ** 2, 1e-12 * length**2)
+    rest = length - along
+    near, far = np.sqrt(along**2 + square), np.sqrt(rest**2 + square)
+    beside = np.where((along >= 0.0) & (rest >= 0.0), 2.0 / square, 0.0)
+    ends = np.copysign(1.0, along) / (near * (near + np.abs(along)))
+    ends += np.copysign(1.0, rest) / (far * (far + np.abs(rest)))
+    return np.asarray(MU0 / (4.0 * math.pi) * lateral * (beside - ends))
+
+
+def _onwards(point: Array, end: Array, way: Array) -> Array:
+    # The field (T/A) in its own plane of an endless filament from `end` along `way`, its current along it.
+    t = way / np.hypot(way[:, 0], way[:, 1])[:, None]
+    away = point - end
+    back = -np.sum(away * t, axis=1)
+    lateral = t[:, 0] * away[:, 1] - t[:, 1] * away[:, 0]
+    far = np.sqrt(back**2 + lateral**2)
+    return np.asarray(MU0 / (4.0 * math.pi) * lateral / (far * (far + back)))
+
+
+def _between(corners: Corners) -> float:
+    # Twice the mutual inductances of different loops: coaxial ones as the map has them, others as dipoles.
+    total = 0.0
+    for k in range(corners.width.size - 1):
+        rest = slice(k + 1, None)
+        away = np.hypot(*(corners.middle[rest] - corners.middle[k]).T)
+        near = away < NEAR * corners.width[k]
+        away, rise = away[near], np.abs(corners.height[rest][near] - corners.height[k]) / corners.width[k]
+        clear = corners.width[k] * (rise + 0.53 / (1.0 + 0.75 * rise))
+        product = corners.moment[k] * corners.moment[rest][near]
+        total += float(np.sum(product * (2.0 * clear**2 - away**2) / (clear**2 + away**2) ** 2.5))
+    return MU0 / (2.0 * math.pi) * total

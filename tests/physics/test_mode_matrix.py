@@ -1,0 +1,66 @@
+"""Modes of many tracks: full blocks of neighbours and the lowest modes of far tracks are as good as all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from windings import coil
+
+from sitscad.physics import mode_matrix, proximity
+from sitscad.physics.eddy_target import Plate, Reflector
+from sitscad.physics.mode_matrix import NearAndFar
+from sitscad.physics.near_metal import crowding_near_metal
+from sitscad.physics.track_modes import Cut, ModeSet
+
+COPPER = 58e6
+UM = 1e-6
+
+
+def rows(count, thickness=35 * UM):
+    """Two layers of tracks of 100 um, 200 um apart."""
+    across = np.tile(1e-3 + 200 * UM * np.arange(count // 2), 2)
+    height = np.repeat([0.0, -60 * UM], count // 2)
+    one = np.ones(count)
+    return Cut(across, height, 100 * UM * one, thickness * one, one, 1.0 / across)
+
+
+@pytest.mark.parametrize("thickness", [9 * UM, 100 * UM])
+def test_products_are_those_of_the_full_matrix(monkeypatch, thickness):
+    cut, modes = rows(80, thickness), ModeSet(6, 2, (7, 3))
+    sparse = mode_matrix.mode_matrix(cut, COPPER, modes)
+    assert isinstance(sparse, NearAndFar)
+    monkeypatch.setattr(mode_matrix, "MANY", 1000)
+    full = mode_matrix.mode_matrix(cut, COPPER, modes)
+    size = 3 * len(modes.orders)
+    # of the first three tracks: their own blocks to the last mode, all others within what far tracks may lack
+    found = sparse @ np.eye(full.shape[0])[:, :size]
+    assert np.abs(found - full[:, :size]).max() < 3e-4 * np.diagonal(full).max()
+    assert found[:size] == pytest.approx(full[:size, :size], rel=1e-12, abs=1e-20)
+    one, other = np.random.default_rng(1).normal(size=(2, full.shape[0]))
+    assert one @ (sparse @ other) == pytest.approx(other @ (sparse @ one), rel=1e-5)
+    assert sparse @ one == pytest.approx(full @ one, abs=1e-3 * np.abs(full @ one).max())
+
+
+def test_it_takes_a_fraction_of_the_room():
+    matrix = mode_matrix.mode_matrix(rows(400), COPPER, ModeSet(6, 2, (7, 3)))
+    room = matrix.blocks.nbytes + matrix.far.nbytes
+    assert room < 0.3 * 8 * matrix.scale.size**2
+
+
+def test_losses_are_those_of_all_modes(monkeypatch):
+    layers = tuple(coil(30e-3, 35, 200 * UM, 60 * UM, [0.0, -60 * UM], [35 * UM] * 2))
+    frequencies = np.array([1e5, 1e6, 1e7])
+    wall = Reflector(100 * UM, (Plate(COPPER),))
+    found = []
+    for many in (60, 1000):
+        monkeypatch.setattr(mode_matrix, "MANY", many)
+        proximity.winding_cuts.cache_clear()
+        resolution = proximity.suited_resolution(layers, COPPER, 0.03)
+        cuts = proximity.winding_cuts(layers, COPPER, resolution)
+        assert isinstance(cuts[0].system.matrix, NearAndFar) == (many == 60)
+        loss = proximity.winding_loss(layers, COPPER)
+        near = crowding_near_metal(cuts, COPPER, resolution.modes, 100 * UM).changes(frequencies, wall, None)
+        found.append((loss.resistance_ratios(frequencies), loss.inductance_changes(frequencies), near))
+    proximity.winding_cuts.cache_clear()
+    for some, all_modes in zip(*found, strict=True):
+        assert np.abs(some / all_modes - 1.0).max() < 3e-4
