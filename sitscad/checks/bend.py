@@ -15,7 +15,7 @@ from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Pad, Trace, Via
-from sitscad.layout.tail import tail_thickness
+from sitscad.layout.stiffening import tail_thickness
 from sitscad.record import record
 from sitscad.units import show
 

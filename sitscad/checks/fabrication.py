@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.layout.panel import is_wanted, least_size
-from sitscad.layout.tail import tail_thickness
+from sitscad.layout.stiffening import tail_thickness
 from sitscad.spec.sensor import CoilSpec, Connector
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show

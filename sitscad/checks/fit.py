@@ -9,7 +9,7 @@ from sitscad.checks.fabrication import house, source_of
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.tail import tail_thickness
+from sitscad.layout.stiffening import tail_thickness
 from sitscad.spec.sensor import ElastomerPad, Jaw
 from sitscad.units import show
 

@@ -16,6 +16,7 @@ from sitscad.layout.openings import chip_openings, opening
 from sitscad.layout.outline import Body, outline, with_room_for_corners
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
+from sitscad.layout.stiffening import stiffener
 from sitscad.layout.tail import (
     CORNER_RADIUS,
     Run,
@@ -24,7 +25,6 @@ from sitscad.layout.tail import (
     first_via,
     frame,
     runs,
-    stiffener,
     turn_begin,
 )
 from sitscad.layout.turn import course, turned

@@ -1,4 +1,4 @@
-"""The tail: from the end of the body to the contacts; the pairs' tracks and vias, the stiffener."""
+"""The tail: from the end of the body to the contacts; the pairs' tracks and vias."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from sitscad.geometry.path import Path, Point, polyline, rounded
-from sitscad.geometry.region import Region
-from sitscad.layout.board import Pad, Stiffener
+from sitscad.layout.board import Pad
 from sitscad.layout.clearance import Hole, Track, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.layout.taper import SAME, Taper
@@ -389,25 +388,6 @@ def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, numbe
     centre = Point(tail.pad_start + size[0] / 2, height)
     name = lane.placement.name
     return Pad(centre, size, 1, name, f"{name}.{end}", number)
-
-
-def tail_thickness(spec: SensorSpec) -> float:
-    """Thickness (m) of the tail: the stack-up down to its last copper layer, and the bottom coverlay."""
-    stack = spec.fpc.stackup
-    layers = min(spec.fpc.tail.layers, len(stack.copper)) if spec.fpc.tail else len(stack.copper)
-    last = stack.copper[layers - 1]
-    return -(last.z - last.thickness / 2) + stack.layers[-1].thickness
-
-
-def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
-    """The plate under the contacts that brings them to the connector's insertion thickness; none for solder pads."""
-    connector = tail.connector
-    bare = tail_thickness(spec) - spec.fpc.stackup.layers[0].thickness
-    thickness = connector.insertion_thickness - bare
-    if spec.fpc.tail is None or connector.insertion_thickness <= 0.0 or thickness <= 0.0:
-        return None
-    start = max(tail.start, min(tail.end - connector.stiffener_length, first_via(spec, tail)))
-    return Stiffener(Region(tail.strip(start)), thickness, "polyimide")
 
 
 def first_via(spec: SensorSpec, tail: TailFrame) -> float:
