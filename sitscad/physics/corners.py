@@ -122,10 +122,10 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     arcs = math.fsum(gentle_inductance(bend.turn, track.width, track.thickness, bend.radius)
                      for track in tracks for bend in _bends(track)
                      if bend.is_between_sides and not bend.is_tight)  # fmt: skip
-    filaments, corners = _filaments(tracks), _corners(tracks)
+    corners = _corners(tracks)
     if not len(corners.width):
         return arcs
-    through = 2.0 * float(np.sum(corners.moment * flux_density(filaments, corners)))
+    through = 2.0 * float(np.sum(corners.moment * flux_density(_filaments(tracks), corners)))
     return arcs + float(np.sum(corners.own)) + through + _between(corners)
 
 

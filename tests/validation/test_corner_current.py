@@ -260,8 +260,7 @@ def test_rounded_corners(name, sides, turns, radius):
     real = BentTrack(starts, ends, turnings[:, 0], width, copper, 0.0)
     modes = suited_modes(width, copper, least_gap(pitch - width, width, [0.0]), skin_depth(10e6, COPPER), False)
     loss = with_corners(bent_winding_loss([mitred(real)], COPPER, modes, 4, 16), [real], COPPER)
-    found = limit_of(lambda n: [sheet(corners, width, copper, n, n, radius=radius * width)], FREQUENCIES,
-                     (4, 6) if turns == 1 else (3, 5))  # fmt: skip
+    found = limit_of(lambda n: [sheet(corners, width, copper, n, n, radius=radius * width)], FREQUENCIES, (4, 6))
     even, direct, resistance = found[:3]
     assert loss.direct_change == pytest.approx(direct - even, abs=1.5e-3 * even)
     assert loss.direct == pytest.approx(resistance, rel=5e-3)
