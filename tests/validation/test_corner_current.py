@@ -251,7 +251,7 @@ ROUNDED = [("square", 4, 1, 0.68), pytest.param("square", 4, 1, 1.0, marks=pytes
 
 @pytest.mark.parametrize(("name", "sides", "turns", "radius"), ROUNDED)
 def test_rounded_corners(name, sides, turns, radius):
-    """L within 0.15 % and R within 0.5 % at direct current and 1 MHz, 0.35 % and 3 % at 10 MHz."""
+    """L within 0.15 % and R within 0.5 % at direct current and 1 MHz, 0.4 % and 3 % at 10 MHz (three wide turns)."""
     apothem, pitch, width, copper = (1.0 if turns == 1 else 1.5) * MM, 400 * UM, 300 * UM, 12 * UM
     corners = polygon(sides, turns, apothem, pitch)
     path = rounded_polyline([Point(*c) for c in corners], [radius * width] * len(corners))
@@ -265,5 +265,5 @@ def test_rounded_corners(name, sides, turns, radius):
     assert loss.direct_change == pytest.approx(direct - even, abs=1.5e-3 * even)
     assert loss.direct == pytest.approx(resistance, rel=5e-3)
     lacking = loss.inductance_changes(FREQUENCIES) - (found[3:5] - even)
-    assert np.all(np.abs(lacking) < np.array([1.5e-3, 3.5e-3]) * even)
+    assert np.all(np.abs(lacking) < np.array([1.5e-3, 4e-3]) * even)
     assert np.all(np.abs(loss.direct * loss.resistance_ratios(FREQUENCIES) / found[5:7] - 1.0) < np.array([5e-3, 0.03]))
