@@ -10,10 +10,11 @@ from sitscad.layout import room
 from sitscad.layout.advice import with_remedy
 from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
-from sitscad.layout.escape import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Escape, Patience
+from sitscad.layout.escape import Escape
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.openings import chip_openings, opening
 from sitscad.layout.outline import Body, outline, with_room_for_corners
+from sitscad.layout.patience import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Patience
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
 from sitscad.layout.stiffening import stiffener

@@ -9,17 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.geometry.path import TWO_PI
+from sitscad.layout.branches import Branch, Surroundings
 from sitscad.layout.clearance import hole_distance
 from sitscad.record import record
-
-if TYPE_CHECKING:
-    from sitscad.layout.escape import Branch, Surroundings
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -9,17 +9,11 @@ from typing import TYPE_CHECKING
 
 from sitscad.geometry.path import Point
 from sitscad.geometry.spiral import outer_boundary
+from sitscad.layout.branches import OuterEnd, Surroundings, outer_ends
 from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
-from sitscad.layout.escape import (
-    TRIALS_OF_A_WAVE,
-    Escape,
-    OuterEnd,
-    Patience,
-    Surroundings,
-    escape,
-    outer_ends,
-)
+from sitscad.layout.escape import Escape, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
+from sitscad.layout.patience import TRIALS_OF_A_WAVE, Patience
 from sitscad.layout.ring import Ring
 from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height, stretched
 from sitscad.layout.wound_coils import WoundCoil

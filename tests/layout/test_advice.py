@@ -8,7 +8,7 @@ import pytest
 
 from sitscad.layout import lay_out, remedies
 from sitscad.layout.arrangement import _attempt
-from sitscad.layout.escape import Patience
+from sitscad.layout.patience import Patience
 from sitscad.spec import presets
 
 
