@@ -21,6 +21,12 @@ from sitscad.record import record
 TRIALS = 4_000
 """The search of one coil gives up after it has tried this many branches."""
 
+STEP_BACK = 1e-3
+"""How far back on the ring (rad) its direction is taken."""
+
+SHARPEST = math.cos(math.radians(40.0))
+"""A lead leaves the ring at no sharper angle: its two parts would lie on each other."""
+
 
 @record
 class Escape:
@@ -141,7 +147,8 @@ def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[H
     """The ways from a coil's end to its exit: directly, or by a via where the layers differ."""
     if end.layer == out.layer:
         for sweep in _sweeps(around, end, out.angle):
-            yield Branch((Leg(around, end.layer, end.point, out.angle - sweep, sweep, out.way),))
+            if not _doubles_back(around, out, sweep):
+                yield Branch((Leg(around, end.layer, end.point, out.angle - sweep, sweep, out.way),))
         return
     way = polyline([around.ring.at(out.angle), *out.way])
     clear = around.keep_out + around.bus.width / 2 - 1e-9
@@ -149,10 +156,22 @@ def _lead_options(around: Surroundings, end: OuterEnd, out: Exit, places: list[H
         if way.distance(hole.centre) < clear:  # a lead that passes its own via closes a loop with it
             continue
         angle, _ = around.stand(hole)
-        onward = [Leg(around, out.layer, hole.centre, angle, sweep, out.way) for sweep in _both_ways(out.angle - angle)]
+        sweeps = [sweep for sweep in _both_ways(out.angle - angle) if not _doubles_back(around, out, sweep)]
+        onward = [Leg(around, out.layer, hole.centre, angle, sweep, out.way) for sweep in sweeps]
         for to_via in _legs_to(around, end, hole, angle):
             for from_via in onward:
                 yield Branch((to_via, from_via), hole)
+
+
+def _doubles_back(around: Surroundings, out: Exit, sweep: float) -> bool:
+    """Whether a lead that comes round the ring by `sweep` (rad) would leave it back over itself."""
+    if not sweep:
+        return False
+    leaves, before = around.ring.at(out.angle), around.ring.at(out.angle - math.copysign(STEP_BACK, sweep))
+    beyond = next((point for point in out.way if point.distance(leaves) > 1e-9), leaves)
+    ahead, onward = (leaves.x - before.x, leaves.y - before.y), (beyond.x - leaves.x, beyond.y - leaves.y)
+    along = ahead[0] * onward[0] + ahead[1] * onward[1]
+    return along < -SHARPEST * math.hypot(*ahead) * math.hypot(*onward)
 
 
 def _join_options(around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places: list[Hole]) -> Iterator[Branch]:

@@ -14,7 +14,7 @@ from itertools import islice, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.geometry.path import Path, Point, polar, polyline
+from sitscad.geometry.path import Path, Point, Segment, polar, polyline
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import Hole, hole_distance, hole_keep_out
 from sitscad.record import record
@@ -90,6 +90,8 @@ def place_inner_vias(windings: Sequence[Winding], turns: Sequence[float], inside
     hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
     keep = hole_keep_out(hole, rules, spacing)
     places = _clear_places(inside, joins[0][0].point, copper, keep, width)
+    if inside.longer > 1e-9 and len(places):  # the grid along a long coil reaches into its corners, beyond round ones
+        places = places[np.all([_is_round(places, _innermost(w, n)) for w, n in zip(windings, turns, strict=True)], 0)]
     options = [_Candidates(_candidates(ends, places, copper, hole, width + spacing)) for ends in joins]
     return _at_once(options, rules, spacing, width) or _choose(options, rules, spacing, width)
 
@@ -111,15 +113,31 @@ def inner_end(winding: Winding) -> InnerEnd:
     return InnerEnd(end, winding.layer, ((before.x - end.x) / length, (before.y - end.y) / length))
 
 
-def _innermost_copper(winding: Winding, turns: float) -> Array:
-    """Points (n, 2) on the last turn and a bit of a layer: the copper that the centre can touch."""
+def _innermost(winding: Winding, turns: float) -> tuple[Segment, ...]:
+    """The last turn and a bit of a layer: the copper that the centre can touch."""
     path = winding.path if winding.inward else winding.path.reversed()
     last = math.ceil(len(path.segments) * min(1.0, 1.25 / turns))
+    return path.segments[-last:]
+
+
+def _innermost_copper(winding: Winding, turns: float) -> Array:
+    """Points (n, 2) on it."""
     points: list[Point] = []
-    for segment in path.segments[-last:]:
+    for segment in _innermost(winding, turns):
         count = max(2, math.ceil(segment.length / SAMPLE))
         points.extend(segment.at(i / count) for i in range(count + 1))
     return np.array(points)
+
+
+def _is_round(places: Array, turn: Sequence[Segment]) -> NDArray[np.bool_]:
+    """Whether a turn, closed by a straight line, goes round each place (n): its winding number about it is not 0."""
+    points = Path(tuple(turn)).flattened(SAMPLE / 6)
+    corners = np.array([*points, points[0]])
+    (ax, ay), (bx, by) = corners[:-1].T[..., None], corners[1:].T[..., None]
+    x, y = places.T
+    left = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+    up, down = (ay <= y) & (by > y) & (left > 0), (ay > y) & (by <= y) & (left < 0)
+    return np.asarray(np.sum(up, axis=0) != np.sum(down, axis=0))
 
 
 def _clear_places(inside: Inside, towards: Point, copper: dict[int, Array], keep: float, width: float) -> Array:

@@ -109,7 +109,7 @@ def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...
     orders = [above[i] + between + below[j] for i, j in ((0, 1), (1, 0), (0, 0), (1, 1))]
     orders += [between + above[0] + below[1], above[0] + below[1] + between]
     ranks = [tuple(order.index(p) for p in placements) for order in orders]
-    if len({round(p.centre[1], 7) for p in placements}) == len(placements):
+    if len({round(p.centre[1], 7) for p in placements}) == len(placements) > 1:
         in_line = (tuple(lane.rank for lane in assign_lanes(placements, side)) for side in (1, -1))
         ranks = [_as_seen(placements), *in_line, *ranks]
     unlike = dict.fromkeys(ranks)

@@ -27,6 +27,11 @@ Array = NDArray[np.float64]
 BLOCK = math.radians(30.0)
 """Arcs are cut once in every such angle of their direction, in the middle one of an odd number of chords."""
 
+ROUND = math.radians(200.0)
+"""Rounded corners and half circles, which turn less, are cut in equal parts from their own beginning, so that no part
+of one counts as abreast of the next; runs of arcs that turn more where their direction passes fixed angles, so that
+those of turns that begin elsewhere lie abreast."""
+
 ABREAST = math.radians(5.0)
 """Sides whose directions differ by less than this lie abreast."""
 
@@ -157,8 +162,13 @@ def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[B
     radii = np.hypot(spans[:, 0], spans[:, 1]) / (2.0 * np.sin(0.5 * np.abs(turns)))
     begin = sign * (math.atan2(spans[0, 1], spans[0, 0]) - 0.5 * turns[0])
     reached = begin + np.concatenate([[0.0], np.cumsum(np.abs(turns))])
-    inner = np.arange(math.ceil(begin / BLOCK + 1e-3), math.floor(reached[-1] / BLOCK - 1e-3) + 1)
-    for low, high in pairwise([begin, *(BLOCK * inner), float(reached[-1])]):
+    end, whole = float(reached[-1]), float(reached[-1]) - begin
+    if whole < ROUND:
+        cuts = np.linspace(begin, end, math.ceil(whole / BLOCK - 1e-3) + 1)
+    else:
+        inner = np.arange(math.ceil(begin / BLOCK + 1e-3), math.floor(end / BLOCK - 1e-3) + 1)
+        cuts = np.array([begin, *(BLOCK * inner), end])
+    for low, high in pairwise(cuts.tolist()):
         overlap = np.minimum(reached[1:], high) - np.maximum(reached[:-1], low)
         length = float(np.sum(radii * np.maximum(overlap, 0.0)))
         # Chords about as long as the track is wide, an odd number so that one is in the middle.
@@ -166,7 +176,9 @@ def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[B
         at = np.linspace(low, high, parts + 1)
         arc = np.clip(np.searchsorted(reached, at, side="right") - 1, 0, len(turns) - 1)
         nodes = _on_arcs(starts[arc], ends[arc], turns[arc], (at - reached[arc]) / np.abs(turns[arc]))
-        yield nodes, length, sign * (high - low), sign * (math.floor(0.5 * (low + high) / BLOCK) + 0.5) * BLOCK
+        middle = 0.5 * (low + high)
+        heading = middle if whole < ROUND else (math.floor(middle / BLOCK) + 0.5) * BLOCK
+        yield nodes, length, sign * (high - low), sign * heading
 
 
 def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:

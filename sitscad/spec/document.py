@@ -140,7 +140,9 @@ class ArrayDocument(Section):
     """The coils of the sensor, x along the jaw; C1 is the far one, the tail leaves at +x."""
 
     pattern: str | None = key(Choice(("single", "line", "triangle", "grid", "explicit")), "how the coils stand", None)
-    count: tuple[int, ...] | None = key(Count, "line: a number; grid: [nx, ny]", None)
+    count: tuple[int, ...] | None = key(
+        Count, "line: a number; grid: [nx, ny], numbered up each column, the far column first", None
+    )
     pitch: float | None = key(Pitch, "distance of neighbouring centres", None)
     centres: list[tuple[float, float]] | None = key(
         ListOf(Centre), "explicit: [x, y] of every coil, in the order of the converter's channels", None

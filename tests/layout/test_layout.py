@@ -288,3 +288,14 @@ def test_a_short_tail_is_made_long_enough_for_its_turn(aside, length):
         "turned.yaml",
     )
     assert_sound(lay_out(spec))
+
+
+def test_no_via_stands_outside_the_round_corners_of_a_long_coil():
+    """Inner ends of some layers lie in corners that the turns of others round off: no via may stand out there."""
+    from .conftest import sensor
+
+    spec = sensor(shape="rectangle", size=(21.1e-3, 11.52e-3), turns=10.25, layers=5, width=120e-6, spacing=100e-6,
+                     stackup="flex-6l", rules="generic-flex", coils=1, corner_radius=3.03e-3)  # fmt: skip
+    layout = lay_out(spec)
+    assert layout.findings == ()
+    assert clashes(layout, 99e-6) == []

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from sitscad import lay_out
-from sitscad.geometry.path import Point, polyline
+from sitscad.geometry.path import Line, Point, polyline
+from sitscad.layout.board import Role
 from sitscad.layout.clearance import Hole, Track
 from sitscad.layout.lanes import bus_for, rows_of_lanes
 from sitscad.layout.maze import Ground, Lattice, Maze
@@ -138,6 +140,24 @@ def test_a_grid_with_room_between_its_rows_is_routed():
     spec = grid(shape="racetrack", size=(7.76e-3, 5.23e-3), turns=7, layers=7, width=100e-6, spacing=90e-6,
                 stackup="flex-8l", clockwise=True, centres=positions.grid(2, 2, 9.76e-3))  # fmt: skip
     assert lay_out(spec).findings == ()
+
+
+@pytest.mark.parametrize("centre, rotation", [((0.0, 1e-3), 0.0), ((0.0, 0.0), math.radians(30))])
+def test_one_coil_beside_the_axis_or_turned_is_routed(centre, rotation):
+    spec = sensor(diameter=5e-3, turns=6, layers=2, stackup="flex-2l-18um", coils=1)
+    array = replace(spec.array, pattern="explicit", placements=(CoilPlacement("C1", centre, rotation),))
+    assert lay_out(replace(spec, array=array)).findings == ()
+
+
+def test_no_lead_turns_back_over_itself():
+    """Once the lead of the second coil left the ring towards the tail though it came along its side from there."""
+    spec = sensor(shape="square", diameter=5.24e-3, turns=11.5, layers=4, width=76e-6, spacing=76e-6, coils=4,
+                  pitch=6.6e-3, clockwise=True, corner_radius=0.56e-3)  # fmt: skip
+    for trace in lay_out(spec).traces:
+        for one, other in pairwise(trace.path):
+            if trace.role is Role.LEAD and isinstance(one, Line) and isinstance(other, Line):
+                ahead, onward = (np.subtract(line.end, line.start) / line.length for line in (one, other))
+                assert float(ahead @ onward) > -0.9
 
 
 def test_an_array_without_a_way_is_given_up_at_once():

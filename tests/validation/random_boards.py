@@ -1,6 +1,6 @@
 """A study of random boards: which are routed, what the findings of the others are worth, and how long it takes.
 
-    python tests/validation/random_boards.py [--boards N] [--first N] [--kicad N] [-o FILE]
+    python tests/validation/random_boards.py [--boards N] [--first N] [--kicad N] [--resistance N] [-o FILE]
 
 prints a table and writes one row a board. Every spec is drawn from a seed: all shapes, arrays, fabricators, tails, one
 to eight layers. A board *has room* when it meets the closed-form rules of `has_room`, written here from the contract
@@ -239,15 +239,33 @@ def kicad_violations(now: Board) -> list[str]:
         return [v["description"] for v in told["violations"] + told["unconnected_items"]]
 
 
+def resistance_gap(now: Board) -> float:
+    """By which share the first coil's copper, read back from the files and solved, differs from the estimate."""
+    from sitscad.extraction import copper_resistance, extract
+
+    with tempfile.TemporaryDirectory() as folder:
+        directory = sitscad.build(now.load(), folder, only=("gerber",), force=True).directory
+        nets = extract(directory)
+    layout = sitscad.lay_out(now.load())
+    stackup, coil = layout.spec.fpc.stackup, layout.coils[0]
+    net = nets.net(coil.net)
+    start, end = (contact.touched() for contact in sorted(net.contacts, key=lambda contact: contact.function))
+    thickness, depths = zip(*((foil.thickness, foil.z) for foil in stackup.copper), strict=True)
+    plating = stackup.plating_thickness or None
+    found = copper_resistance(net, start, end, thickness, depths=depths, plating=plating, fineness=1.0)
+    return found / sitscad.estimate(layout, tolerance=1e-2).coils[0].terminal_resistance_dc - 1.0
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--boards", type=int, default=1000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kicad", type=int, default=0, help="how many routed boards go through kicad-cli")
+    parser.add_argument("--resistance", type=int, default=0, help="of how many the resistance of the copper is solved")
     parser.add_argument("--shallow", action="store_true", help="lay out only")
     parser.add_argument("-o", "--output", type=Path)
     arguments = parser.parse_args()
-    rows, sampled = [], 0
+    rows, sampled, gaps = [], 0, []
     for seed in range(arguments.first, arguments.first + arguments.boards):
         try:
             outcome, now = study(seed, not arguments.shallow)
@@ -260,6 +278,10 @@ def main() -> None:
         if not outcome.last and not outcome.faults and sampled < arguments.kicad and seed % 3 == 0:
             sampled += 1
             outcome = replace(outcome, faults="; ".join(f"kicad: {v}" for v in kicad_violations(now)))
+        if not outcome.last and not outcome.faults and len(gaps) < arguments.resistance and seed % 3 == 1:
+            gaps.append(resistance_gap(now))
+            if abs(gaps[-1]) > 0.02:
+                outcome = replace(outcome, faults=f"resistance: {100 * gaps[-1]:+.1f} % from the estimate")
         rows.append(outcome)
         if outcome.faults or outcome.last or (outcome.room and outcome.first):
             print(outcome, flush=True)
@@ -269,6 +291,8 @@ def main() -> None:
             writer.writeheader()
             writer.writerows(vars(row) for row in rows)
     print("\n".join(summary(rows, sampled)))
+    if gaps:
+        print(f"resistance read back: {len(gaps)} boards, at most {100 * max(map(abs, gaps)):.2f} % from the estimate")
 
 
 def summary(rows: list[Outcome], sampled: int) -> list[str]:
