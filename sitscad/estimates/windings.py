@@ -158,12 +158,17 @@ def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
     thickness = max(layer.thickness for layer in layers)
     heights = tuple(layer.z for layer in layers)
     return Crowding(turns or spec.turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
-                    min(spec.size), heights, spec.corner_radius)  # fmt: skip
+                    min(spec.size), heights, _rounding(spec))  # fmt: skip
+
+
+def _rounding(spec: CoilSpec) -> float:
+    # The corner radius (m), 0 where the copper has sharp corners (`mitred_path`).
+    return spec.corner_radius if spec.corner_radius >= 0.5 * spec.trace_width else 0.0
 
 
 def _bound(method: str) -> Callable[[WindingGeometry], float]:
     def error(geometry: WindingGeometry) -> float:
-        family = "rounded" if geometry.spec.corner_radius else geometry.spec.shape
+        family = "rounded" if _rounding(geometry.spec) else geometry.spec.shape
         distinct = sorted(set(geometry.spec.layer_turns))
         return max(error_bound(family, method, crowding(geometry, turns)) for turns in distinct)
 

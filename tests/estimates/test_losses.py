@@ -187,3 +187,13 @@ def test_slightly_rounded_octagons_lose_little_more_than_sharp_ones():
         )
         ratios.append(losses(lay_out(load_text(spec, "test.yaml"))).resistance_ratio(1e7))
     assert np.array(ratios) == pytest.approx(ratios[0], rel=0.06)
+
+
+@pytest.mark.parametrize("radius", [0.0005, 0.01, 0.049])
+def test_corners_hardly_rounded_have_the_inductance_and_the_bound_of_sharp_ones(radius):
+    """The copper is the same: no other method is taken for it, nor another stated error."""
+    sharp, rounded = (
+        estimate(lay_out(load_text(SPEC.replace("SHAPE", shape), "test.yaml"))).coils[0].winding_inductance
+        for shape in ("square", f"square, corner_radius: {radius}")
+    )
+    assert rounded == sharp
