@@ -6,21 +6,15 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
-
-from sitscad.checks.clearances import copper_in
-from sitscad.checks.copper import Copper
 from sitscad.checks.fabrication import ROUNDING, house, source_of
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.board import Pad, Trace, Via
+from sitscad.layout.bending import longest_straight, unfit_for_bending
+from sitscad.layout.board import Pad, Via
 from sitscad.layout.stiffening import tail_thickness
 from sitscad.record import record
 from sitscad.units import show
-
-STRAIGHT = math.radians(10.0)
-"""Tracks may cross the bend zone at this angle (rad) to the tail's length."""
 
 LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0
 """A longer tail is named in steps of this (m), after at most so many trials; the spec takes none longer than this (m).
@@ -28,8 +22,6 @@ LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0
 
 FIRST_ROOM = 1e-3
 """By so much (m) a tail without any room to bend is lengthened at least, trial by trial."""
-
-_SAME_PLACE = 1e-8
 
 
 @record
@@ -122,35 +114,10 @@ def _straight(subject: Subject) -> _Straight:
     zone = subject.layout.bend_zone
     if zone is None:
         return _Straight(0.0, 0.0, None)
-    unfit = sorted(_unfit_for_bending(subject, zone), key=lambda stretch: stretch[:2])
-    starts = [zone[0], *(np.maximum.accumulate([last for _, last, _ in unfit]).tolist() if unfit else [])]
-    ends = [*(first for first, *_ in unfit), zone[1]]
-    length, start = max((end - start, start) for start, end in zip(starts, ends, strict=True))
-    return _Straight(start, length, unfit[0][2] if unfit else None)
-
-
-def _unfit_for_bending(subject: Subject, zone: tuple[float, float]) -> Iterator[tuple[float, float, Place]]:
-    """Stretches of x (m) in the zone where a track runs askew or changes its width, each with a place on it."""
-    copper = copper_in(subject)
-    boxes = copper.pieces.boxes
-    for k in np.flatnonzero((boxes[:, 0] < zone[1] - ROUNDING) & (boxes[:, 2] > zone[0] + ROUNDING)).tolist():
-        item = copper.items[copper.item[k]]
-        if isinstance(item, Trace) and _askew(copper, k) > STRAIGHT:
-            first, last = max(zone[0], float(boxes[k, 0])), min(zone[1], float(boxes[k, 2]))
-            yield first, last, Place(first, float(boxes[k, 1]), item.layer, (item.net,))
-    widths: dict[tuple[int, int, int], float] = {}
-    for trace in subject.layout.traces:
-        for end in (trace.path.start, trace.path.end):
-            key = trace.layer, round(end.x / _SAME_PLACE), round(end.y / _SAME_PLACE)
-            if zone[0] < end.x < zone[1] and abs(widths.setdefault(key, trace.width) - trace.width) > ROUNDING:
-                yield end.x, end.x, Place(end.x, end.y, trace.layer, (trace.net,))
-
-
-def _askew(copper: Copper, k: int) -> float:
-    """The largest angle (rad, at most a right one) between a piece and the tail's length."""
-    one = copper.pieces.take(np.array([k]))
-    directions = [ends[0] for ends in one.tangents]
-    return max(math.acos(min(1.0, abs(float(d[0])))) if float(np.hypot(*d)) else 0.0 for d in directions)
+    unfit = unfit_for_bending(subject.layout)
+    longest = longest_straight(zone, unfit)
+    first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
+    return _Straight(longest.start, longest.length, first)
 
 
 def bend_figure(subject: Subject) -> tuple[str, float] | None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
+from sitscad.layout.bridges import FEWEST_BRIDGES, bridges, narrower_bridge
 from sitscad.layout.panel import is_wanted, least_size
 from sitscad.layout.stiffening import tail_thickness
 from sitscad.spec.sensor import CoilSpec, Connector
@@ -211,11 +212,36 @@ def part_size(subject: Subject) -> Iterator[Verdict]:
                 size,
                 smallest,
                 "m",
-                source=source_of(subject, "part_size"),
+                Severity.WARNING,
+                source_of(subject, "part_size"),
             )
             break
     if is_wanted(subject.layout):
         yield from _panel_size(subject)
+        yield from _too_few_bridges(subject)
+
+
+def _too_few_bridges(subject: Subject) -> Iterator[Verdict]:
+    """Bridges too wide for the part's edge find too few places, and the part drops out of its panel."""
+    layout, width = subject.layout, subject.spec.fpc.panel.bridge
+    count = len(bridges(layout))
+    if count >= FEWEST_BRIDGES:
+        return
+    least = narrower_bridge(layout)
+    held = {0: "no bridge holds", 1: "only 1 bridge holds"}.get(count, f"only {count} bridges hold")
+    yield Complaint(
+        f"{held} the part in its panel: the edge has no more places for bridges {show(width, 'm')} wide off contacts, "
+        f"stiffener and bend; {FEWEST_BRIDGES} are needed",
+        f"fpc.panel.bridge: {least * 1e3:.1f} mm finds places enough (it was tried)"
+        if least
+        else "no narrower bridge finds places enough either: a larger board, or fpc.panel: none",
+        "fpc.panel.bridge",
+        float(count),
+        float(FEWEST_BRIDGES),
+        None,
+        Severity.ERROR,
+        "two bridges are a hinge, three hold a part in its plane",
+    )
 
 
 def _panel_size(subject: Subject) -> Iterator[Verdict]:
@@ -232,7 +258,8 @@ def _panel_size(subject: Subject) -> Iterator[Verdict]:
                 side,
                 largest,
                 "m",
-                source=source_of(subject, "panel_size"),
+                Severity.WARNING,
+                source_of(subject, "panel_size"),
             )
             return
 
@@ -358,10 +385,12 @@ FABRICATION_RULES: tuple[Rule, ...] = (
         "README, The coil", apply=no_way_out,
     ),
     Rule(
-        "SIT116", "part-size", Severity.WARNING,
-        "The board is not smaller than the smallest part that the fabricator handles, nor its panel too large.",
-        "Smaller parts fall through the machines: they are refused, or left in a panel or on bridges.",
-        "Order in a panel or with bridges, and cut the parts out yourself.",
+        "SIT116", "part-size", Severity.ERROR,
+        "The board is not smaller than the smallest part that the fabricator handles, nor its panel too large, and at "
+        "least three bridges hold it there.",
+        "Smaller parts fall through the machines: they are refused, or left in a panel or on bridges. A part on fewer "
+        "than three bridges tilts or drops out of its panel: that is an error.",
+        "Order in a panel or with bridges narrow enough, and cut the parts out yourself.",
         FABRICATOR, apply=part_size,
     ),
     Rule(

@@ -117,6 +117,7 @@ class Rule:
 
 SEVERITIES: dict[str, str] = {
     "SIT103": "warning, error if binding",
+    "SIT116": "warning, error below three bridges",
     "SIT123": "note or warning for tracks, error",
     "SIT203": "warning, error below the strongest drive",
     "SIT204": "note for the bare coil, warning, error outside what is stable",

@@ -7,13 +7,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box
 from sitscad.layout.board import Layout, Pad
 from sitscad.record import record
 
 BRIDGE_RUN = 25e-3
-"""One bridge at least for every so much of an outline (m), and never fewer than three beside those at the tail's end.
+"""One bridge at least for every so much of an outline (m), and three beside those at the tail's end, if there is room.
+"""
+
+FEWEST_BRIDGES = 3
+"""A part on fewer bridges tilts or drops out while the panel is made: `checks` refuses such a panel."""
+
+NARROWER, NARROWEST = 0.1e-3, 0.2e-3
+"""In steps of this (m) narrower bridges are tried where wide ones find too few places, down to the spec's narrowest.
 """
 
 FREE_OF_BRIDGES = 1.0e-3
@@ -59,10 +67,11 @@ def bridges(layout: Layout) -> tuple[Bridge, ...]:
     """Bridges along an outline: at the end of the tail on both its sides, the others as far apart as they can be.
 
     None at the contacts, beside what is plugged in or in the bend zone, where a nick in the edge would do harm; on
-    straight edges unless those are too few.
+    straight edges unless those are too few. Wide bridges on a small part may find fewer places than
+    `FEWEST_BRIDGES`: then only those are made that there is room for.
     """
     chosen = _at_the_end(layout)
-    wanted = max(3, math.ceil(layout.outline.length / BRIDGE_RUN) - len(chosen))
+    wanted = max(FEWEST_BRIDGES, math.ceil(layout.outline.length / BRIDGE_RUN) - len(chosen))
     places = list(_places(layout, _is_free, _STEP))
     straight = [place for place in places if isinstance(layout.outline.segments[place.segment], Line)]
     if len(straight) >= wanted:
@@ -78,6 +87,17 @@ def bridges(layout: Layout) -> tuple[Bridge, ...]:
         marks.append(best.middle(layout.outline))
         places = _apart_from(marks[-1:], places, layout)
     return tuple(sorted(chosen, key=lambda b: (b.segment, b.begin)))
+
+
+def narrower_bridge(layout: Layout) -> float | None:
+    """The widest narrower bridge (m), in steps, of which enough find a place on a board; None if none do."""
+    spec = layout.spec
+    most, least = math.ceil(spec.fpc.panel.bridge / NARROWER - 1e-6) - 1, round(NARROWEST / NARROWER)
+    for width in (steps * NARROWER for steps in range(most, least - 1, -1)):
+        panel = replace(spec.fpc.panel, bridge=width)
+        if len(bridges(replace(layout, spec=replace(spec, fpc=replace(spec.fpc, panel=panel))))) >= FEWEST_BRIDGES:
+            return width
+    return None
 
 
 def _at_the_end(layout: Layout) -> list[Bridge]:
@@ -107,39 +127,40 @@ def _apart_from(marks: list[Point], places: list[Bridge], layout: Layout) -> lis
     return [place for place in places if all(place.middle(layout.outline).distance(mark) > least for mark in marks)]
 
 
-def _places(layout: Layout, is_fit: Callable[[Layout, Path], bool], step: float) -> Iterator[Bridge]:
+Box = tuple[float, float, float, float]
+
+
+def _places(layout: Layout, is_fit: Callable[[Layout, Box | None, Path], bool], step: float) -> Iterator[Bridge]:
     """Every bridge that could be made where the edge is fit for it, at steps (m) along each segment."""
     width = layout.spec.fpc.panel.bridge
+    plate = None if layout.stiffener is None else bounding_box([layout.stiffener.outline.outline])
     for index, segment in enumerate(layout.outline):
         room = segment.length - 2.0 * width
         for i in range(int(room / step + 1e-9) + 1 if room >= 0 else 0):
             begin = width / 2.0 + i * step
-            if is_fit(layout, Path(tuple(_piece(segment, begin, begin + width)))):
+            if is_fit(layout, plate, Path(tuple(_piece(segment, begin, begin + width)))):
                 yield Bridge(index, begin, begin + width)
 
 
-Box = tuple[float, float, float, float]
-
-
-def _is_free(layout: Layout, edge: Path) -> bool:
+def _is_free(layout: Layout, plate: Box | None, edge: Path) -> bool:
     """Whether a piece of the edge lies on the film, off contacts, stiffener and bend zone."""
     at, keep = _middle(edge), FREE_OF_BRIDGES
     if layout.bend_zone is not None and layout.bend_zone[0] - keep < at.x < layout.bend_zone[1] + keep:
         return False
     boxes = [_pad_box(pad) for pad in layout.all_pads]
-    if layout.stiffener is not None:
-        boxes.append(bounding_box([layout.stiffener.outline.outline]))
+    if plate is not None:
+        boxes.append(plate)
     return not any(_is_near(box, at, keep) for box in boxes)
 
 
-def _is_at_end(layout: Layout, edge: Path) -> bool:
+def _is_at_end(layout: Layout, plate: Box | None, edge: Path) -> bool:
     """Whether a piece of the edge and a little on both sides of it is stiffened, or at least does not bend, and lies
     off the contacts.
     """
     at = _middle(edge)
     ends = [Point(1.5 * p.x - 0.5 * at.x, 1.5 * p.y - 0.5 * at.y) for p in (edge.start, edge.end)]
-    if layout.stiffener is not None:
-        x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
+    if plate is not None:
+        x0, y0, x1, y1 = plate
         if not all(x0 - _ON_EDGE <= p.x <= x1 + _ON_EDGE and y0 - _ON_EDGE <= p.y <= y1 + _ON_EDGE for p in ends):
             return False
     elif layout.bend_zone is not None and any(layout.bend_zone[0] < p.x < layout.bend_zone[1] for p in ends):

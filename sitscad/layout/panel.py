@@ -13,9 +13,10 @@ from dataclasses import replace
 
 from sitscad.geometry.path import Path, Point, bounding_box
 from sitscad.layout.board import Layout
-from sitscad.layout.bridges import Bridge, bridges, cut_lines
+from sitscad.layout.bridges import FEWEST_BRIDGES, Bridge, bridges, cut_lines
 from sitscad.record import record
 from sitscad.spec.sensor import MOST_PARTS, ArraySpec, CoilPlacement, SensorSpec
+from sitscad.units import show
 
 TOOLING_HOLE = 1.5e-3
 FIDUCIAL = 1.0e-3
@@ -112,6 +113,8 @@ def _coupon(layout: Layout) -> tuple[Layout | None, str]:
     if coupon.findings or not all(coil.is_closed_circuit for coil in coupon.coils):
         reasons = "; ".join(finding.message for finding in coupon.findings) or "the coil does not reach its pads"
         return None, f"a single coil with solder pads finds no room: {reasons}"
+    if len(bridges(coupon)) < FEWEST_BRIDGES:
+        return None, f"bridges of {show(spec.fpc.panel.bridge, 'm')} find fewer than three places on it"
     return coupon, ""
 
 

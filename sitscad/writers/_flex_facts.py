@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from functools import cache
 
+from sitscad.layout.bending import bend_stretch
 from sitscad.layout.board import Layout
 from sitscad.layout.thickness import FinishedThickness, Where, finished_thickness, tail_copper
 from sitscad.spec.presets import DATA
@@ -43,10 +44,12 @@ def bend_radius(layout: Layout) -> float | None:
 
 
 def bend_text(layout: Layout) -> str:
-    """Where and how far the tail may be bent."""
-    tail = layout.spec.fpc.tail
+    """Where and how far the tail may be bent: only where all its tracks run straight, as the check of the bend says."""
+    tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
     assert tail is not None and layout.bend_zone is not None
-    a, b = layout.bend_zone
+    if stretch is None:
+        return "The tail has no stretch where its tracks run straight: do not bend it."
+    a, b = stretch
     radius = bend_radius(layout)
     least = f", inside radius at least {show(radius, 'm')}" if radius is not None else ""
     how = "in use (dynamic)" if tail.bend == "dynamic" else "once, at assembly (static)"

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import Path, bounding_box, circle, polyline, rectangle
+from sitscad.layout.bending import bend_stretch
 from sitscad.layout.board import Layout
 from sitscad.units import show
 from sitscad.writers._drawing import (
@@ -85,8 +86,7 @@ def _stations(layout: Layout) -> Iterator[float]:
     """The x that matter along the board: ends, coils, body, bend zone, stiffener, contacts."""
     x0, _, x1, _ = bounding_box([layout.outline])
     yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
-    if layout.bend_zone is not None:
-        yield from layout.bend_zone
+    yield from bend_stretch(layout) or ()
     if layout.stiffener is not None:
         yield bounding_box([layout.stiffener.outline.outline])[0]
     if not _is_turned(layout):
@@ -129,11 +129,11 @@ def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
         sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
         box, name = bounding_box([layout.stiffener.outline.outline]), "stiffener below"
         sheet.text(view.x(box[2]), view.y(box[3]) + above, name, size, "end")
-    if layout.bend_zone is not None:
-        y0, y1 = layout.reach_at(sum(layout.bend_zone) / 2)
-        zone = rectangle(layout.bend_zone[0], y0, layout.bend_zone[1], y1)
+    if (bend := bend_stretch(layout)) is not None:
+        y0, y1 = layout.reach_at(sum(bend) / 2)
+        zone = rectangle(bend[0], y0, bend[1], y1)
         sheet.draw(view.path(zone), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
-        middle, words = view.x(sum(layout.bend_zone) / 2), "bend zone: no holes"
+        middle, words = view.x(sum(bend) / 2), "bend zone: no holes"
         if layout.stiffener is not None:
             begins = view.x(box[2]) - text_width(name, size)
             same_height = abs(view.y(box[3]) - view.y(y1)) < 2.0 * size

@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape
 
 from sitscad.geometry.path import Arc, Path, Point, bounding_box
 from sitscad.geometry.region import Region
+from sitscad.layout.bending import bend_stretch
 from sitscad.layout.board import Layout
 from sitscad.units import show
 from sitscad.writers._fabrication_files import fabrication_path
@@ -125,8 +126,8 @@ def _board(layout: Layout, shown: list[int], view: _View) -> Iterator[str]:
     if layout.stiffener is not None:
         outline = view.region(layout.stiffener.outline)
         yield f"<path d='{outline}' fill='{PLATE}' fill-opacity='0.6' fill-rule='evenodd' stroke='{PLATE}'/>"
-    if layout.bend_zone is not None:
-        yield from _bend(layout, view)
+    if (stretch := bend_stretch(layout)) is not None:
+        yield from _bend(layout, stretch, view)
     for layer in reversed(shown):
         yield from _copper(layout, layer, view)
     for via in layout.vias:
@@ -160,10 +161,9 @@ def _openings(openings: tuple[Region, ...], colour: str, dashes: str, view: _Vie
         yield f"<path d='{data}' fill='none' stroke='{colour}' stroke-width='2' stroke-dasharray='{dashes}'/>"
 
 
-def _bend(layout: Layout, view: _View) -> Iterator[str]:
-    """The bend zone as a band across the board."""
-    assert layout.bend_zone is not None
-    x0, x1 = layout.bend_zone
+def _bend(layout: Layout, stretch: tuple[float, float], view: _View) -> Iterator[str]:
+    """Where the tail may be bent as a band across the board."""
+    x0, x1 = stretch
     ys = _reach(layout.outline, x0, x1) or [layout.body[1], layout.body[3]]
     size = f"width='{_n((x1 - x0) * view.scale)}' height='{_n((max(ys) - min(ys)) * view.scale)}'"
     corner = f"x='{_n(view.x(x0))}' y='{_n(view.y(max(ys)))}'"
@@ -252,7 +252,7 @@ def _marks(marks: list[Mark], view: _View) -> Iterator[str]:
 
 def _legend(layout: Layout, shown: list[int], view: _View, marks: list[Mark]) -> list[str]:
     """The scale bar, then a key for everything that the window shows."""
-    plate, bend = layout.stiffener, layout.bend_zone
+    plate, bend = layout.stiffener, bend_stretch(layout)
     keys = [(_swatch(_colour(layer)), f"copper {layer}") for layer in shown]
     if any(pad.layer in shown and view.shows(pad.centre.x) for pad in layout.pads):
         keys.append((_swatch(CONTACT), "contacts"))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import Point, bounding_box, rectangle
+from sitscad.layout.bending import bend_stretch
 from sitscad.layout.board import Layout, Role, Trace, Via
 from sitscad.writers.kicad_capacitor import placed_capacitors
 from sitscad.writers.kicad_footprint import board_footprint, contact_openings, filled
@@ -127,9 +128,9 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
         outline = layout.stiffener.outline
         for i, path in enumerate((outline.outline, *outline.holes)):
             yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
-    if layout.bend_zone is not None:
-        y0, y1 = layout.reach_at(sum(layout.bend_zone) / 2)
-        zone = rectangle(layout.bend_zone[0], y0, layout.bend_zone[1], y1)
+    if (bend := bend_stretch(layout)) is not None:
+        y0, y1 = layout.reach_at(sum(bend) / 2)
+        zone = rectangle(bend[0], y0, bend[1], y1)
         yield from stroked("gr", zone, BEND_LAYER, 0.1e-3, (name, "bend"), sheet)
     yield from _notes(layout, sheet)
 
@@ -161,7 +162,7 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
     if layout.stiffener is not None:
         plate = layout.stiffener
         lines.append((STIFFENER_LAYER, f"stiffener on the bottom: {plate.material}, {length(plate.thickness)} mm"))
-    if layout.bend_zone is not None:
+    if bend_stretch(layout) is not None:
         lines.append((BEND_LAYER, f"bend zone ({spec.fpc.tail.bend if spec.fpc.tail else 'none'})"))
     for i, (layer, text) in enumerate(lines):
         at = Point(x, y - (2.0 + 1.6 * i) * _TEXT_SIZE)

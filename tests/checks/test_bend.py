@@ -8,11 +8,16 @@ from dataclasses import replace
 import pytest
 
 from sitscad.finding import Severity
-from sitscad.geometry.path import Point, rectangle
+from sitscad.geometry.path import Line, Path, Point, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
-from sitscad.layout.board import Pad, Via
+from sitscad.layout.bending import bend_stretch
+from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.spec.load import load_text
+from sitscad.units import show
+from sitscad.writers import board_drawing, fabrication_notes, stackup_drawing
+from sitscad.writers._drawing import mm
+from sitscad.writers._sheet import Label
 
 UM, MM = 1e-6, 1e-3
 
@@ -111,3 +116,38 @@ def test_no_room_to_bend_is_told_even_where_no_radius_is_stated(judge):
     (found,) = judge("SIT123", silent, lay_out(silent))
     assert found.severity is Severity.WARNING and found.measured == found.limit == 0.0 and "mm is long" in found.hint
     assert "needs" not in found.message
+
+
+GRID = "array: {pattern: grid, count: [2, 2], pitch: 8}"
+
+
+@pytest.mark.parametrize("rest", [GRID, "array: {pattern: line, count: 2, pitch: 8}"])
+def test_the_order_says_to_bend_where_the_check_says(judge, rest):
+    """Notes, both drawings and the KiCad board name the stretch of straight tracks, not all that is free of vias."""
+    here = spec("length: 30, bend: static", "turns: 8, layers: 2", rest)
+    layout = lay_out(here)
+    (note,) = judge("SIT123", here, layout)
+    start, end = bend_stretch(layout)
+    assert note.severity is Severity.NOTE and f"from x = {show(start, 'm', 4)}" in note.message
+    assert start == note.place.x > layout.bend_zone[0] and end - start == pytest.approx(note.measured)
+    told = f"between x = {show(start, 'm')} and x = {show(end, 'm')}"
+    board, stackup = board_drawing.drawing(layout, ""), stackup_drawing.drawing(layout, "")
+    for words in (fabrication_notes.readme(layout), words_of(board), words_of(stackup)):
+        assert told in " ".join(words.split())
+        assert show(layout.bend_zone[0], "m") not in words
+    assert mm(start) in words_of(board) and mm(layout.bend_zone[0]) not in words_of(board)
+
+
+def words_of(sheet):
+    return " ".join(item.text for item in sheet.items if isinstance(item, Label))
+
+
+def test_a_tail_with_nothing_straight_is_not_to_be_bent(bench):
+    """One track askew along all of a short bend zone: the papers say so in place of a stretch of no length."""
+    x = bench.bend_zone[0] + 5 * MM
+    askew = Trace(Path((Line(Point(x - 1 * MM, 0.0), Point(x + 2 * MM, 1 * MM)),)), 0.1 * MM, 1, "C1", Role.TAIL)
+    crooked = replace(bench, bend_zone=(x, x + 1 * MM), traces=(*bench.traces, askew))
+    assert bend_stretch(replace(crooked, traces=bench.traces)) == crooked.bend_zone
+    assert bend_stretch(crooked) is None
+    assert "do not bend it" in fabrication_notes.readme(crooked)
+    assert "bend zone" not in words_of(board_drawing.drawing(crooked, ""))

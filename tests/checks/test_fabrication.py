@@ -13,13 +13,13 @@ from sitscad.geometry.path import Line, Path, Point, bounding_box, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
 from sitscad.layout.board import Pad, Role, Stiffener, Trace, Via
+from sitscad.layout.bridges import bridges
+from sitscad.spec.load import load_text
 
 
 @pytest.fixture(scope="module")
 def good():
     import json
-
-    from sitscad.spec.load import load_text
 
     document = {
         "sitscad": 1,
@@ -303,6 +303,40 @@ def test_a_panel_that_the_fabricator_does_not_make_is_told(judge, design, parts,
     found = [f for f in judge("SIT116", spec, lay_out(spec)) if f.key == "fpc.panel"]
     assert bool(found) == told
     assert all(f.measured > f.limit for f in found)
+
+
+SMALL_PART = """sitscad: 1
+name: small
+coil: {{shape: circle, outer_diameter: 4, turns: 5, layers: 1, trace_width: 76 um, trace_spacing: 76 um}}
+array: {{pattern: line, count: 1, pitch: 6}}
+fpc:
+  rules: {{based_on: generic-flex, inside_radius: 0.3, copper_to_edge: 0.15}}
+  tail: {{length: 40, connector: zif-0.3mm, bend: dynamic, turn: right}}
+  panel: {{bridge: {bridge}, gap: 0.5}}
+"""
+
+
+@pytest.mark.parametrize("bridge", [3, 2.5])
+def test_bridges_too_wide_to_hold_the_part_are_an_error_that_names_a_width_that_holds(judge, bridge):
+    """On this board bridges of 2.5 mm find no place at all; the width named places three, the next wider does not."""
+
+    def found(width):
+        spec = load_text(SMALL_PART.format(bridge=width), "small.yaml")
+        layout = lay_out(spec)
+        return [f for f in judge("SIT116", spec, layout) if f.severity is Severity.ERROR], len(bridges(layout))
+
+    ((error,), count) = found(bridge)
+    assert error.key == "fpc.panel.bridge" and (error.measured, error.limit) == (count, 3) and count < 3
+    (named,) = re.findall(r"fpc\.panel\.bridge: ([\d.]+) mm finds places enough", error.hint)
+    assert found(named) == ([], 3)
+    assert found(f"{float(named) + 0.1:.1f}")[1] < 3
+
+
+def test_a_board_that_no_bridge_holds_names_no_width(judge):
+    spec = load_text(SMALL_PART.format(bridge=0.4), "small.yaml")
+    tiny = replace(lay_out(spec), outline=rectangle(0, 0, 0.3e-3, 0.3e-3), pads=(), stiffener=None, bend_zone=None)
+    (error,) = [f for f in judge("SIT116", spec, tiny) if f.severity is Severity.ERROR]
+    assert error.measured == 0 and "tried" not in error.hint and "fpc.panel: none" in error.hint
 
 
 def test_insertion_thickness(judge, verdicts, good, design):

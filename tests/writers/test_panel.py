@@ -226,6 +226,17 @@ def test_a_single_coil_with_pads_is_its_own_coupon():
     assert "There is no coupon" in panel_drawing.readme(panel, None)
 
 
+def test_a_coupon_that_its_bridges_cannot_hold_is_left_out_and_the_reason_told(small):
+    """Bridges of 3 mm find fewer than three places on a coupon of 4 mm; it would drop out of the panel."""
+    layout, panel, _ = small
+    spec = layout.spec
+    assert panel.coupon is not None and len(panel.coupon_bridges) >= 3
+    wide = replace(spec, fpc=replace(spec.fpc, panel=replace(spec.fpc.panel, bridge=3e-3)))
+    without = plan(replace(layout, spec=wide))
+    assert without.coupon is None and "bridges of 3 mm" in without.no_coupon and not without.coupons
+    assert "bridges of 3 mm" in panel_drawing.readme(without, None)
+
+
 def test_a_board_without_straight_edges_still_gets_bridges(board):
     round_board = replace(board, outline=circle(Point(0.0, 0.0), 6 * MM), bend_zone=None, stiffener=None, pads=())
     assert len(bridges(round_board)) >= 3
