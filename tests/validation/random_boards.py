@@ -252,7 +252,7 @@ def resistance_gap(now: Board) -> float:
     start, end = (contact.touched() for contact in sorted(net.contacts, key=lambda contact: contact.function))
     thickness, depths = zip(*((foil.thickness, foil.z) for foil in stackup.copper), strict=True)
     plating = stackup.plating_thickness or None
-    found = copper_resistance(net, start, end, thickness, depths=depths, plating=plating, fineness=1.0)
+    found = copper_resistance(net, start, end, thickness, depths=depths, plating=plating, fineness=2.0)
     return found / sitscad.estimate(layout, tolerance=1e-2).coils[0].terminal_resistance_dc - 1.0
 
 
