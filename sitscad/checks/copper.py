@@ -4,7 +4,6 @@ pieces come to one another: turn to turn of one net just as much as net to net.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol
@@ -24,15 +23,12 @@ from sitscad.geometry.primitives import (
     to_points,
 )
 from sitscad.layout.board import Coil, Layout, Pad, Role, Trace, Via
+from sitscad.layout.clearance import ALONG
 from sitscad.layout.teardrops import Teardrop
 from sitscad.record import record
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-ALONG = 1.0 / math.sin(math.pi / 8.0)
-"""Pieces of one conductor are a bend, not a clearance, while the way between them along the conductor is less than this
-many times the centre distance that they need: legs that part at 45 degrees or more then never count."""
 
 DETOUR = 1.5
 """A way along the conductor this many times the way across is a turn back (right angle 1.41, half circle 1.57)."""

@@ -25,6 +25,10 @@ from sitscad.spec.design_rules import DesignRules
 
 SLACK = 1e-9
 
+ALONG = 1.0 / math.sin(math.pi / 8.0)
+"""Pieces of one conductor are a bend, not a clearance, while the way between them along the conductor is less than this
+many times the centre distance that they need: legs that part at 45 degrees or more then never count."""
+
 
 @record
 class Track:

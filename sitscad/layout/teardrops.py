@@ -16,6 +16,8 @@ import numpy as np
 
 from sitscad.geometry.path import Line, Path, Point, Segment, closed_polygon
 from sitscad.geometry.primitives import (
+    Floats,
+    Indices,
     Primitives,
     Row,
     distances,
@@ -25,6 +27,7 @@ from sitscad.geometry.primitives import (
     path_rows,
     to_points,
 )
+from sitscad.layout.clearance import ALONG
 from sitscad.record import record
 
 if TYPE_CHECKING:
@@ -35,6 +38,8 @@ REACHES = (1.5, 1.2, 0.9, 0.75)
 
 INSIDE = 10e-6
 """How far (m) a contact's teardrop reaches into the contact, so that rounding leaves no slit."""
+
+CHORD = 1e-6
 
 SLACK = 1e-9
 
@@ -154,9 +159,10 @@ class _Surroundings:
 
     def __init__(self, layout: Layout, layer: int) -> None:
         self._layout = layout
-        rules, spec = layout.spec.fpc.rules, layout.spec.coil
+        rules = layout.spec.fpc.rules
         rows: list[Row] = []
         keep: list[float] = []
+        ways: dict[int, tuple[float, float]] = {}
         self._owner: list[tuple[str, int]] = []
         self._net: list[str] = []
 
@@ -166,11 +172,14 @@ class _Surroundings:
             self._owner.append(owner)
             self._net.append(net)
 
-        spacing = max(rules.trace_spacing, min(spec.trace_spacing, rules.trace_spacing))
+        spacing = rules.trace_spacing
         for i, trace in enumerate(layout.traces):
             if trace.layer == layer:
-                for row, _ in path_rows(trace.path):
+                way = 0.0
+                for row, length in path_rows(trace.path):
+                    ways[len(rows)] = way, way + length
                     add(row, spacing + trace.width / 2, ("trace", i), trace.net)
+                    way += length
         for i, via in enumerate(layout.vias):
             away = max(via.pad / 2 + spacing, via.drill / 2 + rules.drill_to_copper)
             add(line_row(*via.centre, *via.centre), away, ("via", i), via.net)
@@ -184,17 +193,40 @@ class _Surroundings:
         self._pieces: Primitives = from_rows(rows)
         self._boxes = self._pieces.boxes
         self._keep = np.array(keep)
+        self._ways = ways
 
     def leave_room(self, tries: Sequence[_Try]) -> list[bool]:
-        """Whether outlines keep their distance from everything but the track itself, what it ends at, and its next."""
+        """Whether outlines keep their distance from everything but the track there, what it ends at, and its next."""
         rows = [(row, k) for k, one in enumerate(tries) for row, _ in path_rows(one.outline)]
         edges, owner = from_rows([row for row, _ in rows]), [k for _, k in rows]
         pairs = nearest_pairs(edges.boxes, np.zeros(len(edges)), self._boxes, self._keep)
-        gaps = distances(edges.take(pairs[:, 0]), self._pieces.take(pairs[:, 1]))
+        first, last = self._farther_on(tries, np.array(owner, dtype=np.intp)[pairs[:, 0]], pairs[:, 1])
+        left = first < last
+        pairs, first, last = pairs[left], first[left], last[left]
+        gaps = distances(edges.take(pairs[:, 0]), self._pieces.take(pairs[:, 1]).trimmed(first, last))
         close = pairs[gaps < self._keep[pairs[:, 1]] - SLACK]
         met = {(owner[edge], piece) for edge, piece in close.tolist()}
         short = {k for k, piece in met if not self._is_joined(piece, tries[k].track, tries[k].leg)}
         return [k not in short for k in range(len(tries))]
+
+    def _farther_on(self, tries: Sequence[_Try], tried: Indices, pieces: Indices) -> tuple[Floats, Floats]:
+        """Which part (two fractions) of each piece counts: all of it, but of the outline's own track only what lies
+        so far along it that it has come back, not bent.
+        """
+        first, last = np.zeros(len(pieces)), np.ones(len(pieces))
+        for at, (k, piece) in enumerate(zip(tried.tolist(), pieces.tolist(), strict=True)):
+            one, (kind, number) = tries[k], self._owner[piece]
+            if kind != "trace" or number != one.track:
+                continue
+            start, end = self._ways[piece]
+            reach = max(one.leg.start.distance(corner) for corner in one.outline.flattened(CHORD))
+            bend = reach + ALONG * float(self._keep[piece])
+            if one.at_start:
+                first[at] = min(1.0, max(0.0, (bend - start) / (end - start)))
+            else:
+                way = self._layout.traces[number].path.length - bend
+                last[at] = min(1.0, max(0.0, (way - start) / (end - start)))
+        return first, last
 
     def _is_joined(self, piece: int, index: int, leg: Segment) -> bool:
         (kind, number), trace = self._owner[piece], self._layout.traces[index]
@@ -205,7 +237,7 @@ class _Surroundings:
         if kind == "pad":
             return _holds(self._layout.all_pads[number], leg.start)
         if number == index:
-            return True
+            return False  # what is left of it lies farther along it
         other = self._layout.traces[number].path
         if min(p.distance(leg.start) for p in (other.start, other.end)) < SLACK:
             return True

@@ -65,6 +65,20 @@ def test_room_decides_how_long_one_is(bench):
     assert lengths == sorted(lengths, reverse=True) and lengths[0] > lengths[-1]
 
 
+def test_a_track_that_turns_back_is_in_its_own_way(bench):
+    """Seed 752 of the random boards: a lead turned back after 0.53 mm and passed its own teardrop at 58 um."""
+    at = Point(14 * MM, 0.0)
+    via = Via(at, 0.2 * MM, 0.45 * MM, "C1")
+    bend = at.shifted(0.45 * MM, 0.0)
+
+    def copper(beyond):
+        return lone(bench, [at, bend, bend.shifted(*beyond)], via).teardrops
+
+    straight, square, back = copper((2 * MM, 0.0)), copper((0.0, 2 * MM)), copper((-2 * MM, 0.6 * MM))
+    assert len(straight) == len(square) == 1 and straight[0].outline == square[0].outline
+    assert back == () or max(p.x for p in back[0].outline.flattened(1e-6)) < bend.x - 0.1 * MM
+
+
 @pytest.mark.parametrize("template", TEMPLATES, ids=[path.stem for path in TEMPLATES])
 def test_templates_have_teardrops_that_keep_the_rules(template):
     from sitscad.checks import RULES
