@@ -63,21 +63,33 @@ def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
 
 
 def polygon(corners: int) -> Callable[[SpiralDimensions, float], Path]:
-    """The spiral on a regular polygon, one flat facing +x: side m lies floor(m / corners) pitches further in."""
+    """The spiral on a regular polygon, one flat facing +x: side m lies floor(m / corners) pitches further in.
+
+    The step inwards at the end of a whole turn shortens its last side; where less than a track's width would be left
+    of it (in an octagon's small turns less than nothing), the spiral ends a corner earlier.
+    """
 
     def wind_polygon(dimensions: SpiralDimensions, outer_angle: float) -> Path:
         step = TWO_PI / corners
         first = math.floor((outer_angle - step / 2) / step + 1e-9)
         count = round(dimensions.turns * corners)
 
-        def side(m: int) -> tuple[float, float]:
-            return first + 1 + m, (_flat(dimensions, first + 1 + m, corners) - dimensions.pitch * max(0, m // corners))
+        def side(m: int, turn: int) -> tuple[float, float]:
+            return first + 1 + m, _flat(dimensions, first + 1 + m, corners) - dimensions.pitch * turn
 
-        start = _crossing((first, _flat(dimensions, first, corners)), side(0), step)
-        points = [start, *(_crossing(side(m), side(m + 1), step) for m in range(count))]
+        sides = [side(-1, 0), *(side(m, m // corners) for m in range(count))]
+        points = [_crossing(one, other, step) for one, other in pairwise(sides)]
+        end = _crossing(sides[-1], side(count, count // corners), step)
+        if count % corners or _advance(points[-1], end, sides[-1][0] * step) >= dimensions.trace_width:
+            points.append(end)
         return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
     return wind_polygon
+
+
+def _advance(start: Point, end: Point, normal: float) -> float:
+    """How far (m) a point lies ahead of another along a side whose normal has this angle (rad)."""
+    return (end.y - start.y) * math.cos(normal) - (end.x - start.x) * math.sin(normal)
 
 
 def _flat(dimensions: SpiralDimensions, index: int, corners: int) -> float:

@@ -91,6 +91,7 @@ class _Search:
         self._obstacles = obstacles
         self._admitted: dict[int, tuple[Leg, bool]] = {}
         self._apart: dict[tuple[int, int, int], int] = {}
+        self._exact: dict[tuple[int, int], bool] = {}
         self._asked: list[Sequence[BranchTable]] = []
         self._patience = patience
         self._left = TRIALS
@@ -98,17 +99,19 @@ class _Search:
     def find(self, tables: Sequence[BranchTable]) -> tuple[Branch, ...] | None:
         """One branch of every table, none too near another or anything on the board."""
         self._asked.append(tables)  # what is remembered goes by identity, so the tables have to live on
-        return self._combine(tables, [table.everything for table in tables])
+        return self._combine(tables, [table.everything for table in tables], ())
 
-    def _combine(self, tables: Sequence[BranchTable], left: list[int]) -> tuple[Branch, ...] | None:
+    def _combine(
+        self, tables: Sequence[BranchTable], left: list[int], chosen: tuple[Branch, ...]
+    ) -> tuple[Branch, ...] | None:
         if not tables:
-            return ()
+            return chosen
         options = left[0]
         while options:
             row = (options & -options).bit_length() - 1
             options &= options - 1
             branch = tables[0].branches[row]
-            if not self.admits(branch):
+            if not self.admits(branch) or not all(self._clear(branch, other) for other in chosen):
                 continue
             self._spend(1)
             if self._left < 0 or self._patience.left < 0:
@@ -117,9 +120,9 @@ class _Search:
                 mask & self._beside(tables[0], row, other) for mask, other in zip(left[1:], tables[1:], strict=True)
             ]
             if all(after):
-                found = self._combine(tables[1:], after)
+                found = self._combine(tables[1:], after, (*chosen, branch))
                 if found is not None:
-                    return (branch, *found)
+                    return found
         return None
 
     def _beside(self, table: BranchTable, row: int, other: BranchTable) -> int:
@@ -127,6 +130,16 @@ class _Search:
         if key not in self._apart:
             self._apart[key] = other.beside_branch(table, row)
         return self._apart[key]
+
+    def _clear(self, branch: Branch, other: Branch) -> bool:
+        """Whether two branches keep the fabricator's distance: angles on the ring do not see what bends at a corner."""
+        key = (id(branch), id(other))
+        if key not in self._exact:
+            rules = branch.legs[0].around.spec.fpc.rules
+            beside = Obstacles(rules, rules.trace_spacing)
+            beside.add(other.tracks, other.holes)
+            self._exact[key] = beside.admits(branch.tracks, branch.holes)
+        return self._exact[key]
 
     def _spend(self, trials: int) -> None:
         self._left -= trials

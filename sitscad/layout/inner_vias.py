@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sitscad.geometry.path import Path, Point, Segment, polar, polyline
 from sitscad.layout.board import Winding
-from sitscad.layout.clearance import Hole, hole_distance, hole_keep_out
+from sitscad.layout.clearance import ALONG, Hole, hole_distance, hole_keep_out
 from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
 
@@ -79,20 +79,30 @@ class Inside:
     rotation: float = 0.0
 
 
-def place_inner_vias(windings: Sequence[Winding], turns: Sequence[float], inside: Inside, width: float,
-                     rules: DesignRules, spacing: float) -> tuple[InnerJoin, ...] | None:  # fmt: skip
+def place_inner_vias(
+    windings: Sequence[Winding],
+    turns: Sequence[float],
+    inside: Inside,
+    width: float,
+    rules: DesignRules,
+    spacing: float,
+    turn_spacing: float,
+) -> tuple[InnerJoin, ...] | None:
     """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
 
-    `turns` are those of each winding. Of all choices that keep every distance one with short stubs is taken.
+    `turns` are those of each winding, `turn_spacing` (m) is what they keep from one another.
+    Of all choices that keep every distance one with short stubs is taken.
     """
     joins = [tuple(inner_end(w) for w in windings[i : i + 2]) for i in range(0, len(windings), 2)]
     copper = {w.layer: _innermost_copper(w, count) for w, count in zip(windings, turns, strict=True)}
+    ways = {layer: _ways_to_the_end(points) for layer, points in copper.items()}
     hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
     keep = hole_keep_out(hole, rules, spacing)
     places = _clear_places(inside, joins[0][0].point, copper, keep, width)
     if inside.longer > 1e-9 and len(places):  # the grid along a long coil reaches into its corners, beyond round ones
         places = places[np.all([_is_round(places, _innermost(w, n)) for w, n in zip(windings, turns, strict=True)], 0)]
-    options = [_Candidates(_candidates(ends, places, copper, hole, width + spacing)) for ends in joins]
+    room = _StubRoom(copper, ways, width + spacing, width + min(turn_spacing, rules.trace_spacing))
+    options = [_Candidates(_candidates(ends, places, room, hole)) for ends in joins]
     return _at_once(options, rules, spacing, width) or _choose(options, rules, spacing, width)
 
 
@@ -171,33 +181,59 @@ def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
             yield Point(centre.x + x * cosine - y * sine, centre.y + x * sine + y * cosine)
 
 
-def _candidates(ends: tuple[InnerEnd, ...], places: Array, copper: dict[int, Array], hole: Hole,
-                keep: float) -> Iterator[InnerJoin]:  # fmt: skip
-    """The joins at all places whose stubs keep their distance (m) from the turns of their layers, near places first."""
+def _ways_to_the_end(points: Array) -> Array:
+    """The way (m) along a turn from each of its points to the last."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    return np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+
+
+@record
+class _StubRoom:
+    """What stubs must keep from the turns: points on each layer's innermost turn with their ways (m) to its end, and
+    the distances of centre lines (m) that are wanted, and at least asked where a stub comes back to its own turn.
+    """
+
+    points: dict[int, Array]
+    ways: dict[int, Array]
+    wanted: float
+    asked: float
+
+    def admits(self, end: InnerEnd, corners: list[Point]) -> bool:
+        """Whether a stub keeps the wanted distance where it is well off its turn's end, the asked one everywhere."""
+        turns, points = self.points[end.layer], _spread(corners)
+        off = np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * self.wanted
+        if off.any() and _squares(turns, points[off]).min() < (self.wanted - ROUNDING) ** 2:
+            return False
+        steps = np.hypot(*np.diff(points, axis=0, prepend=[end.point]).T)
+        way = self.ways[end.layer][:, None] + np.cumsum(steps)[~off]
+        near = _squares(turns, points[~off]) < (self.asked - ROUNDING) ** 2
+        return not np.any(near & (way >= ALONG * self.asked))
+
+
+def _squares(one: Array, other: Array) -> Array:
+    """Squared distances (n, m) of points."""
+    return np.asarray(np.square(one[:, :1] - other[:, 0]) + np.square(one[:, 1:] - other[:, 1]))
+
+
+def _candidates(ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: Hole) -> Iterator[InnerJoin]:
+    """The joins at all places whose stubs keep their distance from the turns of their layers, near places first."""
     order = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
     for index in np.argsort(order, kind="stable") if len(places) else ():
         place = Point(float(places[index, 0]), float(places[index, 1]))
-        stubs = [_stub(end, place, copper[end.layer], keep) for end in ends]
+        stubs = [_stub(end, place, room) for end in ends]
         if all(stubs):
             named = tuple((end.layer, stub) for end, stub in zip(ends, stubs, strict=True) if stub)
             yield InnerJoin(Hole(place, hole.pad, hole.drill), named)
 
 
-def _stub(end: InnerEnd, place: Point, turns: Array, keep: float) -> Path | None:
+def _stub(end: InnerEnd, place: Point, room: _StubRoom) -> Path | None:
     """The way from a turn's end to a via: straight, or first off at a right angle, or on along the turn's line.
 
-    None where each would bend back sharply or come nearer than `keep` (m, centre line to centre line) to a turn beyond
-    its own end.
+    None where each would bend back sharply or come too near to a turn beyond its own end.
     """
     if end.point.distance(place) < 1e-9:
         return None
-    for corners in _ways(end, place, keep):
-        points = _spread(corners)
-        points = points[np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * keep]
-        gaps = np.square(turns[:, :1] - points[:, 0]) + np.square(turns[:, 1:] - points[:, 1])
-        if not gaps.size or math.sqrt(gaps.min()) >= keep - ROUNDING:
-            return polyline(corners)
-    return None
+    return next((polyline(way) for way in _ways(end, place, room.wanted) if room.admits(end, way)), None)
 
 
 def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:

@@ -49,7 +49,8 @@ def _joined_inside(
         return (), (room.no_way_out(spec),)
     clear = inner_clear_radius(coil, windings, centre)
     inside = Inside(centre, clear, coil.size[0] - coil.size[1], placement.rotation)
-    joins = _inner_joins(windings, coil.layer_turns, inside, coil.trace_width, rules, bus.spacing)
+    widths = coil.trace_width, rules, bus.spacing, coil.trace_spacing
+    joins = _inner_joins(windings, coil.layer_turns, inside, *widths)
     if joins is None:
         return (), (room.no_inner_room(spec, bus, clear, (len(windings) + 1) // 2),)
     return joins, ()

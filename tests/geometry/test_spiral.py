@@ -1,6 +1,7 @@
 """The spirals follow the contract's definition: circle within 0.1 um, polygons corner by corner."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -60,6 +61,26 @@ def test_polygon_sides_lie_on_their_flats(shape, corners, sense):
         flat = math.remainder(normal, 2 * math.pi / corners)
         assert min(abs(flat), abs(abs(flat) - 2 * math.pi / corners)) < 1e-9
         assert middle.distance(Point(0, 0)) < diameter
+
+
+@given(
+    st.sampled_from([("square", 4), ("hexagon", 6), ("octagon", 8)]),
+    st.floats(0.05, 0.5),
+    st.floats(1.2, 3.0),
+    st.integers(1, 48),
+    st.floats(0.4, 5.0),
+)
+def test_a_polygon_winds_one_way_to_its_end(shape, width, spread, sides, inside):
+    """The step at the end of a whole turn once took more than the last side was long: a small octagon turned back."""
+    name, corners = shape
+    turns, pitch = max(0.5, sides / corners), width * spread
+    diameter = pitch * (2 * math.ceil(turns) + inside)
+    size = SpiralDimensions((diameter * MM, diameter * MM), width * MM, pitch * MM, turns)
+    path = wind(name, size, 0.0)
+    along = [math.atan2(line.end.y - line.start.y, line.end.x - line.start.x) for line in path]
+    for one, other in pairwise(along):
+        assert math.remainder(other - one, 2 * math.pi) == pytest.approx(2 * math.pi / corners)
+    assert round(turns * corners) - len(path.segments) in ((0, 1) if (turns * corners) % corners == 0 else (0,))
 
 
 def test_a_rectangle_is_longer_one_way():

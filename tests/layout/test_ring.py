@@ -6,10 +6,13 @@ from itertools import pairwise
 
 import pytest
 
+from sitscad.checks import RULES
+from sitscad.checks.rules import Subject, apply_rule
 from sitscad.geometry.path import Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role
 from sitscad.layout.ring import Ring
+from sitscad.spec.load import load_text
 from sitscad.spec.sensor import CoilPlacement
 
 
@@ -57,6 +60,22 @@ def test_leads_do_not_bend_back_sharply(sensor, coil):
             pieces = trace.path.segments
             for before, after in pairwise(pieces):
                 assert bend(before, after) > math.radians(70.0), (trace.layer, before.end)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "coil: {outer_diameter: 3.5, turns: 5, layers: 2, trace_width: 150 um, trace_spacing: 150 um, shape: octagon}",
+        """coil: {outer_diameter: 5, turns: 3, layers: 4, trace_width: 100 um, trace_spacing: 100 um, shape: octagon}
+fpc: {rules: generic-fine, stackup: flex-4l, tail: {length: 5, connector: zif-0.5mm}}""",
+    ],
+)
+def test_stubs_of_octagons_keep_their_distance(text):
+    """Their via stood beside the end of a last side of no length, and their lead bent at a corner beside a stub."""
+    layout = lay_out(load_text(f"sitscad: 1\nname: octagon\n{text}\n", "octagon.yaml"))
+    assert layout.findings == ()
+    drawn = next(rule for rule in RULES if rule.id == "SIT108")
+    assert apply_rule(drawn, Subject(layout.spec, layout))[0] == []
 
 
 def bend(before, after):
