@@ -47,22 +47,40 @@ def _wider_inside(spec: SensorSpec, finding: Finding, routes: remedies.Works) ->
 
 
 def _wider_between(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:
-    near = remedies.nearest_distance(spec)
-    more = None if near is None else remedies.least(spec, remedies.wider_array, routes, _lead_room(spec))
-    if near is None or more is None:
-        angle = remedies.start_angle(spec, routes)
-        if angle is None:
-            return finding
-        return replace(finding, hint=f"coil.start_angle: {math.degrees(angle):.6g} deg gives them one (it was tried)")
+    near, first = remedies.nearest_distance(spec), _lead_room(spec)
+    more = None if near is None else remedies.least(spec, remedies.wider_array, routes, first)
+    if near is not None and more is not None:
+        wider = f"{_wider(spec, near, more)} lets them pass (it was tried), or perhaps another coil.start_angle"
+        return _too_near(spec, finding, near, more, wider)
+    angle = remedies.start_angle(spec, routes)
+    if angle is not None:
+        return replace(finding, hint=f"{_start_at(angle)} gives them one (it was tried)")
+    if near is None:
+        return finding
+    more = remedies.GROWTH * first
+    angle = remedies.start_angle(remedies.wider_array(spec, more), routes)
+    if angle is None:
+        return finding
+    both = f"{_wider(spec, near, more)} together with {_start_at(angle)} lets them pass (it was tried)"
+    return _too_near(spec, finding, near, more, both)
+
+
+def _start_at(angle: float) -> str:
+    return f"coil.start_angle: {math.degrees(angle):.6g} deg"
+
+
+def _wider(spec: SensorSpec, near: float, more: float) -> str:
     if spec.array.pattern == "explicit":
-        wider = f"centres {1.0 + more / near:.4f} times as far from each other"
-    else:
-        wider = f"a pitch larger by {more * 1e6:.0f} um"
+        return f"centres {1.0 + more / near:.4f} times as far from each other"
+    return f"a pitch larger by {more * 1e6:.0f} um"
+
+
+def _too_near(spec: SensorSpec, finding: Finding, near: float, more: float, hint: str) -> Finding:
     return replace(
         finding,
         message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: "
         f"{more * 1e6:.0f} um are missing",
-        hint=f"{wider} lets them pass (it was tried), or perhaps another coil.start_angle",
+        hint=hint,
         key="array.centres" if spec.array.pattern == "explicit" else "array.pitch",
         measured=near,
         limit=near + more,

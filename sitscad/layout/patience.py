@@ -11,10 +11,10 @@ TRIALS_OF_A_WAVE = 50
 BUDGET = 16_000
 """All searches of one board together give up after this many trials of branches: some seconds."""
 
-TRIALS_OF_CHANGES = 20_000
+TRIALS_OF_CHANGES = 2 * BUDGET
 """And all those of changed specs together, where it is tried what would help."""
 
-TRIALS_OF_ONE_CHANGE = 6_000
+TRIALS_OF_ONE_CHANGE = 10_000
 """One of them after this many: the next change may be easier."""
 
 

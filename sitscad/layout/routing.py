@@ -174,8 +174,8 @@ def route_freely(
 ) -> Routing | None:
     """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left.
 
-    The narrowest board with room, in the first order of the tail that leaves some; only where no board has room so, a
-    coil that finds no way chooses before the others.
+    The narrowest board with room in one of the likely orders of the tail, or else in one of the others; only where no
+    board has room so, a coil that finds no way chooses before the others.
     """
     from sitscad.layout.maze import Lattice  # coils in one line go without
 
@@ -193,9 +193,11 @@ def route_freely(
     def board(ground: tuple[Bus, float, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
         return _Rows(spec, ground[0], wound, lanes, front, *ground[1:], lattice, patience)
 
-    for reordered, tried in ((False, grounds), (True, grounds[-BASES:])):
+    likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
+    for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
+        tried = grounds[-BASES:] if reordered else grounds
         for ground in tried:
-            for lanes in orders:
+            for lanes in ranks:
                 escapes = _in_turn(near_first, board(ground, lanes).lead_out, reordered)
                 if not isinstance(escapes, int):
                     return _routing(spec, ground[0], lanes, escapes, *ground[1:])
@@ -267,6 +269,9 @@ def gathering_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float)
 
 BASES = 3
 """How far from other coils ways may run: no farther than they must, a track farther, a via farther."""
+
+LIKELY_ORDERS = 2
+"""Orders of the tail that are tried on all boards before the others: a wider board costs less than all of them."""
 
 TRIED = 8
 """Exits of a coil that are tried in an array not in line, shortest way first."""

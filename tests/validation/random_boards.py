@@ -167,12 +167,14 @@ def advised(now: Board, finding) -> Board | None:
         more, size = int(found.group(1)) * 1e-3, coil["outer_diameter"]
         grown = [round(s + more, 4) for s in size] if isinstance(size, list) else round(size + more, 4)
         return spread(now.changed("coil", outer_diameter=grown), more)
-    if found := re.search(r"a pitch larger by (\d+) um", hint):
-        return spread(now, int(found.group(1)) * 1e-3)
-    if found := re.search(r"centres ([\d.]+) times", hint):
-        return scaled(now, float(found.group(1)))
-    if found := re.search(r"coil.start_angle: ([\d.]+) deg", hint):
-        return now.changed("coil", start_angle=f"{found.group(1)} deg")
+    if found := re.search(r"coil.start_angle: ([\d.]+) deg", hint):  # alone, or together with one of the next two
+        now = now.changed("coil", start_angle=f"{found.group(1)} deg")
+    if more_pitch := re.search(r"a pitch larger by (\d+) um", hint):
+        return spread(now, int(more_pitch.group(1)) * 1e-3)
+    if times := re.search(r"centres ([\d.]+) times", hint):
+        return scaled(now, float(times.group(1)))
+    if found:
+        return now
     if found := re.search(r"fpc.tail.connector: (\S+)", hint):
         return now.changed("fpc", tail={**now.values["fpc"]["tail"], "connector": found.group(1)})
     return None
