@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import FREE, PAD, Assembly, NoReflection, Reflection, assemble, warmed
+from sitscad.estimates.assembly import FREE, PRESSED, REST, Assembly, NoReflection, Reflection, assemble, warmed
 from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
@@ -21,6 +21,7 @@ from sitscad.estimates.leads import (
 from sitscad.estimates.losses import losses_near_metal, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.own_capacitance import self_capacitance
+from sitscad.estimates.pressing import PAD, PAD_SIZE, PressingScatter, pressing_scatter
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
 from sitscad.estimates.uncertainty import (
     Slopes,
@@ -92,7 +93,7 @@ def estimate(
     assert inductance is not None
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
     matrix, matrix_errors = inductance_matrix(inductance, chosen.error(geometry), geometries)
-    assembly = assemble(spec, sigmas(spec)[PAD])
+    assembly = assemble(spec, sigmas(spec))
     conductivity = conductivity_at(temperature)
     loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
     nearest = _nearest(geometry, assembly)
@@ -109,6 +110,8 @@ def estimate(
     failed |= {state: _damped_words(value, capacitor) for state, value in damped.items()}
     circuits = [_without(circuit, damped) for circuit in circuits]
     readout = settle(circuits, spec.readout, capacitor, reason)
+    pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
+    gap_sigmas = _gap_sigmas(spec, pressing)
     slopes = inductance_slopes(geometry, winding.spirals, first, spec)
     coils = []
     for coil, circuit in zip(layout.coils, circuits, strict=True):
@@ -122,7 +125,9 @@ def estimate(
         readout=with_margin(readout, [state for coil in coils for state in coil.states.values()]),
         inductance_matrix_error=tuple(tuple(float(value) for value in row) for row in matrix_errors),
         compression=assembly.compression,
+        compression_scatter=pressing,
         gaps=assembly.gaps,
+        gap_sigmas=gap_sigmas,
         cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
         notes=(
             *_layout_notes(layout),
@@ -135,6 +140,13 @@ def estimate(
         normal_force=spec.requirements.normal_force,
         temperature=temperature,
     )
+
+
+def _gap_sigmas(spec: SensorSpec, pressing: PressingScatter | None) -> dict[str, float]:
+    """One sigma (m) of the gaps that have one: at rest the pad's thickness, pressed what the pad gives way too."""
+    if spec.elastomer is None or spec.target is None:
+        return {}
+    return {REST: sigmas(spec)[PAD]} | ({PRESSED: pressing.gap} if pressing is not None else {})
 
 
 @record(eq=False)
@@ -294,8 +306,9 @@ def _reflections(
 def _nearest(geometry: WindingGeometry, assembly: Assembly) -> float | None:
     # Least distance (m) of metal from any layer's mid-plane in any state; None without metal.
     heights = [layer.z for layer in geometry.spirals or geometry.tracks]
-    # a pad thinner by one sigma is not much nearer, and only a difference is taken of it
-    ranges = [around for (_, cause), pair in assembly.ranges.items() if cause != PAD for around in pair]
+    # a pad thinner or smaller by one sigma is not much nearer, and only a difference is taken of it
+    small = (PAD, PAD_SIZE)
+    ranges = [around for (_, cause), pair in assembly.ranges.items() if cause not in small for around in pair]
     states = [*assembly.states, *ranges]
     above = [s.above.distance - max(heights) for s in states if s.above]
     below = [s.below.distance + min(heights) for s in states if s.below]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
+from sitscad.estimates.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
 from sitscad.record import record
 
@@ -39,7 +40,8 @@ class StateEstimate:
 class Spread:
     """One standard deviation, by the tolerances of manufacture, of a state's numbers (H, ohm, Hz, ohm, V).
 
-    `causes` names the tolerance that each of them owes most to.
+    `causes` names the tolerance that each of them owes most to; `shifts` are what one sigma of each tolerance does to
+    inductance (H) and frequency (Hz), with its sign: states of one coil share their causes.
     """
 
     inductance: float
@@ -48,6 +50,7 @@ class Spread:
     parallel_resistance: float
     amplitude: float
     causes: Mapping[str, str] = field(default_factory=dict)
+    shifts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @record
@@ -95,6 +98,17 @@ class CoilEstimate:
         if rest is None or pressed is None or not force:
             return None
         return (pressed.inductance - rest.inductance) / force, (pressed.frequency - rest.frequency) / force
+
+    def sensitivity_sigma(self, force: float | None) -> tuple[float, float] | None:
+        """One sigma of the two (H/N, Hz/N): what each tolerance, which both states share, does to their difference."""
+        rest, pressed = self.states.get("rest"), self.states.get("pressed")
+        if rest is None or pressed is None or not force or rest.spread is None or pressed.spread is None:
+            return None
+        before, after = rest.spread.shifts, pressed.spread.shifts
+        nothing = (0.0, 0.0)
+        causes = sorted({*before, *after})
+        changes = [[after.get(c, nothing)[k] - before.get(c, nothing)[k] for c in causes] for k in range(2)]
+        return math.hypot(*changes[0]) / force, math.hypot(*changes[1]) / force
 
 
 @record
@@ -149,7 +163,8 @@ class Estimates:
     """Everything electrical about a layout. `inductance_matrix` (H) is for currents entering each coil at its outer end
     on layer 1, `inductance_matrix_error` (H) what its elements can be off by at most; `gaps` are distances in metres by
     name; `notes` say what the numbers leave out; `normal_force` (N) is the one of the pressed state, `temperature`
-    (degrees Celsius) the one of copper and metals.
+    (degrees Celsius) the one of copper and metals. `compression_scatter` and `gap_sigmas` (m) are one sigma of the
+    pressed pad and of the gaps.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -162,6 +177,8 @@ class Estimates:
     normal_force: float | None = None
     temperature: float = 20.0
     inductance_matrix_error: tuple[tuple[float, ...], ...] = ()
+    compression_scatter: PressingScatter | None = None
+    gap_sigmas: Mapping[str, float] = field(default_factory=dict)
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
@@ -176,6 +193,8 @@ class Estimates:
             "inductance_matrix_error_H": [[_number(value) for value in row] for row in self.inductance_matrix_error],
             "readout": _readout_document(self.readout),
             "gaps_m": {name: _number(value) for name, value in self.gaps.items()},
+            "gaps_sigma_m": {name: _number(value) for name, value in self.gap_sigmas.items()},
+            "compression": _compression_document(self.compression, self.compression_scatter),
             "cross_checks": [
                 {"coil": c.coil, "method": c.method, "inductance_H": _number(c.inductance), "valid": c.is_valid}
                 for c in self.cross_checks
@@ -214,7 +233,38 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
 
 def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
     inductance, frequency = coil.sensitivity(force) or (None, None)
-    return {"inductance_H_per_N": _number(inductance), "frequency_Hz_per_N": _number(frequency)}
+    of_inductance, of_frequency = coil.sensitivity_sigma(force) or (None, None)
+    return {
+        "inductance_H_per_N": _number(inductance),
+        "frequency_Hz_per_N": _number(frequency),
+        "sigma_inductance_H_per_N": _number(of_inductance),
+        "sigma_frequency_Hz_per_N": _number(of_frequency),
+    }
+
+
+def _compression_document(pressed: Compression | None, scatter: PressingScatter | None) -> dict[str, Any] | None:
+    if pressed is None:
+        return None
+    return {
+        "strain": _number(pressed.strain),
+        "least_strain": _number(pressed.least_strain),
+        "gap_m": _number(pressed.gap),
+        "loaded_area_m2": _number(pressed.loaded_area),
+        "loaded_share": _number(pressed.loaded_share),
+        "shape_factor": _number(pressed.shape_factor),
+        "apparent_modulus_Pa": _number(pressed.apparent_modulus),
+        "valid": pressed.valid,
+        "note": pressed.note,
+        "sigma": None
+        if scatter is None
+        else {
+            "strain": _number(scatter.strain),
+            "gap_m": _number(scatter.gap),
+            "apparent_modulus_Pa": _number(scatter.apparent_modulus),
+            "cause": scatter.cause,
+            "strain_by_cause": {cause: _number(value) for cause, value in scatter.shares.items()},
+        },
+    }
 
 
 def _state_document(state: StateEstimate) -> dict[str, Any]:

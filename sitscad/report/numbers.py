@@ -79,11 +79,12 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
     )
     found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
-    sensed = [coil.sensitivity(estimates.normal_force) for coil in estimates.coils]
+    force = estimates.normal_force
+    sensed = [(coil.sensitivity(force), coil.sensitivity_sigma(force)) for coil in estimates.coils]
     for place, (name, unit) in enumerate((("inductance", "H"), ("frequency", "Hz"))):
-        if any(sensed):
-            values = (f"{quantity(s[place], unit, 3)}/N" if s else NONE for s in sensed)
-            found.append([f"{name} per newton, rest to pressed", *values])
+        if any(value for value, _ in sensed):
+            cells = (plus_minus(v[place], s and s[place], unit, "/N") if v else NONE for v, s in sensed)
+            found.append([f"{name} per newton, rest to pressed", *cells])
     return found
 
 
@@ -214,7 +215,10 @@ def _timing_rows(r: ReadoutEstimate) -> list[list[str]]:
 
 def gap_rows(estimates: Estimates) -> list[list[str]]:
     """The gaps by their names."""
-    return [[STATES.get(name, name.replace("_", " ")), quantity(gap, "m")] for name, gap in estimates.gaps.items()]
+    return [
+        [STATES.get(name, name.replace("_", " ")), plus_minus(gap, estimates.gap_sigmas.get(name), "m", digits=4)]
+        for name, gap in estimates.gaps.items()
+    ]
 
 
 def compression_rows(estimates: Estimates) -> list[list[str]]:
@@ -222,14 +226,26 @@ def compression_rows(estimates: Estimates) -> list[list[str]]:
     pressed = estimates.compression
     if pressed is None:
         return []
+    scatter = estimates.compression_scatter
+    strain = f"{100.0 * pressed.strain:.1f}" + (f" +- {100.0 * scatter.strain:.2g} %" if scatter else " %")
+    area = f"{pressed.loaded_area * 1e6:.4g} mm2, {100.0 * pressed.loaded_share:.0f} % of the pad"
     return [
-        ["strain", f"{100.0 * pressed.strain:.1f} %"],
-        ["thickness left", quantity(pressed.gap, "m")],
+        ["loaded area", area],
+        ["strain", f"{strain}{_at_least(pressed.strain, pressed.least_strain)}"],
+        ["thickness left", plus_minus(pressed.gap, scatter.gap if scatter else None, "m", digits=4)],
         ["shape factor", f"{pressed.shape_factor:.3g}"],
-        ["apparent modulus", quantity(pressed.apparent_modulus, "Pa")],
+        [
+            "apparent modulus",
+            plus_minus(pressed.apparent_modulus, scatter.apparent_modulus if scatter else None, "Pa", digits=4),
+        ],
+        *([["one sigma of the strain mostly by", scatter.cause]] if scatter else []),
         ["formula within its range", "yes" if pressed.valid else "NO"],
         *([["remark", pressed.note]] if pressed.note else []),
     ]
+
+
+def _at_least(strain: float, least: float) -> str:
+    return f" (at least {100.0 * least:.1f} %: only part of the pad is loaded)" if strain - least > 1e-3 else ""
 
 
 CROSS_HEAD = ("coil", "formula", "inductance", "against ours", "in its range", "range")
@@ -274,6 +290,17 @@ _NUMERIC = frozenset("0123456789+-")
 def quantity(value: float | None, unit: str, digits: int = 4) -> str:
     """A number with its unit, or a dash for what is absent or not finite."""
     return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
+
+
+def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
+    """A number and one sigma of it, the unit once where both have the same: ``-6.49 +- 2.3 nH/N``."""
+    shown = quantity(value, unit, digits)
+    if sigma is None or not math.isfinite(sigma) or shown == NONE:
+        return shown + (per if shown != NONE else "")
+    number, _, name = shown.partition(" ")
+    scatter, _, other = quantity(sigma, unit, 2).partition(" ")
+    first = number if name == other else f"{shown}{per}"
+    return f"{first} +- {scatter} {other}{per}"
 
 
 def _titled(title: str, lines: Sequence[str], colour: bool) -> str:

@@ -188,6 +188,15 @@ def test_idle_neighbour(coupling: float, severity: Severity | None, judge, desig
     assert all(f.measured == pytest.approx(coupling**2) for f in found)
 
 
+def test_coils_of_another_converter_are_no_idle_neighbours(judge, design, estimates) -> None:
+    """Only the converter that reads a coil grounds the others; across two converters SIT211 judges."""
+    spec = design(array__count=5)
+    matrix = [[2.5e-6 if i == j else 0.0 for j in range(5)] for i in range(5)]
+    matrix[3][4] = matrix[4][3] = 0.3 * 2.5e-6
+    assert judge("SIT212", spec, None, estimates(spec, matrix=matrix)) == []
+    assert "C4 and C5" in judge("SIT211", spec, None, estimates(spec, matrix=matrix))[0].message
+
+
 def test_clock(judge, design) -> None:
     assert judge("SIT213", design(readout__clock="44 MHz"))[0].limit == 40e6
     assert judge("SIT213", design(readout__clock="1 MHz"))[0].limit == 2e6
