@@ -32,6 +32,7 @@ from sitscad.estimates.uncertainty import (
     spread,
 )
 from sitscad.estimates.values import (
+    PARTS,
     CoilEstimate,
     CrossCheck,
     Estimates,
@@ -54,7 +55,7 @@ from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import CoilSpec, SensorSpec
 from sitscad.units import show
 
 Array = NDArray[np.float64]
@@ -112,6 +113,7 @@ def estimate(
     readout = settle(circuits, spec.readout, capacitor, reason)
     pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
     gap_sigmas = _gap_sigmas(spec, pressing)
+    checks, incomplete = tuple(_cross_checks(first.name, geometry, inductance)), _incomplete(layout)
     slopes = inductance_slopes(geometry, winding.spirals, first, spec)
     coils = []
     for coil, circuit in zip(layout.coils, circuits, strict=True):
@@ -128,9 +130,11 @@ def estimate(
         compression_scatter=pressing,
         gaps=assembly.gaps,
         gap_sigmas=gap_sigmas,
-        cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
+        cross_checks=checks,
+        no_cross_check=_no_cross_check(spec.coil, checks),
+        incomplete=incomplete,
         notes=(
-            *_layout_notes(layout),
+            *([incomplete] if incomplete else []),
             *shares.notes,
             *assembly.notes,
             *near_metal_notes(spec.coil, nearest),
@@ -373,7 +377,17 @@ def _coil_estimate(
         failed_states=failed,
         overdamped=damped,
         bend_inductance=circuit.loss.direct_change,
+        inductance_parts=_inductance_parts(circuit, free.inductance),
     )
+
+
+def _inductance_parts(circuit: CoilCircuit, terminal: float) -> dict[str, float]:
+    """What the terminal inductance (H) of the coil alone is made of, in the order of PARTS; crowding is what is left of
+    it (`loss` has that, too, and `terminal` is interpolated to within 3e-5 of itself).
+    """
+    parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
+    parts["crowding"] = terminal - math.fsum(parts.values())
+    return {name: parts.get(name, 0.0) for name in PARTS}
 
 
 NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
@@ -391,13 +405,27 @@ def _cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> li
     return found
 
 
-def _layout_notes(layout: Layout) -> list[str]:
-    notes = []
+def _no_cross_check(coil: CoilSpec, found: Sequence[CrossCheck]) -> str | None:
+    """Why no closed formula stands beside the estimate; None where one does."""
+    if found:
+        return None
+    tabulated = {shape for method in METHODS if method.is_cross_check for shape in method.shapes}
+    if coil.shape not in tabulated:
+        return (
+            f"no published closed formula with a stated range is known to us for a {coil.shape}: Mohan (1999) has "
+            "none, and TI (SNOA930C) gives none for elongated coils"
+        )
+    return "Mohan's formulas (1999) want one number of turns on all layers, one turn or more, and an open middle"
+
+
+def _incomplete(layout: Layout) -> str | None:
+    """What the layout lacks, and the terminal values with it; None where every coil is connected."""
     missing = [coil.name for coil in layout.coils if not coil.is_closed_circuit or not coil.series]
     if missing:
-        notes.append(
-            f"{', '.join(missing)}: the layout found no room for all leads: terminal values hold only what is drawn"
+        return (
+            f"INCOMPLETE LAYOUT: {', '.join(missing)}: no room was found for all leads (see `sitscad check`), so all "
+            "numbers at the contacts lack the leads and the tail that are not drawn"
         )
-    elif not all(is_connected(coil) for coil in layout.coils):
-        notes.append("some leads do not meet end to end: the terminal values hold what is drawn")
-    return notes
+    if not all(is_connected(coil) for coil in layout.coils):
+        return "INCOMPLETE LAYOUT: some leads do not meet end to end; the numbers at the contacts hold what is drawn"
+    return None

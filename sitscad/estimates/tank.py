@@ -129,8 +129,13 @@ class Tank:
 
     def capacitance(self, circuit: CoilCircuit) -> float:
         """Everything in parallel (F): capacitor, pins, cable, tail and the coil's own."""
+        return self.conversion_capacitance + circuit.self_capacitance
+
+    @property
+    def conversion_capacitance(self) -> float:
+        """What turns a frequency into inductance (F): capacitor, pins and cable, alike for all coils and states."""
         cable = self.readout.cable.capacitance if self.readout.cable else 0.0
-        return self.capacitor + ldc1614.limit("pin_capacitance") + cable + circuit.self_capacitance
+        return self.capacitor + ldc1614.limit("pin_capacitance") + cable
 
     def in_series(self) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
@@ -188,6 +193,7 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
         found[state] = StateEstimate(
             state, inductance, resistance, at.frequency, at.parallel_resistance, at.quality_factor, volts,
             apparent_inductance=apparent_inductance(inductance, resistance, circuit.self_capacitance, at.frequency),
+            converter_inductance=ldc1614.inductance(at.frequency, tank.conversion_capacitance),
             coil_amplitude=volts * at.coil_share,
             quantum=quantum,
             noise=ldc1614.inductance_noise(in_tank, at.frequency, readout.rcount),
@@ -330,6 +336,7 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         read_back_time=ldc1614.read_back_time(len(circuits)),
         supply_current=ldc1614.converters(len(circuits))
         * ldc1614.supply_current(current, rcount, settle_count, reference, channels),
+        conversion_capacitance=tank.conversion_capacitance,
     )
 
 

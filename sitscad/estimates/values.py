@@ -9,6 +9,7 @@ from typing import Any
 
 from sitscad.estimates.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
+from sitscad.readout.registers import channel_place
 from sitscad.record import record
 
 
@@ -18,8 +19,9 @@ class StateEstimate:
 
     Frequency, parallel resistance, quality factor and amplitude are the tank's at the converter's pins: cable and
     capacitors included; `coil_amplitude` is what is left of it at the contacts. `apparent_inductance` is what a meter
-    there reads, the coil's own capacitance across it; `quantum` and `noise` (one sigma, of quantisation alone) are the
-    step and the scatter of the measured inductance in henries; `spread` says how far manufacture scatters.
+    there reads, the coil's own capacitance across it, `converter_inductance` what 1 / (C (2 pi f)^2) makes of the
+    frequency, C being the readout's `conversion_capacitance`; `quantum` and `noise` (one sigma, of quantisation alone)
+    are the step and the scatter of the measured inductance in henries; `spread` says how far manufacture scatters.
     """
 
     state: str
@@ -34,6 +36,12 @@ class StateEstimate:
     quantum: float | None = None
     noise: float | None = None
     spread: Spread | None = None
+    converter_inductance: float | None = None
+
+
+PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crowding")
+"""What the terminal inductance is made of, in this order: the winding with evenly spread direct current; what direct
+current makes less by cutting corners; the parts of `lead_parts`; what crowding takes away at the sensor frequency."""
 
 
 @record
@@ -59,8 +67,9 @@ class CoilEstimate:
     theirs at `sensor_frequency`; `terminal_*` what the contacts see, leads and tail included, in free air.
 
     `winding_inductance` is that of a current which is even across every track, `inductance_error` its relative bound;
-    `bend_inductance` (negative) is what real direct current makes less, for it crowds to the inside of corners and
-    arcs: states and terminals have it in them. `capacitance` is the whole tank's, `self_capacitance` that of winding,
+    `bend_inductance` (negative) is what real direct current makes less by cutting corners: it crowds to the inside of
+    bends and arcs; states and terminals have it in them. `inductance_parts` add up to `terminal_inductance`, at
+    `sensor_frequency`: see PARTS. `capacitance` is the whole tank's, `self_capacitance` that of winding,
     leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by name.
     `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the model
     fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state are NaN.
@@ -91,6 +100,7 @@ class CoilEstimate:
     failed_states: Mapping[str, str] = field(default_factory=dict)
     overdamped: Mapping[str, float] = field(default_factory=dict)
     bend_inductance: float | None = None
+    inductance_parts: Mapping[str, float] = field(default_factory=dict)
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
         """Change of inductance (H/N) and of frequency (Hz/N) from rest to pressed by that force (N): the secant."""
@@ -118,7 +128,8 @@ class ReadoutEstimate:
 
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
     at 400 kHz; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the part's,
-    relative. Where no coil has a state left, what follows from states is None or NaN.
+    relative. `conversion_capacitance` (F) turns a measured frequency into inductance: capacitor, pins and cable, not
+    the coil's own. Where no coil has a state left, what follows from states is None or NaN.
     """
 
     capacitance: float
@@ -139,6 +150,7 @@ class ReadoutEstimate:
     switch_time: float | None = None
     read_back_time: float | None = None
     supply_current: float | None = None
+    conversion_capacitance: float | None = None
 
     @property
     def readable_rate(self) -> float | None:
@@ -164,7 +176,8 @@ class Estimates:
     on layer 1, `inductance_matrix_error` (H) what its elements can be off by at most; `gaps` are distances in metres by
     name; `notes` say what the numbers leave out; `normal_force` (N) is the one of the pressed state, `temperature`
     (degrees Celsius) the one of copper and metals. `compression_scatter` and `gap_sigmas` (m) are one sigma of the
-    pressed pad and of the gaps.
+    pressed pad and of the gaps. `incomplete` says what the layout lacks, and the terminal values with it (None:
+    nothing); `no_cross_check` why there is no closed formula beside the estimate.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -179,6 +192,8 @@ class Estimates:
     inductance_matrix_error: tuple[tuple[float, ...], ...] = ()
     compression_scatter: PressingScatter | None = None
     gap_sigmas: Mapping[str, float] = field(default_factory=dict)
+    incomplete: str | None = None
+    no_cross_check: str | None = None
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
@@ -187,7 +202,11 @@ class Estimates:
         return {
             "sitscad": __version__,
             "spec": spec_path,
-            "coils": [_coil_document(coil) | _sensitivity_document(coil, self.normal_force) for coil in self.coils],
+            "incomplete": self.incomplete,
+            "coils": [
+                _coil_document(coil) | _place_document(index) | _sensitivity_document(coil, self.normal_force)
+                for index, coil in enumerate(self.coils)
+            ],
             "temperature_C": self.temperature,
             "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
             "inductance_matrix_error_H": [[_number(value) for value in row] for row in self.inductance_matrix_error],
@@ -199,6 +218,7 @@ class Estimates:
                 {"coil": c.coil, "method": c.method, "inductance_H": _number(c.inductance), "valid": c.is_valid}
                 for c in self.cross_checks
             ],
+            "no_cross_check": self.no_cross_check,
             "notes": list(self.notes),
         }
 
@@ -224,11 +244,17 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
         "self_resonance_Hz": _number(coil.self_resonance),
         "trace_length_m": _number(coil.trace_length),
         "lead_inductance_parts_H": {name: _number(value) for name, value in coil.lead_parts.items()},
+        "inductance_parts_H": {name: _number(value) for name, value in coil.inductance_parts.items()},
         "winding_capacitance_F": _number(coil.winding_capacitance),
         "apparent_inductance_H": _number(coil.apparent_inductance),
         "failed_states": dict(coil.failed_states),
         "states": {name: _state_document(state) for name, state in coil.states.items()},
     }
+
+
+def _place_document(index: int) -> dict[str, Any]:
+    place = channel_place(index)
+    return {"converter": place.converter, "channel": place.channel, "i2c_address": place.address}
 
 
 def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
@@ -276,6 +302,7 @@ def _state_document(state: StateEstimate) -> dict[str, Any]:
         "quality_factor": _number(state.quality_factor),
         "amplitude_V": _number(state.amplitude),
         "apparent_inductance_H": _number(state.apparent_inductance),
+        "converter_inductance_H": _number(state.converter_inductance),
         "coil_amplitude_V": _number(state.coil_amplitude),
         "quantum_H": _number(state.quantum),
         "noise_H": _number(state.noise),
@@ -300,6 +327,7 @@ def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
     return {
         "capacitance_F": _number(readout.capacitance),
         "capacitance_reason": readout.capacitance_reason,
+        "conversion_capacitance_F": _number(readout.conversion_capacitance),
         "drive_code": readout.drive_code,
         "drive_current_A": _number(readout.drive_current),
         "reference_divider": readout.reference_divider,
