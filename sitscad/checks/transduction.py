@@ -178,8 +178,9 @@ def elastomer_shear(subject: Subject) -> Iterator[Verdict]:
     travel = force * pad.thickness / (pad.material.shear_modulus * area)
     if travel > pitch / 2.0:
         yield Complaint(
-            f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} "
-            f"({travel / pad.thickness:.2g} times the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed "
+            f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
+            f"{100.0 * pad.material.shear_modulus_sigma:.0f} % with its modulus; {travel / pad.thickness:.2g} times "
+            f"the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed "
             "a coil's centre and the signal turns back",
             f"a shear modulus of {show(pad.material.shear_modulus * 2.0 * travel / pitch, 'Pa', 2)} or more, a larger "
             "or a thinner pad",

@@ -23,12 +23,17 @@ from sitscad.units import show
 HEADER, TABLE = "firmware/ldc1614_config.h", "firmware/ldc1614_config.json"
 
 
+class _Spread(Protocol):
+    frequency: float
+
+
 class _State(Protocol):
     frequency: float | None
     parallel_resistance: float | None
     amplitude: float | None
     quantum: float | None
     converter_inductance: float | None
+    spread: _Spread | None
 
 
 class _Coil(Protocol):
@@ -238,7 +243,7 @@ def _expected(estimates: Measured) -> list[str]:
                 f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 7)}, "
                 f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
-                f"one count of the reference {_shown(state.quantum, 'H', 2)}"
+                f"one count of the reference {_shown(state.quantum, 'H', 2)}{_scatter(state)}"
             )
     if any(name != "free" for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
@@ -251,6 +256,13 @@ def _expected(estimates: Measured) -> list[str]:
         "it does. The losses and the 5 ns of the drive make L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q; a cable",
         "between coil and capacitor adds its own. `sitscad estimate` prints the same L beside the one at the contacts.",
     ]
+
+
+def _scatter(state: _State) -> str:
+    """One sigma of the frequency, where it is known."""
+    if state.spread is None or not state.frequency:
+        return ""
+    return f"; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
 
 
 def _conversion(spec: SensorSpec, readout: _Readout) -> list[str]:

@@ -31,7 +31,13 @@ def estimates(coils=2, **changes):
         "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
         "read_back_time": 4.9e-4, "supply_current": 2.3e-3, "conversion_capacitance": 334e-12,
     }  # fmt: skip
-    other = {"parallel_resistance": 4e3, "amplitude": 1.5, "quantum": 5e-11, "converter_inductance": 1.2e-6}
+    other = {
+        "parallel_resistance": 4e3,
+        "amplitude": 1.5,
+        "quantum": 5e-11,
+        "converter_inductance": 1.2e-6,
+        "spread": SimpleNamespace(frequency=1.2e5),
+    }
     states = {"free": SimpleNamespace(frequency=8.0e6, **other), "pressed": SimpleNamespace(frequency=9.0e6, **other)}
     return SimpleNamespace(
         coils=[SimpleNamespace(name=f"C{i + 1}", states=states, centre=(4e-3 * i, -1e-3)) for i in range(coils)],
