@@ -20,7 +20,7 @@ from sitscad.estimates.leads import (
 )
 from sitscad.estimates.losses import losses_near_metal, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.neighbours import inductance_matrix
-from sitscad.estimates.own_capacitance import self_capacitance
+from sitscad.estimates.own_capacitance import metal_notes, self_capacitance
 from sitscad.estimates.pressing import PAD, PAD_SIZE, PressingScatter, pressing_scatter
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
 from sitscad.estimates.uncertainty import (
@@ -138,6 +138,7 @@ def estimate(
             *shares.notes,
             *assembly.notes,
             *near_metal_notes(spec.coil, nearest),
+            *metal_notes(first, spec, assembly.gaps, coils[0].self_capacitance, coils[0].capacitance),
             *(f"{name}: {reason}" for name, reason in failed.items()),
             scatter_note(spec),
         ),
