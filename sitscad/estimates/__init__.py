@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.assembly import FREE, PRESSED, REST, Assembly, NoReflection, Reflection, assemble, warmed
+from sitscad.estimates.cross_checks import cross_checks, no_cross_check
 from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
     NO_LEADS,
     LeadEstimate,
     estimate_leads,
-    is_connected,
+    missing_leads,
 )
 from sitscad.estimates.losses import losses_near_metal, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.neighbours import inductance_matrix
@@ -55,7 +56,7 @@ from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
-from sitscad.spec.sensor import CoilSpec, SensorSpec
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 Array = NDArray[np.float64]
@@ -113,7 +114,7 @@ def estimate(
     readout = settle(circuits, spec.readout, capacitor, reason)
     pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
     gap_sigmas = _gap_sigmas(spec, pressing)
-    checks, incomplete = tuple(_cross_checks(first.name, geometry, inductance)), _incomplete(layout)
+    checks, incomplete = cross_checks(first.name, geometry, inductance), missing_leads(layout)
     slopes = inductance_slopes(geometry, winding.spirals, first, spec)
     coils = []
     for coil, circuit in zip(layout.coils, circuits, strict=True):
@@ -131,7 +132,7 @@ def estimate(
         gaps=assembly.gaps,
         gap_sigmas=gap_sigmas,
         cross_checks=checks,
-        no_cross_check=_no_cross_check(spec.coil, checks),
+        no_cross_check=no_cross_check(spec.coil, checks),
         incomplete=incomplete,
         notes=(
             *([incomplete] if incomplete else []),
@@ -393,40 +394,3 @@ def _inductance_parts(circuit: CoilCircuit, terminal: float) -> dict[str, float]
 
 NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 """Stands for a free state that has no numbers."""
-
-
-def _cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> list[CrossCheck]:
-    found = []
-    for method in METHODS:
-        if method.is_cross_check and geometry.spec.shape in method.shapes:
-            value = method.solve(geometry)
-            if value is not None and np.isfinite(value):
-                found.append(CrossCheck(name, method.name, value, value / inductance - 1.0, method.is_valid(geometry),
-                                        method.validity))  # fmt: skip
-    return found
-
-
-def _no_cross_check(coil: CoilSpec, found: Sequence[CrossCheck]) -> str | None:
-    """Why no closed formula stands beside the estimate; None where one does."""
-    if found:
-        return None
-    tabulated = {shape for method in METHODS if method.is_cross_check for shape in method.shapes}
-    if coil.shape not in tabulated:
-        return (
-            f"no published closed formula with a stated range is known to us for a {coil.shape}: Mohan (1999) has "
-            "none, and TI (SNOA930C) gives none for elongated coils"
-        )
-    return "Mohan's formulas (1999) want one number of turns on all layers, one turn or more, and an open middle"
-
-
-def _incomplete(layout: Layout) -> str | None:
-    """What the layout lacks, and the terminal values with it; None where every coil is connected."""
-    missing = [coil.name for coil in layout.coils if not coil.is_closed_circuit or not coil.series]
-    if missing:
-        return (
-            f"INCOMPLETE LAYOUT: {', '.join(missing)}: no room was found for all leads (see `sitscad check`), so all "
-            "numbers at the contacts lack the leads and the tail that are not drawn"
-        )
-    if not all(is_connected(coil) for coil in layout.coils):
-        return "INCOMPLETE LAYOUT: some leads do not meet end to end; the numbers at the contacts hold what is drawn"
-    return None

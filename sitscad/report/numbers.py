@@ -32,8 +32,8 @@ def as_text(path: str, estimates: Estimates | None, checked: CheckedSpec, colour
         _titled("Scatter of manufacture, one sigma", table(SPREAD_HEAD, spread_rows(estimates)), colour),
         _matrix(estimates, colour),
         _titled("Readout (LDC1614)", table([], readout_rows(estimates)), colour),
-        _titled("Gaps", table([], gap_rows(estimates)), colour),
-        _titled("Elastomer under the required force", table([], compression_rows(estimates)), colour),
+        _titled(GAPS_TITLE, table([], gap_rows(estimates)), colour),
+        _titled(PRESSED_TITLE, table([], compression_rows(estimates)), colour),
         _titled("Cross-checks", table(CROSS_HEAD, cross_check_rows(estimates)), colour),
         *(f"note: {printable(str(note))}" for note in estimates.notes if note != estimates.incomplete),
     ]
@@ -84,7 +84,7 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
     for place, (name, unit) in enumerate((("inductance", "H"), ("frequency", "Hz"))):
         if any(value for value, _ in sensed):
             cells = (plus_minus(v[place], s and s[place], unit, "/N") if v else NONE for v, s in sensed)
-            found.append([f"{name} per newton, rest to pressed", *cells])
+            found.append([f"{name} per newton, rest to pressed, +- one sigma", *cells])
     return found
 
 
@@ -92,7 +92,7 @@ PARTS_TITLE = "What the terminal inductance is made of (the coil alone, at its s
 
 PART_WORDS = {
     "winding": "winding, direct current spread evenly over its tracks",
-    "bends": "direct current cuts corners, which makes it less by",
+    "bends": "direct current cuts corners (runs inside bends): change",
     "stubs": "stubs at the layers' ends",
     "leads": "leads on the body, down to their lane in the tail",
     "tail": "tail, to the contacts",
@@ -248,6 +248,10 @@ def _timing_rows(r: ReadoutEstimate) -> list[list[str]]:
         rows.append(["reading all results over I2C at 400 kHz", quantity(r.read_back_time, "s", 3)])
         rows.append(["scans a second that I2C can carry", quantity(r.readable_rate, "")])
     return rows
+
+
+GAPS_TITLE = "Gaps, +- one sigma"
+PRESSED_TITLE = "Elastomer under the required force, +- one sigma"
 
 
 def gap_rows(estimates: Estimates) -> list[list[str]]:

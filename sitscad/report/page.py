@@ -12,8 +12,10 @@ from sitscad.finding import Finding, Severity
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.numbers import (
     CROSS_HEAD,
+    GAPS_TITLE,
     NONE,
     PARTS_TITLE,
+    PRESSED_TITLE,
     READING_HEAD,
     SPREAD_HEAD,
     STATE_HEAD,
@@ -187,8 +189,8 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     figure = f"<figure>{section(spec)}<figcaption>{drawn}</figcaption></figure>"
     stackup = spec.fpc.stackup
     total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."
-    pressed = _table(["under the required force", ""], compression_rows(estimates), "Elastomer")
-    return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), "Gaps") + pressed
+    pressed = _table(["", ""], compression_rows(estimates), PRESSED_TITLE)
+    return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), GAPS_TITLE) + pressed
 
 
 def _cross_checks(estimates: Estimates) -> str:

@@ -28,6 +28,7 @@ from sitscad.layout import lay_out
 from sitscad.physics.proximity import winding_loss
 from sitscad.physics.resistance import COPPER_CONDUCTIVITY
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.report import numbers
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
@@ -303,3 +304,21 @@ def test_a_target_on_part_of_its_pad_makes_the_pressed_state_less_sure():
     # nearer than it may be, so the doubt is towards more inductance
     assert other.shifts["part of the pad loaded"][0] < 0.0 and other.inductance > one.inductance
     assert any(note.startswith("pressed gap: the target loads 33 %") for note in part.notes)
+
+
+def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
+    found = estimate(lay_out(padded(elastomer={"thickness": 2e-3})))
+    rows = {row[0]: row[1] for row in (*numbers.compression_rows(found), *numbers.gap_rows(found))}
+    for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
+        assert "+-" in rows[name], name
+    per_newton = [row for row in numbers.coil_rows(found) if "per newton" in row[0]]
+    assert len(per_newton) == 2 and all("+-" in cell for row in per_newton for cell in row[1:])
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "shown"),
+    [(-6.49e-9, 2.4e-9, "-6.49 +- 2.4 nH/N"), (1e-9, 0.2e-12, "1 nH/N +- 0.2 pH/N"), (5e-9, None, "5 nH/N"),
+     (math.nan, 1.0, "-")],
+)  # fmt: skip
+def test_a_number_and_its_sigma_share_a_unit_where_they_can(value, sigma, shown):
+    assert numbers.plus_minus(value, sigma, "H", "/N") == shown
