@@ -1,7 +1,7 @@
 """The soft pad under load: a bonded rubber block, its shape factor and its compression. SI units throughout.
 
 A target that covers only part of its pad loads that part. Two bonded blocks enclose what the pad then does, because by
-the principle of minimum potential energy nothing becomes stiffer when material is cut away or a surface is let go:
+the principle of minimum potential energy no elastic body becomes stiffer when material is cut away or a surface let go:
 
 * the part under the target, cut out of the pad, gives way more than the real pad, whose surround hinders the bulging;
 * the whole pad under a rigid plate gives way less than the real pad, whose surface beside the target is free.
