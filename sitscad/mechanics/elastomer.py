@@ -32,10 +32,10 @@ OBLONG = 3.0
 7 % there, by 19 % at 5."""
 
 SOURCE = (
-    "Gent & Lindley 1959 (cited in Strojniski vestnik 60 (2014) 506): Ea = E(1 + 2 S^2), 1/Ea = "
-    "1/[E(1 + 2 S^2)] + 1/B; "
-    "large strain F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory, unverified); a pad loaded over part of its "
-    "area: the loaded part cut out, a lower bound of the stiffness (minimum potential energy)"
+    "Gent & Lindley 1959 (cited in Strojniski vestnik 60 (2014) 506): Ea = E(1 + 2 S^2), 1/Ea = 1/[E(1 + 2 S^2)] + "
+    "1/B; large strain F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory, unverified); a pad loaded over part "
+    "of its area: the loaded part cut out, a lower bound of the stiffness by minimum potential energy (textbook; "
+    "held by our finite elements)"
 )
 
 
