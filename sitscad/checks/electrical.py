@@ -364,22 +364,24 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT201", "inductance-floor", Severity.ERROR,
         "Every coil keeps at least 0.2 uH in every state: alone, at rest, and pressed (a note within two sigma of "
-        "manufacture).",
+        "manufacture). A coil of which no state can be estimated is an error, too.",
         "Below that the tank cannot be brought under 10 MHz with a resistance that the converter can drive.",
         "More turns or layers, a larger coil, or more distance from target and jaw.",
         source_of_limit("inductance_min"), apply=inductance_floor,
     ),
     Rule(
         "SIT202", "frequency-ceiling", Severity.ERROR,
-        "The tank's frequency lies within 1 kHz to 10 MHz in every state (a note within two sigma of manufacture).",
+        "The tank's frequency lies within 1 kHz to 10 MHz in every state (a note where 10 MHz are kept by less than "
+        "two sigma of manufacture).",
         "The converter does not follow faster tanks; metal near the coil raises the frequency.",
         "A larger capacitor, or more inductance.",
         source_of_limit("sensor_frequency_max"), apply=frequency_ceiling,
     ),
     Rule(
         "SIT203", "parallel-resistance", Severity.ERROR,
-        "The tank's parallel resistance stays within what the converter drives, in every state (a note within two "
-        "sigma of manufacture).",
+        "In every state the tank oscillates and its parallel resistance is at least 1.0 kohm: a note where that is "
+        "kept by less than two sigma of manufacture, a warning below, an error below 0.60 kohm (0.25 kohm in the "
+        "high-current mode) or where it is overdamped.",
         "R_P = (omega L)^2 / R is the load on the driver. Below 0.60 kohm no drive code reaches 1.2 V (0.25 kohm in "
         "the single-channel high-current mode); below 1.0 kohm TI does not specify the converter. A metal jaw and the "
         "target lower it: a coil that passes in free air can fail in the jaw.",
@@ -390,8 +392,10 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT204", "drive-amplitude", Severity.ERROR,
-        "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works (a note "
-        "within two sigma of manufacture).",
+        "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works: an "
+        "error above 1.8 V and below 0.6 V, a warning below 1.2 V, a note where a limit is kept by less than two "
+        "sigma of manufacture. A warning, too, if a sensor made for the heat swings beyond 1.8 V when switched on at "
+        "20 degC, and in the high-current mode where TI's figures for its current leave the window open.",
         "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
         "stop. The code is the highest that stays below 1.8 V with the target at its farthest. For an assembled sensor "
         "the bare coil is not a working state and earns a note only.",

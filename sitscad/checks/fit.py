@@ -180,7 +180,7 @@ def shield_gap(subject: Subject) -> Iterator[Verdict]:
     needed = shield.gap + shield.thickness
     if needed > mount.standoff + ROUNDING:
         yield Complaint(
-            f"the shield ends {show(needed, 'm')} below the board, the jaw's metal begins at "
+            f"the shield ends {show(needed, 'm')} below the board, {'the jaw' if mount.jaw else 'the mount'} begins at "
             f"{show(mount.standoff, 'm')}",
             f"raise mount.standoff by {show(needed - mount.standoff, 'm')}, or bring the shield nearer to the board",
             "shield.gap",
@@ -242,7 +242,8 @@ JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm
 FIT_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT301", "sensor-width", Severity.ERROR,
-        "Board, elastomer and target are not wider than the jaw, nor the whole board than the port.",
+        "The board's body, the elastomer and the target are not wider than the jaw (errors), nor the whole board, its "
+        "tail and contacts included, than the port (a warning).",
         "What overhangs is cut off or torn by the port (the board of Jones, thesis, Leeds, overhung by its connector).",
         "A smaller coil or target, narrower leads, or a wider jaw.",
         JAW_SOURCE, ("jaw",), sensor_width,
@@ -272,7 +273,9 @@ FIT_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT308", "tail-bend", Severity.ERROR,
-        "The tail can be bent as the spec says: one copper layer where it moves, and a radius that the port leaves.",
+        "The tail can be bent as the spec says: one copper layer where it moves at every grasp (two are a warning, "
+        "more an error), and a radius that half of the port leaves (a note for a static bend of up to two layers, "
+        "else a warning).",
         "Several layers of copper crack in a hinge; bend radii are multiples of the thickness.",
         "One layer through the hinge, a thinner board, or no bend.",
         "fpc.rules: All Flex 6/10/20 times static; jselectronic 20 to 40 times dynamic; ship.ie one layer only when "
@@ -281,7 +284,7 @@ FIT_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT309", "shield-gap", Severity.ERROR,
-        "The shield lies inside the standoff between board and jaw.",
+        "The shield lies inside the standoff between the board and the jaw, or the mount's plate.",
         "A shield deeper than the standoff would stand in the jaw's metal.",
         "A larger standoff, or a smaller gap.",
         "geometry", ("shield", "mount"), shield_gap,

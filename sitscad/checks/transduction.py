@@ -9,12 +9,13 @@ from sitscad.checks.fit import ROUNDING, pad_of
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
-from sitscad.spec.sensor import ElastomerPad
 from sitscad.units import show
 
 MU_0 = 4e-7 * math.pi
 
 STRAIN_ERROR = 0.5
+WHOLE = 0.99
+"""Share of a pad from which on it counts as loaded all over."""
 TARGET_LENGTH_TOLERANCE = 0.2
 MAGNETIC = 10.0
 """Relative permeability, and skin depths over thickness, from which on a target is a magnet and no conductor."""
@@ -25,11 +26,13 @@ SLENDERNESS = 0.25
 
 def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
     """How far the required force compresses the pad, with the spread of its modulus."""
+    from sitscad.estimates.pressing import pressed
+
     pad, force = pad_of(subject), subject.spec.requirements.normal_force
     assert force is not None
     material = pad.material
-    stiff, soft = 1.0 + material.shear_modulus_sigma, _softest(material.shear_modulus_sigma)
-    nominal, least, most = (_compressed(pad, force, factor) for factor in (1.0, stiff, soft))
+    sigma = material.shear_modulus_sigma
+    nominal, least, most = (pressed(subject.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
     if most.strain <= elastomer.VALID_STRAIN:
         return
     is_error = nominal.strain > STRAIN_ERROR
@@ -38,12 +41,16 @@ def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
     yield Complaint(
         f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {material.name} pad by "
         f"{100.0 * nominal.strain:.0f} % ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
-        f"{show(material.shear_modulus, 'Pa', 3)} +- {100.0 * material.shear_modulus_sigma:.0f} %), down to "
-        f"{show(nominal.gap, 'm', 3)}; shape factor {nominal.shape_factor:.2f}. "
+        f"{show(material.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to "
+        f"{show(nominal.gap, 'm', 3)}; shape factor {nominal.shape_factor:.2f}{_part(nominal)}. "
         f"{'That' if is_error else 'The softest case'}, {100.0 * judged:.1f} %, is more than {100.0 * limit:.0f} %"
-        + ("" if nominal.valid else f"; beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"),
-        f"{_stiffer(pad, force)}a larger or thinner pad gives way less. "
-        "Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times",
+        + (
+            f"; beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"
+            if nominal.strain > elastomer.VALID_STRAIN
+            else ""
+        ),
+        f"{_stiffer(subject, force)}a larger {'target' if nominal.loaded_share < WHOLE else 'or thinner pad'} gives "
+        "way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times",
         "elastomer.material",
         judged,
         limit,
@@ -97,41 +104,61 @@ def target_thickness(subject: Subject) -> Iterator[Verdict]:
 
 
 def target_proportions(subject: Subject) -> Iterator[Verdict]:
-    """Length as the coils' distance, width at least a coil's."""
-    target, coil, array = subject.spec.target, subject.spec.coil, subject.spec.array
+    """Over two coils in a line: length as their distance, width at least a coil's; else at least as large as a coil."""
+    target, array = subject.spec.target, subject.spec.array
     assert target is not None
-    is_line = array.pattern == "line" and array.pitch is not None and len(array.placements) > 1
-    length, width = target.size
-    if is_line and array.pitch and abs(length / array.pitch - 1.0) > TARGET_LENGTH_TOLERANCE:
+    pitch = array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
+    coil = _largest_coil(subject)
+    if pitch and abs(target.size[0] / pitch - 1.0) > TARGET_LENGTH_TOLERANCE:
         yield Complaint(
-            f"the target is {show(length, 'm')} long, the coils' centres are {show(array.pitch, 'm')} apart",
-            f"a target as long as that distance, {show(array.pitch, 'm')}, gives the most shear signal",
+            f"the target is {show(target.size[0], 'm')} long, the coils' centres are {show(pitch, 'm')} apart",
+            f"a target as long as that distance, {show(pitch, 'm')}, gives the most shear signal",
             "target.size",
-            length,
-            array.pitch,
+            target.size[0],
+            pitch,
             "m",
         )
-    short = width if is_line else min(length, width)
-    needed = coil.size[1] if is_line else coil.outer_diameter
-    if short < needed - ROUNDING:
-        yield Complaint(
-            f"the target is {show(short, 'm')} wide, a coil {show(needed, 'm')}: part of the field passes beside it",
-            f"widen it by {show(needed - short, 'm')}",
-            "target.size",
-            short,
-            needed,
-            "m",
+    ways = (("wide", 1),) if pitch else (("long", 0), ("wide", 1))
+    for word, axis in ways:
+        if target.size[axis] < coil[axis] - ROUNDING:
+            yield Complaint(
+                f"the target is {show(target.size[axis], 'm')} {word}, a coil {show(coil[axis], 'm')}: part of the "
+                "field passes beside it",
+                f"make it larger by {show(coil[axis] - target.size[axis], 'm')}",
+                "target.size",
+                target.size[axis],
+                coil[axis],
+                "m",
+            )
+    if pitch is None and len(array.placements) > 1:
+        yield Undecided(
+            "the target's best length is known for two coils in a line only; that it covers a coil was checked"
         )
+
+
+def _largest_coil(subject: Subject) -> tuple[float, float]:
+    """How far the coils reach along x and y (m), each turned as it stands."""
+    length, width = subject.spec.coil.size
+    turned = [placement.rotation for placement in subject.spec.array.placements]
+    if length == width:
+        return length, width
+    return (
+        max(abs(length * math.cos(a)) + abs(width * math.sin(a)) for a in turned),
+        max(abs(length * math.sin(a)) + abs(width * math.cos(a)) for a in turned),
+    )
 
 
 def target_rotation(subject: Subject) -> Iterator[Verdict]:
-    """Thickness over width of the pad: slender pads let the target tilt."""
-    pad = pad_of(subject)
-    ratio = pad.thickness / min(pad.size)
+    """Thickness over width of the pad under the target: slender pads let it tilt."""
+    pad, face = pad_of(subject), _loaded(subject)
+    width = min(face.width_x, face.width_y)
+    ratio = pad.thickness / width
     if ratio > SLENDERNESS + ROUNDING:
         yield Complaint(
-            f"the elastomer is {ratio:.2g} times as thick as wide: the target tilts easily, and tilt reads as shear",
-            f"{show(SLENDERNESS * min(pad.size), 'm', 3)} is as slender as the bench pad that stayed level (8 x 8 x "
+            f"the elastomer is {ratio:.2g} times as thick as "
+            f"{'wide' if width == min(pad.size) else 'the target is wide'}: the target tilts easily, and tilt reads "
+            "as shear",
+            f"{show(SLENDERNESS * width, 'm', 3)} is as slender as the bench pad that stayed level (8 x 8 x "
             "2 mm; Jones, thesis, Leeds); thinner is steadier still",
             "elastomer.thickness",
             ratio,
@@ -147,12 +174,13 @@ def elastomer_shear(subject: Subject) -> Iterator[Verdict]:
     if pitch is None:
         yield Undecided("no pitch: the coils have no common distance")
         return
-    area = elastomer.loaded_area(*pad.size, pad.shape == "circle")
+    area = _loaded(subject).area
     travel = force * pad.thickness / (pad.material.shear_modulus * area)
     if travel > pitch / 2.0:
         yield Complaint(
-            f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} "
-            f"({travel / pad.thickness:.2g} times the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed "
+            f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
+            f"{100.0 * pad.material.shear_modulus_sigma:.0f} % with its modulus; {travel / pad.thickness:.2g} times "
+            f"the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed "
             "a coil's centre and the signal turns back",
             f"a shear modulus of {show(pad.material.shear_modulus * 2.0 * travel / pitch, 'Pa', 2)} or more, a larger "
             "or a thinner pad",
@@ -182,14 +210,20 @@ def skin_depth(frequency: float, conductivity: float, relative_permeability: flo
     return 1.0 / math.sqrt(math.pi * frequency * MU_0 * relative_permeability * conductivity)
 
 
-def _compressed(pad: ElastomerPad, force: float, factor: float) -> elastomer.Compression:
-    return elastomer.compress(
-        *pad.size,
-        pad.thickness,
-        pad.material.shear_modulus * factor,
-        pad.material.bulk_modulus,
-        force,
-        pad.shape == "circle",
+def _loaded(subject: Subject) -> elastomer.Face:
+    """The part of the pad that the target loads."""
+    pad, target = pad_of(subject), subject.spec.target
+    over = elastomer.Face(*target.size, target.shape == "circle") if target is not None else None
+    return elastomer.loaded_face(elastomer.Face(*pad.size, pad.shape == "circle"), over)
+
+
+def _part(pressed: elastomer.Compression) -> str:
+    """In words, that only part of the pad is loaded."""
+    if pressed.loaded_share >= WHOLE:
+        return ""
+    return (
+        f"; the target loads {100.0 * pressed.loaded_share:.0f} % of the pad, which is taken as cut out (were all of "
+        f"it loaded, {100.0 * pressed.least_strain:.0f} %)"
     )
 
 
@@ -198,13 +232,14 @@ def _softest(sigma: float) -> float:
     return max(0.05, 1.0 - sigma)
 
 
-def _stiffer(pad: ElastomerPad, force: float) -> str:
+def _stiffer(subject: Subject, force: float) -> str:
     """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it."""
+    pad, face = pad_of(subject), _loaded(subject)
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
-    size = (*pad.size, pad.thickness)
+    size = (face.width_x, face.width_y, pad.thickness)
     # Ea is proportional to G until the bulk modulus counts: 1/Ea = 1/(k G) + 1/B, so G = 1 / (k (1/Ea - 1/B)).
-    stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, pad.shape == "circle")
-    slope = elastomer.apparent_modulus(elastomer.shape_factor(*size, pad.shape == "circle"), 1.0)
+    stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, face.round)
+    slope = elastomer.apparent_modulus(elastomer.shape_factor(*size, face.round), 1.0)
     left = 1.0 / (stiffness * slope) - 1.0 / pad.material.bulk_modulus
     if left <= 0.0:
         return ""
@@ -223,16 +258,21 @@ def _rounded_up(value: float) -> float:
 TRANSDUCTION_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT304", "elastomer-strain", Severity.ERROR,
-        "The required normal force compresses the elastomer by 30 % at most (a warning beyond, an error beyond 50 %).",
-        "Beyond 30 % the bonded-block formula is extrapolated; beyond 50 % the pad has lost its range, creeps, and the "
-        "target comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) would "
-        "need 57 to 73 % at 4.8 N.",
-        "A stiffer or thinner elastomer, or a larger pad.",
+        "The required normal force compresses the elastomer by 30 % at most, its modulus being one sigma softer (a "
+        "warning beyond), and with its own modulus by 50 % at most (an error beyond). What the target does not cover "
+        "of the pad is taken as not helping.",
+        "Beyond 30 % the bonded-block formula is extrapolated; beyond 50 % the pad has lost its range, creeps, and "
+        "the target comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) "
+        "would need 57 to 73 % at 4.8 N. A target smaller than its pad presses only what lies under it: the surround "
+        "stiffens that by an unknown share, so the strain is stated as if it were cut away, which errs on the safe "
+        "side.",
+        "A stiffer or thinner elastomer, or a larger pad and target.",
         elastomer.SOURCE, ("elastomer", "normal force"), elastomer_strain,
     ),
     Rule(
         "SIT305", "target-thickness", Severity.ERROR,
-        "The target is at least 3 skin depths thick (a warning below, an error below 1).",
+        "The target is at least 3 skin depths thick at the lowest frequency of any coil and state (a warning below, "
+        "an error below 1, or where it does not conduct); magnetic sheets that hardly conduct are not judged.",
         "A thinner target lets the field through: less signal, more loss, and a reading that drifts with its "
         "temperature.",
         "A thicker target, a better conductor, or a higher frequency.",
@@ -240,23 +280,26 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT306", "target-proportions", Severity.WARNING,
-        "The target is as long as the coils' distance (within 20 %) and at least as wide as a coil.",
-        "Shear falls to less than a third when the target is much longer or shorter; what is narrower than the coil "
-        "loses normal signal.",
-        "Set target.size to the coils' distance.",
+        "Over two coils in a line the target is as long as their distance (within 20 %) and at least as wide as a "
+        "coil; over any other array it is at least as large as a coil both ways, and its best length is not judged.",
+        "Two coils: shear falls to less than a third when the target is much longer or shorter. Any coil: what does "
+        "not cover it loses normal signal. For other arrays no measured best size is known.",
+        "Over two coils set target.size to their distance; else make the target at least as large as a coil.",
         "thesis of Jones 6.4, 6.5 and tables 6.3, 6.4; TI SNOA957B: target at least the sensor's area", ("target",),
         target_proportions,
     ),
     Rule(
         "SIT310", "target-rotation", Severity.NOTE,
-        "The elastomer is not more slender than the bench pad of Jones (thesis, Leeds): a quarter of its width.",
+        "What the target covers of the elastomer is not more slender than the bench pad of Jones (thesis, Leeds): not "
+        "thicker than a quarter of its lesser width.",
         "A slender pad lets the target tilt; 10 degrees in a scissor jaw gave full-scale shear.",
         "A thinner elastomer: 1 mm instead of 2 mm also gave nearly ten times the normal range.",
         "thesis of Jones 6.5, 7.5.1", ("elastomer", "target"), target_rotation,
     ),
     Rule(
         "SIT312", "elastomer-shear", Severity.WARNING,
-        "The required shear force moves the target by less than half the coils' distance.",
+        "The required shear force moves the target by less than half the coils' distance, the pad being loaded under "
+        "the target alone; arrays without a common distance are not judged.",
         "Beyond that the target's middle has passed a coil's, and L1 - L2 turns back: two forces give one reading.",
         "A stiffer, larger or thinner elastomer.",
         "F = G A gamma, about linear to large strain (Brown, quoted by GlobalSpec); the limit is derived here",

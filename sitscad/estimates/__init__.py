@@ -9,18 +9,20 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import FREE, PAD, Assembly, NoReflection, Reflection, assemble, warmed
+from sitscad.estimates.assembly import FREE, PRESSED, REST, Assembly, NoReflection, Reflection, assemble, warmed
+from sitscad.estimates.cross_checks import cross_checks, no_cross_check
 from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
     NO_LEADS,
     LeadEstimate,
     estimate_leads,
-    is_connected,
+    missing_leads,
 )
 from sitscad.estimates.losses import losses_near_metal, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.neighbours import inductance_matrix
-from sitscad.estimates.own_capacitance import self_capacitance
+from sitscad.estimates.own_capacitance import metal_notes, self_capacitance
+from sitscad.estimates.pressing import PAD, PAD_SIZE, PressingScatter, pressing_scatter
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
 from sitscad.estimates.uncertainty import (
     Slopes,
@@ -31,6 +33,7 @@ from sitscad.estimates.uncertainty import (
     spread,
 )
 from sitscad.estimates.values import (
+    PARTS,
     CoilEstimate,
     CrossCheck,
     Estimates,
@@ -92,7 +95,7 @@ def estimate(
     assert inductance is not None
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
     matrix, matrix_errors = inductance_matrix(inductance, chosen.error(geometry), geometries)
-    assembly = assemble(spec, sigmas(spec)[PAD])
+    assembly = assemble(spec, sigmas(spec))
     conductivity = conductivity_at(temperature)
     loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
     nearest = _nearest(geometry, assembly)
@@ -109,6 +112,9 @@ def estimate(
     failed |= {state: _damped_words(value, capacitor) for state, value in damped.items()}
     circuits = [_without(circuit, damped) for circuit in circuits]
     readout = settle(circuits, spec.readout, capacitor, reason)
+    pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
+    gap_sigmas = _gap_sigmas(spec, pressing)
+    checks, incomplete = cross_checks(first.name, geometry, inductance), missing_leads(layout)
     slopes = inductance_slopes(geometry, winding.spirals, first, spec)
     coils = []
     for coil, circuit in zip(layout.coils, circuits, strict=True):
@@ -122,19 +128,31 @@ def estimate(
         readout=with_margin(readout, [state for coil in coils for state in coil.states.values()]),
         inductance_matrix_error=tuple(tuple(float(value) for value in row) for row in matrix_errors),
         compression=assembly.compression,
+        compression_scatter=pressing,
         gaps=assembly.gaps,
-        cross_checks=tuple(_cross_checks(first.name, geometry, inductance)),
+        gap_sigmas=gap_sigmas,
+        cross_checks=checks,
+        no_cross_check=no_cross_check(spec.coil, checks),
+        incomplete=incomplete,
         notes=(
-            *_layout_notes(layout),
+            *([incomplete] if incomplete else []),
             *shares.notes,
             *assembly.notes,
             *near_metal_notes(spec.coil, nearest),
+            *metal_notes(first, spec, assembly.gaps, coils[0].self_capacitance, coils[0].capacitance),
             *(f"{name}: {reason}" for name, reason in failed.items()),
             scatter_note(spec),
         ),
         normal_force=spec.requirements.normal_force,
         temperature=temperature,
     )
+
+
+def _gap_sigmas(spec: SensorSpec, pressing: PressingScatter | None) -> dict[str, float]:
+    """One sigma (m) of the gaps that have one: at rest the pad's thickness, pressed what the pad gives way too."""
+    if spec.elastomer is None or spec.target is None:
+        return {}
+    return {REST: sigmas(spec)[PAD]} | ({PRESSED: pressing.gap} if pressing is not None else {})
 
 
 @record(eq=False)
@@ -294,8 +312,9 @@ def _reflections(
 def _nearest(geometry: WindingGeometry, assembly: Assembly) -> float | None:
     # Least distance (m) of metal from any layer's mid-plane in any state; None without metal.
     heights = [layer.z for layer in geometry.spirals or geometry.tracks]
-    # a pad thinner by one sigma is not much nearer, and only a difference is taken of it
-    ranges = [around for (_, cause), pair in assembly.ranges.items() if cause != PAD for around in pair]
+    # a pad thinner or smaller by one sigma is not much nearer, and only a difference is taken of it
+    small = (PAD, PAD_SIZE)
+    ranges = [around for (_, cause), pair in assembly.ranges.items() if cause not in small for around in pair]
     states = [*assembly.states, *ranges]
     above = [s.above.distance - max(heights) for s in states if s.above]
     below = [s.below.distance + min(heights) for s in states if s.below]
@@ -360,31 +379,18 @@ def _coil_estimate(
         failed_states=failed,
         overdamped=damped,
         bend_inductance=circuit.loss.direct_change,
+        inductance_parts=_inductance_parts(circuit, free.inductance),
     )
+
+
+def _inductance_parts(circuit: CoilCircuit, terminal: float) -> dict[str, float]:
+    """What the terminal inductance (H) of the coil alone is made of, in the order of PARTS; crowding is what is left of
+    it (`loss` has that, too, and `terminal` is interpolated to within 3e-5 of itself).
+    """
+    parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
+    parts["crowding"] = terminal - math.fsum(parts.values())
+    return {name: parts.get(name, 0.0) for name in PARTS}
 
 
 NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 """Stands for a free state that has no numbers."""
-
-
-def _cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> list[CrossCheck]:
-    found = []
-    for method in METHODS:
-        if method.is_cross_check and geometry.spec.shape in method.shapes:
-            value = method.solve(geometry)
-            if value is not None and np.isfinite(value):
-                found.append(CrossCheck(name, method.name, value, value / inductance - 1.0, method.is_valid(geometry),
-                                        method.validity))  # fmt: skip
-    return found
-
-
-def _layout_notes(layout: Layout) -> list[str]:
-    notes = []
-    missing = [coil.name for coil in layout.coils if not coil.is_closed_circuit or not coil.series]
-    if missing:
-        notes.append(
-            f"{', '.join(missing)}: the layout found no room for all leads: terminal values hold only what is drawn"
-        )
-    elif not all(is_connected(coil) for coil in layout.coils):
-        notes.append("some leads do not meet end to end: the terminal values hold what is drawn")
-    return notes

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.mechanics.elastomer import Compression, compress
+from sitscad.estimates.pressing import PAD, pressed, pressed_cases
+from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.current_spectrum import CurrentSpectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.near_metal import CrowdingNearMetal
@@ -23,9 +24,6 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 FREE, REST, PRESSED = "free", "rest", "pressed"
-
-MODULUS, PAD = "elastomer modulus", "elastomer thickness"
-"""What scatters the gap."""
 
 
 @record
@@ -41,7 +39,7 @@ class Surroundings:
 class Assembly:
     """The states that exist, their gaps (m) by name, the compression, and what is worth saying about the model.
 
-    `ranges` are states by their names with one sigma less and one more of what scatters the gap: MODULUS or PAD.
+    `ranges` are states by their names with one sigma less and one more of what scatters the gap (see `pressing`).
     """
 
     states: tuple[Surroundings, ...]
@@ -57,11 +55,12 @@ class Assembly:
         return min(found, default=math.inf)
 
 
-def assemble(spec: SensorSpec, pad_sigma: float = 0.0) -> Assembly:
+def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Assembly:
     """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
 
-    `pad_sigma` is the standard deviation (m) of the elastomer's thickness.
+    `sigmas` are the standard deviations (m) of the elastomer's thickness and size; none when left out.
     """
+    sigmas = sigmas or {}
     below, behind = _behind(spec)
     states, gaps = [Surroundings(FREE, None, None)], {}
     compression = None
@@ -71,15 +70,17 @@ def assemble(spec: SensorSpec, pad_sigma: float = 0.0) -> Assembly:
         states.append(Surroundings(REST, _target(spec, rest), below))
         if spec.target is not None:
             gaps[REST] = rest
-        if spec.target is not None and spec.elastomer is not None and pad_sigma:
-            thin, thick = _pads(spec, pad_sigma)
+        if spec.target is not None and spec.elastomer is not None and sigmas.get(PAD):
+            thin, thick = _pads(spec.elastomer.thickness, sigmas[PAD])
             ranges[REST, PAD] = (Surroundings(REST, _target(spec, thin), below),
                                  Surroundings(REST, _target(spec, thick), below))  # fmt: skip
     if spec.target is not None and spec.elastomer is not None and spec.requirements.normal_force:
-        compression = _compression(spec)
+        compression = pressed(spec)
         states.append(Surroundings(PRESSED, _target(spec, compression.gap), below))
         gaps[PRESSED] = compression.gap
-        ranges |= {(PRESSED, cause): pair for cause, pair in _pressed_ranges(spec, below, pad_sigma).items()}
+        for cause, (less, more) in pressed_cases(spec, sigmas).items():
+            ranges[PRESSED, cause] = (Surroundings(PRESSED, _target(spec, less.gap), below),
+                                      Surroundings(PRESSED, _target(spec, more.gap), below))  # fmt: skip
     if behind is not None:
         gaps["behind_the_board"] = behind
     return Assembly(tuple(states), gaps, compression, tuple(_notes(spec, compression)), ranges)
@@ -131,33 +132,9 @@ def _behind(spec: SensorSpec) -> tuple[Reflector | None, float | None]:
     return Reflector(board + spec.shield.gap, tuple(plates)), spec.shield.gap
 
 
-def _compression(spec: SensorSpec, factor: float = 1.0, thickness: float | None = None) -> Compression:
-    pad = spec.elastomer
-    assert pad is not None
-    return compress(*pad.size, thickness or pad.thickness, factor * pad.material.shear_modulus,
-                    pad.material.bulk_modulus, spec.requirements.normal_force or 0.0,
-                    pad.shape == "circle")  # fmt: skip
-
-
-def _pads(spec: SensorSpec, sigma: float) -> tuple[float, float]:
+def _pads(thickness: float, sigma: float) -> tuple[float, float]:
     # Thicknesses (m) of the elastomer one sigma less and more, never nothing.
-    assert spec.elastomer is not None
-    thickness = spec.elastomer.thickness
     return max(0.05 * thickness, thickness - sigma), thickness + sigma
-
-
-def _pressed_ranges(
-    spec: SensorSpec, below: Reflector | None, pad_sigma: float
-) -> dict[str, tuple[Surroundings, Surroundings]]:
-    assert spec.elastomer is not None
-    sigma = spec.elastomer.material.shear_modulus_sigma
-    gaps = {MODULUS: [_compression(spec, factor).gap for factor in (max(0.05, 1.0 - sigma), 1.0 + sigma)]}
-    if pad_sigma:
-        gaps[PAD] = [_compression(spec, thickness=thickness).gap for thickness in _pads(spec, pad_sigma)]
-    return {
-        cause: (Surroundings(PRESSED, _target(spec, less), below), Surroundings(PRESSED, _target(spec, more), below))
-        for cause, (less, more) in gaps.items()
-    }
 
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.losses import Strip
 from sitscad.geometry.path import Arc
-from sitscad.layout.board import Coil, Role, Trace, Via
+from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.current_modes import ProximityLoss, joined
 from sitscad.physics.filaments import (
@@ -325,3 +325,16 @@ def is_connected(coil: Coil) -> bool:
     """Whether the series circuit's traces meet end to end, vias in between."""
     places = [_places(item) for item in coil.series]
     return all(min(math.dist(a, b) for a in one for b in two) < 1e-6 for one, two in pairwise(places))
+
+
+def missing_leads(layout: Layout) -> str | None:
+    """What the layout lacks, and the terminal values with it; None where every coil is connected."""
+    missing = [coil.name for coil in layout.coils if not coil.is_closed_circuit or not coil.series]
+    if missing:
+        return (
+            f"INCOMPLETE LAYOUT: {', '.join(missing)}: no room was found for all leads (see `sitscad check`), so all "
+            "numbers at the contacts lack the leads and the tail that are not drawn"
+        )
+    if not all(is_connected(coil) for coil in layout.coils):
+        return "INCOMPLETE LAYOUT: some leads do not meet end to end; the numbers at the contacts hold what is drawn"
+    return None

@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.layout.board import Coil
 from sitscad.physics.capacitance import Slab, strip_layers, turn_capacitance, winding_capacitance, winding_voltages
+from sitscad.physics.constants import EPSILON0
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind, Stackup
+from sitscad.units import show
 
 Array = NDArray[np.float64]
 
 USUAL_PERMITTIVITY = 3.4
 """Relative permittivity of polyimide, where a layer of the stack-up states none."""
+
+FILLING = 3.0
+"""Relative permittivity taken for all that lies between winding and metal: about that of silicones and printed mounts;
+air has less."""
+
+STATED = 0.10
+"""What the own capacitance is good to: the part of it that metal may add without being told."""
 
 PLACES = (8, 24)
 """Fewest and most places along a layer at which its voltage is taken."""
@@ -47,7 +57,7 @@ def self_capacitance(coil: Coil, spec: SensorSpec) -> float:
 
     Layers see each other through the stack-up as strips shifted by every amount, turns of a layer their neighbours;
     the voltage follows the flux that each turn links. Further inside than a layer has turns, the others see each other
-    through what takes its place. Elastomer and metal around the board are not in it.
+    through what takes its place. Elastomer and metal around the board are not in it: see `added_by_metal`.
     """
     parts = _parts(coil, spec)
     voltages = _voltages(parts, coil, spec)
@@ -60,6 +70,46 @@ def self_capacitance(coil: Coil, spec: SensorSpec) -> float:
         total += winding_capacitance(_per_area(spec, [layers[k] for k in part.present]), here, areas)
         first += size
     return total + _between_turns(parts, voltages, coil, spec)
+
+
+def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: float | None) -> float:
+    """The most (F) that a target at a gap and metal behind the board (m from its faces; None: none) add to it.
+
+    Plates as large as the winding, no fringe, `FILLING` between, both at the potential of the winding's middle: the
+    metal behind is large, and so at ground for an alternating voltage even where nothing connects it; a target floats,
+    and takes what the turns around it have on average. An upper bound for the windings of a jaw, by two to forty times:
+    they are small against the distances, and what one turn gives to the metal its neighbour takes (validated with
+    charged rings).
+    """
+    parts = _parts(coil, spec)
+    voltages = _voltages(parts, coil, spec)
+    areas = np.concatenate([part.lengths * spec.coil.pitch * part.share for part in parts])
+    heights = np.array([winding.z for winding in coil.windings])
+    squares = (voltages**2) @ areas
+    total = 0.0
+    if gap is not None:
+        top = int(np.argmax(heights))
+        total += squares[top] / (gap - heights[top])
+    if behind is not None:
+        bottom = int(np.argmin(heights))
+        total += squares[bottom] / (behind + spec.fpc.stackup.thickness + heights[bottom])
+    return float(EPSILON0 * FILLING * total)
+
+
+def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: float, tank: float) -> list[str]:
+    """A note where metal may add more to the own capacitance (F) than that is good to; `tank` is the whole (F)."""
+    gap = min((gaps[state] for state in ("rest", "pressed") if state in gaps), default=None)
+    behind = gaps.get("behind_the_board")
+    if gap is None and behind is None:
+        return []
+    most = added_by_metal(coil, spec, gap, behind)
+    if most <= STATED * own:
+        return []
+    return [
+        "the capacitance from the winding to the target and to the metal behind the board is not in the numbers: at "
+        f"most {show(most, 'F', 2)}, {100.0 * most / tank:.2g} % of the tank's, by which the converter may read the "
+        "inductance higher at rest and pressed"
+    ]
 
 
 def _parts(coil: Coil, spec: SensorSpec) -> list[_Part]:

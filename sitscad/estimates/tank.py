@@ -129,8 +129,13 @@ class Tank:
 
     def capacitance(self, circuit: CoilCircuit) -> float:
         """Everything in parallel (F): capacitor, pins, cable, tail and the coil's own."""
+        return self.conversion_capacitance + circuit.self_capacitance
+
+    @property
+    def conversion_capacitance(self) -> float:
+        """What turns a frequency into inductance (F): capacitor, pins and cable, alike for all coils and states."""
         cable = self.readout.cable.capacitance if self.readout.cable else 0.0
-        return self.capacitor + ldc1614.limit("pin_capacitance") + cable + circuit.self_capacitance
+        return self.capacitor + ldc1614.limit("pin_capacitance") + cable
 
     def in_series(self) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
@@ -188,6 +193,7 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
         found[state] = StateEstimate(
             state, inductance, resistance, at.frequency, at.parallel_resistance, at.quality_factor, volts,
             apparent_inductance=apparent_inductance(inductance, resistance, circuit.self_capacitance, at.frequency),
+            converter_inductance=ldc1614.inductance(at.frequency, tank.conversion_capacitance),
             coil_amplitude=volts * at.coil_share,
             quantum=quantum,
             noise=ldc1614.inductance_noise(in_tank, at.frequency, readout.rcount),
@@ -294,7 +300,7 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     tank = Tank(capacitor, readout)
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
     if not found:
-        return _unset(readout, capacitor, reason, min(len(circuits), int(ldc1614.limit("channels"))))
+        return _unset(readout, capacitor, reason, len(circuits))
     working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
     code = ldc1614.drive_code(max(working))
     # several converters scan at the same time, each its own coils; the first of them has the most
@@ -304,7 +310,7 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         and max(working) < ldc1614.limit("parallel_resistance_min")
         and min(working) >= ldc1614.limit("parallel_resistance_high_current")
     )  # fmt: skip
-    divider = ldc1614.reference_divider(readout.clock, channels)
+    divider = ldc1614.reference_divider(readout.clock, ldc1614.fewest_channels(len(circuits)))
     reference = readout.clock / divider
     input_divider = max(ldc1614.input_divider(at.frequency, reference) for at in found.values())
     settle_count = max(ldc1614.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
@@ -330,6 +336,7 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         read_back_time=ldc1614.read_back_time(len(circuits)),
         supply_current=ldc1614.converters(len(circuits))
         * ldc1614.supply_current(current, rcount, settle_count, reference, channels),
+        conversion_capacitance=tank.conversion_capacitance,
     )
 
 
@@ -346,9 +353,9 @@ def with_margin(readout: ReadoutEstimate, states: Sequence[StateEstimate]) -> Re
     return replace(readout, input_divider=max(readout.input_divider, *dividers))
 
 
-def _unset(readout: ReadoutSpec, capacitor: float, reason: str, channels: int) -> ReadoutEstimate:
+def _unset(readout: ReadoutSpec, capacitor: float, reason: str, coils: int) -> ReadoutEstimate:
     # A converter for which no state of the coils gives settings.
-    divider = ldc1614.reference_divider(readout.clock, channels)
+    divider = ldc1614.reference_divider(readout.clock, ldc1614.fewest_channels(coils))
     return ReadoutEstimate(
         capacitance=capacitor,
         capacitance_reason=reason,
@@ -363,5 +370,5 @@ def _unset(readout: ReadoutSpec, capacitor: float, reason: str, channels: int) -
         scan_rate=math.nan,
         high_current=False,
         capacitor_tolerance=ldc1614.limit("capacitor_tolerance"),
-        read_back_time=ldc1614.read_back_time(min(channels, int(ldc1614.limit("channels")))),
+        read_back_time=ldc1614.read_back_time(coils),
     )

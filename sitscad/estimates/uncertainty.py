@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import PAD, Assembly, Surroundings
+from sitscad.estimates.assembly import Assembly, Surroundings
 from sitscad.estimates.finite_target import TargetShares
+from sitscad.estimates.pressing import PAD, PAD_SIZE
 from sitscad.estimates.tank import CoilCircuit, Tank
 from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.estimates.windings import WindingGeometry
@@ -76,8 +77,8 @@ def tolerances() -> dict[str, Tolerance]:
 
 
 def sigmas(spec: SensorSpec) -> dict[str, float]:
-    """Standard deviations of what is manufactured, for this stack-up: the elastomer's thickness in metres, all others
-    relative.
+    """Standard deviations of what is manufactured, for this stack-up: the elastomer's thickness and size in metres, all
+    others relative.
     """
     found = {name: row.sigma for name, row in tolerances().items()}
     if spec.fpc.stackup.copper_thickness_sigma is not None:
@@ -90,7 +91,7 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
 def scatter_note(spec: SensorSpec) -> str:
     """Which of the tolerances behind the scatter nobody has seen a source for."""
     measured = {THICKNESS} if spec.fpc.stackup.copper_thickness_sigma is not None else set()
-    absent = set() if spec.elastomer is not None else {PAD}
+    absent = set() if spec.elastomer is not None else {PAD, PAD_SIZE}
     unseen = [name for name, row in tolerances().items() if not row.verified and name not in measured | absent]
     if not ldc1614.limits()["capacitor_tolerance"].verified:
         unseen.append(CAPACITOR)
@@ -224,7 +225,8 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
     names = ("inductance", "resistance", "frequency", "parallel_resistance")
     causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k, name in enumerate(names)}  # type: ignore[misc]
     amplitude = state.amplitude * totals[3] / state.parallel_resistance
-    return Spread(totals[0], totals[1], totals[2], totals[3], amplitude, causes)
+    shifts = {name: (row[0], row[2]) for name, row in moved.items()}
+    return Spread(totals[0], totals[1], totals[2], totals[3], amplitude, causes, shifts)
 
 
 def _moves(

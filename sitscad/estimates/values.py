@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
+from sitscad.estimates.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
+from sitscad.readout.registers import channel_place
 from sitscad.record import record
 
 
@@ -17,8 +19,9 @@ class StateEstimate:
 
     Frequency, parallel resistance, quality factor and amplitude are the tank's at the converter's pins: cable and
     capacitors included; `coil_amplitude` is what is left of it at the contacts. `apparent_inductance` is what a meter
-    there reads, the coil's own capacitance across it; `quantum` and `noise` (one sigma, of quantisation alone) are the
-    step and the scatter of the measured inductance in henries; `spread` says how far manufacture scatters.
+    there reads, the coil's own capacitance across it, `converter_inductance` what 1 / (C (2 pi f)^2) makes of the
+    frequency, C being the readout's `conversion_capacitance`; `quantum` and `noise` (one sigma, of quantisation alone)
+    are the step and the scatter of the measured inductance in henries; `spread` says how far manufacture scatters.
     """
 
     state: str
@@ -33,13 +36,20 @@ class StateEstimate:
     quantum: float | None = None
     noise: float | None = None
     spread: Spread | None = None
+    converter_inductance: float | None = None
+
+
+PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crowding")
+"""What the terminal inductance is made of, in this order: the winding with evenly spread direct current; what direct
+current makes less by cutting corners; the parts of `lead_parts`; what crowding takes away at the sensor frequency."""
 
 
 @record
 class Spread:
     """One standard deviation, by the tolerances of manufacture, of a state's numbers (H, ohm, Hz, ohm, V).
 
-    `causes` names the tolerance that each of them owes most to.
+    `causes` names the tolerance that each of them owes most to; `shifts` are what one sigma of each tolerance does to
+    inductance (H) and frequency (Hz), with its sign: states of one coil share their causes.
     """
 
     inductance: float
@@ -48,6 +58,7 @@ class Spread:
     parallel_resistance: float
     amplitude: float
     causes: Mapping[str, str] = field(default_factory=dict)
+    shifts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @record
@@ -56,8 +67,9 @@ class CoilEstimate:
     theirs at `sensor_frequency`; `terminal_*` what the contacts see, leads and tail included, in free air.
 
     `winding_inductance` is that of a current which is even across every track, `inductance_error` its relative bound;
-    `bend_inductance` (negative) is what real direct current makes less, for it crowds to the inside of corners and
-    arcs: states and terminals have it in them. `capacitance` is the whole tank's, `self_capacitance` that of winding,
+    `bend_inductance` (negative) is what real direct current makes less by cutting corners: it crowds to the inside of
+    bends and arcs; states and terminals have it in them. `inductance_parts` add up to `terminal_inductance`, at
+    `sensor_frequency`: see PARTS. `capacitance` is the whole tank's, `self_capacitance` that of winding,
     leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by name.
     `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the model
     fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state are NaN.
@@ -88,6 +100,7 @@ class CoilEstimate:
     failed_states: Mapping[str, str] = field(default_factory=dict)
     overdamped: Mapping[str, float] = field(default_factory=dict)
     bend_inductance: float | None = None
+    inductance_parts: Mapping[str, float] = field(default_factory=dict)
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
         """Change of inductance (H/N) and of frequency (Hz/N) from rest to pressed by that force (N): the secant."""
@@ -95,6 +108,17 @@ class CoilEstimate:
         if rest is None or pressed is None or not force:
             return None
         return (pressed.inductance - rest.inductance) / force, (pressed.frequency - rest.frequency) / force
+
+    def sensitivity_sigma(self, force: float | None) -> tuple[float, float] | None:
+        """One sigma of the two (H/N, Hz/N): what each tolerance, which both states share, does to their difference."""
+        rest, pressed = self.states.get("rest"), self.states.get("pressed")
+        if rest is None or pressed is None or not force or rest.spread is None or pressed.spread is None:
+            return None
+        before, after = rest.spread.shifts, pressed.spread.shifts
+        nothing = (0.0, 0.0)
+        causes = sorted({*before, *after})
+        changes = [[after.get(c, nothing)[k] - before.get(c, nothing)[k] for c in causes] for k in range(2)]
+        return math.hypot(*changes[0]) / force, math.hypot(*changes[1]) / force
 
 
 @record
@@ -104,7 +128,8 @@ class ReadoutEstimate:
 
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
     at 400 kHz; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the part's,
-    relative. Where no coil has a state left, what follows from states is None or NaN.
+    relative. `conversion_capacitance` (F) turns a measured frequency into inductance: capacitor, pins and cable, not
+    the coil's own. Where no coil has a state left, what follows from states is None or NaN.
     """
 
     capacitance: float
@@ -125,6 +150,7 @@ class ReadoutEstimate:
     switch_time: float | None = None
     read_back_time: float | None = None
     supply_current: float | None = None
+    conversion_capacitance: float | None = None
 
     @property
     def readable_rate(self) -> float | None:
@@ -149,7 +175,9 @@ class Estimates:
     """Everything electrical about a layout. `inductance_matrix` (H) is for currents entering each coil at its outer end
     on layer 1, `inductance_matrix_error` (H) what its elements can be off by at most; `gaps` are distances in metres by
     name; `notes` say what the numbers leave out; `normal_force` (N) is the one of the pressed state, `temperature`
-    (degrees Celsius) the one of copper and metals.
+    (degrees Celsius) the one of copper and metals. `compression_scatter` and `gap_sigmas` (m) are one sigma of the
+    pressed pad and of the gaps. `incomplete` says what the layout lacks, and the terminal values with it (None:
+    nothing); `no_cross_check` why there is no closed formula beside the estimate.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -162,6 +190,10 @@ class Estimates:
     normal_force: float | None = None
     temperature: float = 20.0
     inductance_matrix_error: tuple[tuple[float, ...], ...] = ()
+    compression_scatter: PressingScatter | None = None
+    gap_sigmas: Mapping[str, float] = field(default_factory=dict)
+    incomplete: str | None = None
+    no_cross_check: str | None = None
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
@@ -170,16 +202,23 @@ class Estimates:
         return {
             "sitscad": __version__,
             "spec": spec_path,
-            "coils": [_coil_document(coil) | _sensitivity_document(coil, self.normal_force) for coil in self.coils],
+            "incomplete": self.incomplete,
+            "coils": [
+                _coil_document(coil) | _place_document(index) | _sensitivity_document(coil, self.normal_force)
+                for index, coil in enumerate(self.coils)
+            ],
             "temperature_C": self.temperature,
             "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
             "inductance_matrix_error_H": [[_number(value) for value in row] for row in self.inductance_matrix_error],
             "readout": _readout_document(self.readout),
             "gaps_m": {name: _number(value) for name, value in self.gaps.items()},
+            "gaps_sigma_m": {name: _number(value) for name, value in self.gap_sigmas.items()},
+            "compression": _compression_document(self.compression, self.compression_scatter),
             "cross_checks": [
                 {"coil": c.coil, "method": c.method, "inductance_H": _number(c.inductance), "valid": c.is_valid}
                 for c in self.cross_checks
             ],
+            "no_cross_check": self.no_cross_check,
             "notes": list(self.notes),
         }
 
@@ -205,6 +244,7 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
         "self_resonance_Hz": _number(coil.self_resonance),
         "trace_length_m": _number(coil.trace_length),
         "lead_inductance_parts_H": {name: _number(value) for name, value in coil.lead_parts.items()},
+        "inductance_parts_H": {name: _number(value) for name, value in coil.inductance_parts.items()},
         "winding_capacitance_F": _number(coil.winding_capacitance),
         "apparent_inductance_H": _number(coil.apparent_inductance),
         "failed_states": dict(coil.failed_states),
@@ -212,9 +252,45 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
     }
 
 
+def _place_document(index: int) -> dict[str, Any]:
+    place = channel_place(index)
+    return {"converter": place.converter, "channel": place.channel, "i2c_address": place.address}
+
+
 def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
     inductance, frequency = coil.sensitivity(force) or (None, None)
-    return {"inductance_H_per_N": _number(inductance), "frequency_Hz_per_N": _number(frequency)}
+    of_inductance, of_frequency = coil.sensitivity_sigma(force) or (None, None)
+    return {
+        "inductance_H_per_N": _number(inductance),
+        "frequency_Hz_per_N": _number(frequency),
+        "sigma_inductance_H_per_N": _number(of_inductance),
+        "sigma_frequency_Hz_per_N": _number(of_frequency),
+    }
+
+
+def _compression_document(pressed: Compression | None, scatter: PressingScatter | None) -> dict[str, Any] | None:
+    if pressed is None:
+        return None
+    return {
+        "strain": _number(pressed.strain),
+        "least_strain": _number(pressed.least_strain),
+        "gap_m": _number(pressed.gap),
+        "loaded_area_m2": _number(pressed.loaded_area),
+        "loaded_share": _number(pressed.loaded_share),
+        "shape_factor": _number(pressed.shape_factor),
+        "apparent_modulus_Pa": _number(pressed.apparent_modulus),
+        "valid": pressed.valid,
+        "note": pressed.note,
+        "sigma": None
+        if scatter is None
+        else {
+            "strain": _number(scatter.strain),
+            "gap_m": _number(scatter.gap),
+            "apparent_modulus_Pa": _number(scatter.apparent_modulus),
+            "cause": scatter.cause,
+            "strain_by_cause": {cause: _number(value) for cause, value in scatter.shares.items()},
+        },
+    }
 
 
 def _state_document(state: StateEstimate) -> dict[str, Any]:
@@ -226,6 +302,7 @@ def _state_document(state: StateEstimate) -> dict[str, Any]:
         "quality_factor": _number(state.quality_factor),
         "amplitude_V": _number(state.amplitude),
         "apparent_inductance_H": _number(state.apparent_inductance),
+        "converter_inductance_H": _number(state.converter_inductance),
         "coil_amplitude_V": _number(state.coil_amplitude),
         "quantum_H": _number(state.quantum),
         "noise_H": _number(state.noise),
@@ -250,6 +327,7 @@ def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
     return {
         "capacitance_F": _number(readout.capacitance),
         "capacitance_reason": readout.capacitance_reason,
+        "conversion_capacitance_F": _number(readout.conversion_capacitance),
         "drive_code": readout.drive_code,
         "drive_current_A": _number(readout.drive_current),
         "reference_divider": readout.reference_divider,

@@ -192,17 +192,17 @@ def _series(
     """Every conductor of a coil in the order of the current, from contact A to contact B."""
     series: list[Trace | Via] = []
     if way and ends:
-        series += _backwards(_pieces(net, ends[0].pieces, spec.coil.trace_width))
-        series += _backwards(_pieces(net, way.lead_a.pieces, 0.0))
+        series += _backwards(_run_pieces(net, ends[0]))
+        series += _backwards(_pieces(net, way.lead_a.pieces, Role.LEAD))
     for index, winding in enumerate(coil.windings):
         series.append(Trace(winding.path, spec.coil.trace_width, winding.layer, net, Role.WINDING))
         if winding.inward:
             series += _inner_pieces(spec, net, coil, index // 2)
         elif way and index + 1 < len(coil.windings):
-            series += _pieces(net, way.joins[index // 2].pieces, 0.0, Role.STUB)
+            series += _pieces(net, way.joins[index // 2].pieces, Role.STUB)
     if way and ends and way.lead_b:
-        series += _pieces(net, way.lead_b.pieces, 0.0)
-        series += _pieces(net, ends[1].pieces, spec.coil.trace_width)
+        series += _pieces(net, way.lead_b.pieces, Role.LEAD)
+        series += _run_pieces(net, ends[1])
     return tuple(series)
 
 
@@ -219,17 +219,18 @@ def _inner_pieces(spec: SensorSpec, net: str, coil: WoundCoil, join: int) -> lis
     return pieces
 
 
-def _pieces(
-    net: str, pieces: tuple[Track | Hole, ...], neck_width: float, role: Role | None = None
-) -> list[Trace | Via]:
-    """Tracks and holes with their net; a track wider than the neck is the tail's."""
+def _run_pieces(net: str, run: Run) -> list[Trace | Via]:
+    return [*_pieces(net, (run.neck,), Role.LEAD), *_pieces(net, run.lane, Role.TAIL)]
+
+
+def _pieces(net: str, pieces: tuple[Track | Hole, ...], role: Role) -> list[Trace | Via]:
+    """Tracks and holes with their net and what they are for."""
     named: list[Trace | Via] = []
     for piece in pieces:
         if isinstance(piece, Hole):
             named.append(Via(piece.centre, piece.drill, piece.pad, net))
         elif piece.path.segments:
-            part = Role.TAIL if 0.0 < neck_width < piece.width else Role.LEAD
-            named.append(Trace(piece.path, piece.width, piece.layer, net, role or part))
+            named.append(Trace(piece.path, piece.width, piece.layer, net, role))
     return named
 
 

@@ -145,11 +145,19 @@ def both_edges(lower: list[tuple[Point, float]]) -> Path:
 
 @record
 class Run:
-    """One conductor from the funnel to its contact, in that direction: tracks, holes, contact; a capacitor's pad."""
+    """One conductor from the funnel to its contact, in that direction: the lead's last track, down to its lane in the
+    tail; the tail's own tracks and holes; the contact; a capacitor's pad.
+    """
 
-    pieces: tuple[Track | Hole, ...]
+    neck: Track
+    lane: tuple[Track | Hole, ...]
     pad: Pad
     chip_pad: Pad | None = None
+
+    @property
+    def pieces(self) -> tuple[Track | Hole, ...]:
+        """All tracks and holes."""
+        return (self.neck, *self.lane)
 
 
 def connector_of(spec: SensorSpec, solder_pads: Connector) -> Connector:
@@ -332,18 +340,18 @@ def _stacked_run(
     part = Point(_parting(spec, bus, tail), middle)
     joint = Point(part.x + abs(height - middle), height)
     layer = bus.layers[0] if end == "A" else bus.layers[1]
-    pieces: list[Track | Hole] = [Track(neck, bus.width, layer)]
+    lead = Track(neck, bus.width, layer)
     chip_pad = _chip_pad(tail, lane, height, end)
     if end == "A":
-        pieces += _past_chip(tail, layer, [foot, part, joint], chip_pad, _squeezed(tail, height, pad))
-        return Run(tuple(pieces), pad, chip_pad)
+        pieces = _past_chip(tail, layer, [foot, part, joint], chip_pad, _squeezed(tail, height, pad))
+        return Run(lead, tuple(pieces), pad, chip_pad)
     hole = Hole(Point(via_x, height), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill)
-    pieces += [
+    pieces = [
         Track(polyline([foot, part, joint, hole.centre]), tail.trace_width, layer),
         hole,
         *_past_chip(tail, pad.layer, [hole.centre], chip_pad, _squeezed(tail, height, pad)),
     ]
-    return Run(tuple(pieces), pad, chip_pad)
+    return Run(lead, tuple(pieces), pad, chip_pad)
 
 
 def _past_chip(
@@ -380,7 +388,7 @@ def _flat_run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entry: Po
     neck, foot = _descent(bus, tail, entry, height)
     pad = _contact(spec, tail, lane, height, number, end)
     wide = Track(polyline([foot, pad.centre]), tail.trace_width, bus.layers[0])
-    return Run((Track(neck, bus.width, bus.layers[0]), wide), pad)
+    return Run(Track(neck, bus.width, bus.layers[0]), (wide,), pad)
 
 
 def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, number: int, end: str) -> Pad:

@@ -107,7 +107,10 @@ def drive_code(parallel_resistance: float) -> int:
 
 
 def reference_divider(clock: float, channels: int, external: bool = True) -> int:
-    """FREF_DIVIDER for a clock (Hz): the smallest that brings f_REF within table 43 for that many active channels."""
+    """FREF_DIVIDER for a clock (Hz): the smallest that brings f_REF within table 43 for that many active channels.
+
+    For several converters with one divider give the fewest channels of any: a single one is held to less.
+    """
     if channels == 1:
         ceiling = limit("reference_single_max")
     else:
@@ -190,6 +193,11 @@ def reference_count(scan_rate: float, count: int, reference_frequency: float, ch
 def converters(coils: int) -> int:
     """How many LDC1614 so many coils take: each reads four."""
     return math.ceil(coils / limit("channels"))
+
+
+def fewest_channels(coils: int) -> int:
+    """Channels in use on the last converter, which has fewest: the fifth coil is alone on its own, single-channel."""
+    return coils - int(limit("channels")) * (converters(coils) - 1)
 
 
 def read_back_time(channels: int, serial_clock: float = 400e3) -> float:

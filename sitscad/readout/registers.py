@@ -28,6 +28,27 @@ class Register:
     meaning: str
 
 
+CHANNELS = 4
+"""Of one converter."""
+
+
+@record
+class ChannelPlace:
+    """Where a coil is connected: the converter and its channel, both from 0, and the converter's 7-bit I2C address,
+    None beyond the two that one bus can have.
+    """
+
+    converter: int
+    channel: int
+    address: int | None
+
+
+def channel_place(index: int) -> ChannelPlace:
+    """Where the coil number `index` (from 0) is connected: four a converter, in the order of the spec."""
+    converter, channel = divmod(index, CHANNELS)
+    return ChannelPlace(converter, channel, I2C_ADDRESSES[converter] if converter < len(I2C_ADDRESSES) else None)
+
+
 @record
 class Channel:
     """The settings of one channel."""

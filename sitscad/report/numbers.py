@@ -11,7 +11,7 @@ from sitscad.report.findings import CheckedSpec, finding_json, printable, styled
 from sitscad.units import show
 
 if TYPE_CHECKING:
-    from sitscad.estimates import CoilEstimate, Estimates, ReadoutEstimate
+    from sitscad.estimates import Estimates, ReadoutEstimate
 
 STATES = {"free": "free (coil alone)", "rest": "at rest (assembled)", "pressed": "pressed (required force)"}
 """What the states of an estimate are called."""
@@ -24,16 +24,18 @@ def as_text(path: str, estimates: Estimates | None, checked: CheckedSpec, colour
     if estimates is None:
         return styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour) + "\n"
     blocks = [
+        styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
         _titled("Coils", table(["", *(coil.name for coil in estimates.coils)], coil_rows(estimates)), colour),
+        _titled(PARTS_TITLE, table(["", *(coil.name for coil in estimates.coils)], part_rows(estimates)), colour),
         _titled("At the contacts, leads included", table(STATE_HEAD, state_rows(estimates)), colour),
         _titled("As the converter reads them", table(READING_HEAD, reading_rows(estimates)), colour),
         _titled("Scatter of manufacture, one sigma", table(SPREAD_HEAD, spread_rows(estimates)), colour),
         _matrix(estimates, colour),
         _titled("Readout (LDC1614)", table([], readout_rows(estimates)), colour),
-        _titled("Gaps", table([], gap_rows(estimates)), colour),
-        _titled("Elastomer under the required force", table([], compression_rows(estimates)), colour),
+        _titled(GAPS_TITLE, table([], gap_rows(estimates)), colour),
+        _titled(PRESSED_TITLE, table([], compression_rows(estimates)), colour),
         _titled("Cross-checks", table(CROSS_HEAD, cross_check_rows(estimates)), colour),
-        *(f"note: {printable(str(note))}" for note in estimates.notes),
+        *(f"note: {printable(str(note))}" for note in estimates.notes if note != estimates.incomplete),
     ]
     return "\n\n".join([styled(printable(path), "bold", colour), *(block for block in blocks if block)]) + "\n"
 
@@ -57,14 +59,12 @@ ESTIMATE_FORMATS: Mapping[str, Callable[[str, Estimates | None, CheckedSpec, boo
 def coil_rows(estimates: Estimates) -> list[list[str]]:
     """Each quantity of the coils with one value a coil."""
     rows = (
-        ("winding inductance, even current", lambda c: quantity(c.winding_inductance, "H")),
+        ("winding inductance, direct current spread evenly", lambda c: quantity(c.winding_inductance, "H")),
         ("its relative error, at most", lambda c: f"{c.inductance_error:.1e}"),
         ("method", lambda c: str(c.method)),
-        ("direct current crowds inside bends: change", lambda c: quantity(c.bend_inductance, "H")),
-        ("terminal inductance", lambda c: quantity(c.terminal_inductance, "H")),
+        ("terminal inductance, free, at the sensor frequency", lambda c: quantity(c.terminal_inductance, "H")),
         ("of that, leads and tail", lambda c: quantity(c.lead_inductance, "H")),
-        *((f"- {LEAD_PARTS.get(name, name)}", _part(name)) for name in _part_names(estimates)),
-        ("terminal inductance with its own capacitance", lambda c: quantity(c.apparent_inductance, "H")),
+        ("the same as a meter reads it, own capacitance across", lambda c: quantity(c.apparent_inductance, "H")),
         (
             f"winding resistance, direct current, {estimates.temperature:g} C",
             lambda c: quantity(c.resistance_dc, "ohm"),
@@ -79,41 +79,67 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
     )
     found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
-    sensed = [coil.sensitivity(estimates.normal_force) for coil in estimates.coils]
+    force = estimates.normal_force
+    sensed = [(coil.sensitivity(force), coil.sensitivity_sigma(force)) for coil in estimates.coils]
     for place, (name, unit) in enumerate((("inductance", "H"), ("frequency", "Hz"))):
-        if any(sensed):
-            values = (f"{quantity(s[place], unit, 3)}/N" if s else NONE for s in sensed)
-            found.append([f"{name} per newton, rest to pressed", *values])
+        if any(value for value, _ in sensed):
+            cells = (plus_minus(v[place], s and s[place], unit, "/N") if v else NONE for v, s in sensed)
+            found.append([f"{name} per newton, rest to pressed, +- one sigma", *cells])
     return found
 
 
-LEAD_PARTS = {
+PARTS_TITLE = "What the terminal inductance is made of (the coil alone, at its sensor frequency)"
+
+PART_WORDS = {
+    "winding": "winding, direct current spread evenly over its tracks",
+    "bends": "direct current cuts corners (runs inside bends): change",
     "stubs": "stubs at the layers' ends",
-    "leads": "leads on the body",
-    "tail": "tail",
-    "coupling": "their coupling with the winding",
+    "leads": "leads on the body, down to their lane in the tail",
+    "tail": "tail, to the contacts",
+    "coupling": "coupling of stubs, leads and tail with the winding",
     "vias": "vias",
+    "crowding": "current crowds at that frequency (skin, proximity)",
 }
-"""What the parts of the lead inductance are called."""
+"""What the parts of the terminal inductance are called."""
 
 
-def _part_names(estimates: Estimates) -> list[str]:
-    return [name for name in LEAD_PARTS if any(name in coil.lead_parts for coil in estimates.coils)]
+def part_rows(estimates: Estimates) -> list[list[str]]:
+    """The parts of the terminal inductance, all in nanohenries and rounded alike, with their sum and its frequency."""
+    largest = max((abs(coil.winding_inductance) for coil in estimates.coils), default=0.0)
+    if not any(coil.inductance_parts for coil in estimates.coils) or largest <= 0.0:
+        return []
+    places = max(2, 4 - math.floor(math.log10(largest * 1e9)))
+
+    def nanohenries(value: float | None) -> str:
+        return f"{value * 1e9:.{places}f} nH" if value is not None and math.isfinite(value) else NONE
+
+    names = [name for name in PART_WORDS if any(name in coil.inductance_parts for coil in estimates.coils)]
+    rows = [[PART_WORDS[n], *(nanohenries(c.inductance_parts.get(n)) for c in estimates.coils)] for n in names]
+    frequencies = [quantity(coil.sensor_frequency, "Hz") for coil in estimates.coils]
+    sums = [nanohenries(coil.terminal_inductance) for coil in estimates.coils]
+    return [["sensor frequency", *frequencies], *rows, ["sum: terminal inductance at that frequency", *sums]]
 
 
-def _part(name: str) -> Callable[[CoilEstimate], str]:
-    return lambda coil: quantity(coil.lead_parts.get(name), "H", 3)
-
-
-READING_HEAD = ("coil", "state", "apparent inductance", "step", "noise", "amplitude at the coil")
+READING_HEAD = (
+    "coil",
+    "state",
+    "L by its formula",
+    "a meter's at the contacts",
+    "step",
+    "noise",
+    "amplitude at the coil",
+)
 
 
 def reading_rows(estimates: Estimates) -> list[list[str]]:
-    """What the converter makes of every state: one step and one sigma of its own noise, in henries."""
+    """What the converter makes of every state: L = 1 / (C (2 pi f)^2) with the readout's C, as in the firmware header;
+    beside it what a meter reads; one step and one sigma of the converter's own noise, in henries.
+    """
     return [
         [
             coil.name,
             STATES.get(state.state, state.state),
+            quantity(state.converter_inductance, "H"),
             quantity(state.apparent_inductance, "H"),
             quantity(state.quantum, "H", 3),
             quantity(state.noise, "H", 3),
@@ -186,8 +212,16 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
         ["tank capacitor", quantity(r.capacitance, "F")],
         ["why this one", str(r.capacitance_reason)],
         *([["its tolerance, assumed", f"{100.0 * r.capacitor_tolerance:g} %"]] if r.capacitor_tolerance else []),
+        *(
+            [["C in L = 1 / (C (2 pi f)^2): capacitor, pins, cable", quantity(r.conversion_capacitance, "F")]]
+            if r.conversion_capacitance
+            else []
+        ),
         ["drive current", f"{quantity(r.drive_current, 'A')} (code {_count(r.drive_code)})"],
-        ["reference clock", f"{quantity(r.reference_frequency, 'Hz')} (divider {r.reference_divider})"],
+        [
+            "reference frequency f_REF",
+            f"{quantity(r.reference_frequency, 'Hz')} (f_CLK {_clock(r)}, divider {r.reference_divider})",
+        ],
         ["input divider", _count(r.input_divider)],
         ["RCOUNT", _count(r.rcount)],
         ["SETTLECOUNT", _count(r.settle_count)],
@@ -197,6 +231,10 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
         ["high-current drive", "yes" if r.high_current else "no"],
         *([["supply current, about", quantity(r.supply_current, "A", 3)]] if r.supply_current else []),
     ]
+
+
+def _clock(r: ReadoutEstimate) -> str:
+    return quantity(r.reference_frequency * r.reference_divider, "Hz")
 
 
 def _count(value: int | None) -> str:
@@ -212,9 +250,16 @@ def _timing_rows(r: ReadoutEstimate) -> list[list[str]]:
     return rows
 
 
+GAPS_TITLE = "Gaps, +- one sigma"
+PRESSED_TITLE = "Elastomer under the required force, +- one sigma"
+
+
 def gap_rows(estimates: Estimates) -> list[list[str]]:
     """The gaps by their names."""
-    return [[STATES.get(name, name.replace("_", " ")), quantity(gap, "m")] for name, gap in estimates.gaps.items()]
+    return [
+        [STATES.get(name, name.replace("_", " ")), plus_minus(gap, estimates.gap_sigmas.get(name), "m", digits=4)]
+        for name, gap in estimates.gaps.items()
+    ]
 
 
 def compression_rows(estimates: Estimates) -> list[list[str]]:
@@ -222,14 +267,26 @@ def compression_rows(estimates: Estimates) -> list[list[str]]:
     pressed = estimates.compression
     if pressed is None:
         return []
+    scatter = estimates.compression_scatter
+    strain = f"{100.0 * pressed.strain:.1f}" + (f" +- {100.0 * scatter.strain:.2g} %" if scatter else " %")
+    area = f"{pressed.loaded_area * 1e6:.4g} mm2, {100.0 * pressed.loaded_share:.0f} % of the pad"
     return [
-        ["strain", f"{100.0 * pressed.strain:.1f} %"],
-        ["thickness left", quantity(pressed.gap, "m")],
+        ["loaded area", area],
+        ["strain", f"{strain}{_at_least(pressed.strain, pressed.least_strain)}"],
+        ["thickness left", plus_minus(pressed.gap, scatter.gap if scatter else None, "m", digits=4)],
         ["shape factor", f"{pressed.shape_factor:.3g}"],
-        ["apparent modulus", quantity(pressed.apparent_modulus, "Pa")],
+        [
+            "apparent modulus",
+            plus_minus(pressed.apparent_modulus, scatter.apparent_modulus if scatter else None, "Pa", digits=4),
+        ],
+        *([["one sigma of the strain mostly by", scatter.cause]] if scatter else []),
         ["formula within its range", "yes" if pressed.valid else "NO"],
         *([["remark", pressed.note]] if pressed.note else []),
     ]
+
+
+def _at_least(strain: float, least: float) -> str:
+    return f" (at least {100.0 * least:.1f} %: only part of the pad is loaded)" if strain - least > 1e-3 else ""
 
 
 CROSS_HEAD = ("coil", "formula", "inductance", "against ours", "in its range", "range")
@@ -237,6 +294,8 @@ CROSS_HEAD = ("coil", "formula", "inductance", "against ours", "in its range", "
 
 def cross_check_rows(estimates: Estimates) -> list[list[str]]:
     """The closed formulas beside the estimate, each with its range of validity."""
+    if estimates.no_cross_check:
+        return [[NONE, "none", NONE, NONE, NONE, estimates.no_cross_check]]
     return [
         [
             check.coil,
@@ -274,6 +333,17 @@ _NUMERIC = frozenset("0123456789+-")
 def quantity(value: float | None, unit: str, digits: int = 4) -> str:
     """A number with its unit, or a dash for what is absent or not finite."""
     return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
+
+
+def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
+    """A number and one sigma of it, the unit once where both have the same: ``-6.49 +- 2.3 nH/N``."""
+    shown = quantity(value, unit, digits)
+    if sigma is None or not math.isfinite(sigma) or shown == NONE:
+        return shown + (per if shown != NONE else "")
+    number, _, name = shown.partition(" ")
+    scatter, _, other = quantity(sigma, unit, 2).partition(" ")
+    first = number if name == other else f"{shown}{per}"
+    return f"{first} +- {scatter} {other}{per}"
 
 
 def _titled(title: str, lines: Sequence[str], colour: bool) -> str:

@@ -12,7 +12,10 @@ from sitscad.finding import Finding, Severity
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.numbers import (
     CROSS_HEAD,
+    GAPS_TITLE,
     NONE,
+    PARTS_TITLE,
+    PRESSED_TITLE,
     READING_HEAD,
     SPREAD_HEAD,
     STATE_HEAD,
@@ -22,6 +25,7 @@ from sitscad.report.numbers import (
     gap_rows,
     matrix_rows,
     number_columns,
+    part_rows,
     quantity,
     reading_rows,
     readout_rows,
@@ -114,7 +118,12 @@ def _tiles(estimates: Estimates) -> str:
     )
     tiles = (f"<div class='tile'><b>{_range(values, unit)}</b><span>{name}</span></div>" for name, values, unit in rows)
     note = "<p class='soft'>Ranges run over all coils and over all states below.</p>"
-    return f"<div class='tiles'>{''.join(tiles)}</div>{note}"
+    return f"{_incomplete(estimates)}<div class='tiles'>{''.join(tiles)}</div>{note}"
+
+
+def _incomplete(estimates: Estimates) -> str:
+    """What the numbers lack, before the first of them; nothing where the layout is whole."""
+    return f"<p class='banner'>{escape(estimates.incomplete)}</p>" if estimates.incomplete else ""
 
 
 def _findings(checked: CheckedSpec) -> str:
@@ -159,13 +168,15 @@ def _electrical(estimates: Estimates) -> str:
         return "<p>No coil could be estimated.</p>"
     names = ["", *(coil.name for coil in estimates.coils)]
     matrix = _table(names, matrix_rows(estimates), "Inductance matrix of the windings")
+    notes = (note for note in estimates.notes if note != estimates.incomplete)
     return (
         _table(STATE_HEAD, state_rows(estimates), "At the contacts, leads included")
         + _table(READING_HEAD, reading_rows(estimates), "As the converter reads them")
         + _table(SPREAD_HEAD, spread_rows(estimates), "Scatter of manufacture, one sigma")
         + _table(names, coil_rows(estimates), "Each coil")
+        + _table(names, part_rows(estimates), PARTS_TITLE)
         + (matrix if len(estimates.coils) > 1 else "")
-        + _list(estimates.notes)
+        + _list(notes)
     )
 
 
@@ -178,8 +189,8 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     figure = f"<figure>{section(spec)}<figcaption>{drawn}</figcaption></figure>"
     stackup = spec.fpc.stackup
     total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."
-    pressed = _table(["under the required force", ""], compression_rows(estimates), "Elastomer")
-    return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), "Gaps") + pressed
+    pressed = _table(["", ""], compression_rows(estimates), PRESSED_TITLE)
+    return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), GAPS_TITLE) + pressed
 
 
 def _cross_checks(estimates: Estimates) -> str:

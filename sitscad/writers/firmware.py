@@ -6,13 +6,25 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from sitscad.readout.registers import DEVICE_ID, I2C_ADDRESSES, MANUFACTURER_ID, Channel, Register, registers
+from sitscad.readout.registers import (
+    CHANNELS,
+    DEVICE_ID,
+    I2C_ADDRESSES,
+    MANUFACTURER_ID,
+    Channel,
+    Register,
+    channel_place,
+    registers,
+)
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
-CHANNELS = 4
 HEADER, TABLE = "firmware/ldc1614_config.h", "firmware/ldc1614_config.json"
+
+
+class _Spread(Protocol):
+    frequency: float
 
 
 class _State(Protocol):
@@ -20,15 +32,19 @@ class _State(Protocol):
     parallel_resistance: float | None
     amplitude: float | None
     quantum: float | None
+    converter_inductance: float | None
+    spread: _Spread | None
 
 
 class _Coil(Protocol):
     name: str
+    centre: tuple[float, float]
     states: Mapping[str, _State]
 
 
 class _Readout(Protocol):
     capacitance: float | None
+    conversion_capacitance: float | None
     drive_code: int | None
     reference_divider: int | None
     reference_frequency: float | None
@@ -126,8 +142,12 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
         "device": spec.readout.device,
         "manufacturer_id": MANUFACTURER_ID,
         "device_id": DEVICE_ID,
+        "clock_Hz": spec.readout.clock,
+        "reference_divider": estimates.readout.reference_divider,
         "reference_frequency_Hz": estimates.readout.reference_frequency,
+        "input_divider": estimates.readout.input_divider,
         "capacitance_F": estimates.readout.capacitance,
+        "conversion_capacitance_F": estimates.readout.conversion_capacitance,
         "scan_rate_Hz": estimates.readout.scan_rate,
         "timing": {
             "settle_time_s": estimates.readout.settle_time,
@@ -136,6 +156,20 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
             "read_back_time_s": estimates.readout.read_back_time,
         },
         "supply_current_A": estimates.readout.supply_current,
+        "coils": [
+            {
+                "name": coil.name,
+                "converter": channel_place(index).converter,
+                "channel": channel_place(index).channel,
+                "i2c_address": channel_place(index).address,
+                "centre_m": list(coil.centre),
+                "expected": {
+                    name: {"frequency_Hz": state.frequency, "inductance_H": state.converter_inductance}
+                    for name, state in coil.states.items()
+                },
+            }
+            for index, coil in enumerate(estimates.coils)
+        ],
         "converters": [
             {
                 "i2c_address": device.address,
@@ -158,7 +192,8 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
         "/*",
         f" * Register settings of the LDC1614 for the sensor {_comment(spec.name)}.",
         " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
-        f" * Reference clock {show(spec.readout.clock, 'Hz')} at CLKIN, capacitor {_shown(readout.capacitance, 'F')}.",
+        f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
+        f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
         *(f" * {line}".rstrip() for line in _expected(estimates)),
         " */",
@@ -170,6 +205,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
         f"#define LDC1614_MANUFACTURER_ID 0x{MANUFACTURER_ID:04X}u",
         f"#define LDC1614_DEVICE_ID 0x{DEVICE_ID:04X}u",
         f"#define LDC1614_CONVERTERS {len(found)}u",
+        *_conversion(spec, readout),
         "",
         "typedef struct {",
         "    uint8_t address;",
@@ -178,6 +214,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
     ]
     for number, device in enumerate(found):
         lines += _device(number, device)
+    lines += _coils(estimates.coils)
     return "\n".join([*lines, "", "#endif", ""])
 
 
@@ -203,18 +240,71 @@ def _expected(estimates: Measured) -> list[str]:
     for coil in estimates.coils:
         for name, state in coil.states.items():
             lines.append(
-                f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 4)}, "
+                f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 7)}, "
+                f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
-                f"one count of the reference {_shown(state.quantum, 'H', 2)}"
+                f"one count of the reference {_shown(state.quantum, 'H', 2)}{_scatter(state)}"
             )
     if any(name != "free" for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
     return [
         *lines,
         "",
-        "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28 and L = 1 / (C (2 pi f_SENSOR)^2) (SNOSCY9A 8.1); losses and the",
-        "5 ns of the drive make that L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q, and the cable adds its own.",
+        "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28 (SNOSCY9A equation 6), where f_REF = f_CLK / FREF_DIVIDER;",
+        "L = 1 / (C (2 pi f_SENSOR)^2) (equation 3), where C = LDC1614_CAPACITANCE_F: the tank capacitor, 4 pF of the",
+        "converter's pins (SNOSCY9A 6.5) and the cable. The capacitance of coil and tail is not in C: L contains what",
+        "it does. The losses and the 5 ns of the drive make L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q; a cable",
+        "between coil and capacitor adds its own. `sitscad estimate` prints the same L beside the one at the contacts.",
     ]
+
+
+def _scatter(state: _State) -> str:
+    """One sigma of the frequency, where it is known."""
+    if state.spread is None or not state.frequency:
+        return ""
+    return f"; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
+
+
+def _conversion(spec: SensorSpec, readout: _Readout) -> list[str]:
+    """What turns DATA into frequency and inductance, as macros of doubles (Hz, F); none for what is unknown."""
+    values = (
+        ("F_CLK_HZ", spec.readout.clock),
+        ("FREF_DIVIDER", readout.reference_divider),
+        ("F_REF_HZ", readout.reference_frequency),
+        ("FIN_DIVIDER", readout.input_divider),
+        ("CAPACITANCE_F", readout.conversion_capacitance),
+    )
+    return [
+        f"#define LDC1614_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
+        for name, value in values
+        if value is not None
+    ]
+
+
+def _coils(coils: Sequence[_Coil]) -> list[str]:
+    """Every coil's converter, channel and place on the board, for programs that reconstruct forces."""
+    lines = [
+        "",
+        "/* Every coil: name, converter and channel (from 0), I2C address, place of its centre on the board in metres:",
+        " * x along the jaw towards the tail, y across it, seen from the top. */",
+        f"#define LDC1614_COILS {len(coils)}u",
+        "typedef struct {",
+        "    const char *name;",
+        "    uint8_t converter;",
+        "    uint8_t channel;",
+        "    uint8_t i2c_address;",
+        "    float x_m;",
+        "    float y_m;",
+        "} ldc1614_coil_t;",
+        "static const ldc1614_coil_t ldc1614_coils[] = {",
+    ]
+    for index, coil in enumerate(coils):
+        place = channel_place(index)
+        x, y = (f"{value + 0.0:.9e}f" for value in coil.centre)
+        lines.append(
+            f'    {{"{coil.name}", {place.converter}u, {place.channel}u, 0x{place.address or 0:02X}u, {x}, {y}}},'
+        )
+    return [*lines, "};"]
 
 
 def _device(number: int, device: Device) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import Protocol
@@ -37,8 +38,12 @@ class State(Protocol):
     """The part of an estimate's state that is measured at the pads."""
 
     @property
-    def inductance(self) -> float:
-        """At the pads (H)."""
+    def apparent_inductance(self) -> float | None:
+        """As a meter reads it at the pads (H)."""
+
+    @property
+    def frequency(self) -> float:
+        """At which that is so (Hz)."""
 
 
 class CoilEstimate(Protocol):
@@ -47,6 +52,10 @@ class CoilEstimate(Protocol):
     @property
     def states(self) -> Mapping[str, State]:
         """By name; the coil alone is ``free``."""
+
+    @property
+    def inductance_parts(self) -> Mapping[str, float]:
+        """What the inductance at the pads is made of (H); all but ``crowding`` is there at low frequency, too."""
 
     @property
     def terminal_resistance_dc(self) -> float:
@@ -171,10 +180,18 @@ def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
     coil = estimates.coils[0] if estimates is not None else None
     if coil is None or "free" not in coil.states:
         return
-    inductance = coil.states["free"].inductance
+    free = coil.states["free"]
+    low = math.fsum(value for name, value in coil.inductance_parts.items() if name != "crowding")
+    high = (
+        f", {show(free.apparent_inductance, 'H')} at {show(free.frequency, 'Hz', 3)} (as a meter reads it there, with "
+        "the coupon's own capacitance)"
+        if free.apparent_inductance is not None
+        else ""
+    )
     yield (
-        f"A coupon, lying free (no metal within three coil diameters), should measure {show(inductance, 'H')} between "
-        f"its pads, and {show(coil.terminal_resistance_dc, 'ohm', 3)} at direct current and 20 C. A short between "
+        "A coupon, lying free (no metal within three coil diameters), should measure between its pads "
+        f"{show(low, 'H')} at 100 kHz or less{high}, and "
+        f"{show(coil.terminal_resistance_dc, 'ohm', 3)} at direct current and 20 C. A short between "
         "turns, which no continuity test sees, lowers both: compare the coupons with these values and with each other "
         "before parts are cut out."
     )

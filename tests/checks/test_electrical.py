@@ -8,8 +8,11 @@ from dataclasses import replace
 import pytest
 
 import sitscad
+from sitscad.checks import RULES
+from sitscad.checks.transduction import STRAIN_ERROR, TARGET_LENGTH_TOLERANCE
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
+from sitscad.mechanics.elastomer import VALID_STRAIN
 from sitscad.readout import ldc1614
 
 
@@ -188,6 +191,15 @@ def test_idle_neighbour(coupling: float, severity: Severity | None, judge, desig
     assert all(f.measured == pytest.approx(coupling**2) for f in found)
 
 
+def test_coils_of_another_converter_are_no_idle_neighbours(judge, design, estimates) -> None:
+    """Only the converter that reads a coil grounds the others; across two converters SIT211 judges."""
+    spec = design(array__count=5)
+    matrix = [[2.5e-6 if i == j else 0.0 for j in range(5)] for i in range(5)]
+    matrix[3][4] = matrix[4][3] = 0.3 * 2.5e-6
+    assert judge("SIT212", spec, None, estimates(spec, matrix=matrix)) == []
+    assert "C4 and C5" in judge("SIT211", spec, None, estimates(spec, matrix=matrix))[0].message
+
+
 def test_clock(judge, design) -> None:
     assert judge("SIT213", design(readout__clock="44 MHz"))[0].limit == 40e6
     assert judge("SIT213", design(readout__clock="1 MHz"))[0].limit == 2e6
@@ -274,3 +286,28 @@ def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
     assert found.severity is Severity.WARNING
     assert found.measured == pytest.approx(4.0 / math.pi * most * hot.readout.drive_current)
     assert f"drive code {cold.readout.drive_code}" in found.hint
+
+
+def test_the_explanations_name_the_limits_that_are_applied() -> None:
+    kilohms = [ldc1614.limit(f"parallel_resistance_{name}") / 1e3 for name in ("min", "driveable", "high_current")]
+    volts = [ldc1614.limit(f"amplitude_{name}") for name in ("max", "optimum_min", "stable_min")]
+    words = {
+        "SIT201": [f"{ldc1614.limit('inductance_min') * 1e6:g} uH"],
+        "SIT202": ["1 kHz to 10 MHz" if ldc1614.limit("sensor_frequency_max") == 10e6 else "?"],
+        "SIT203": [f"{kilohms[0]:.1f} kohm", f"{kilohms[1]:.2f} kohm", f"{kilohms[2]:.2f} kohm"],
+        "SIT204": [f"above {volts[0]:g} V", f"below {volts[1]:g} V", f"below {volts[2]:g} V"],
+        "SIT205": [f"at least {ldc1614.limit('quality_factor_min'):g}"],
+        "SIT206": [
+            f"{ldc1614.limit('self_resonance_fraction'):g}",
+            f"{ldc1614.limit('self_resonance_fraction_strict'):g}",
+        ],
+        "SIT207": [f"{ldc1614.limit('input_divider_2_from') / 1e6:g} MHz"],
+        "SIT213": [f"{ldc1614.limit('clock_min') / 1e6:g} to {ldc1614.limit('clock_max') / 1e6:g} MHz"],
+        "SIT214": [f"{ldc1614.limit('capacitor_min') * 1e12:g} pF", f"{ldc1614.limit('capacitor_max') * 1e9:g} nF"],
+        "SIT304": [f"{100 * VALID_STRAIN:.0f} %", f"{100 * STRAIN_ERROR:.0f} %"],
+        "SIT306": [f"within {100 * TARGET_LENGTH_TOLERANCE:.0f} %"],
+    }
+    summaries = {rule.id: rule.summary for rule in RULES}
+    for rule, expected in words.items():
+        for word in expected:
+            assert word in summaries[rule], (rule, word)

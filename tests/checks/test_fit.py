@@ -159,9 +159,37 @@ def test_target_proportions_of_a_pair(judge, design):
 
 
 def test_target_of_a_single_coil_covers_it(judge, design):
-    (found,) = judge("SIT306", design(array=None, target__size=3.9))
-    assert found.limit == pytest.approx(4e-3)
+    found = judge("SIT306", design(array=None, target__size=3.9))
+    assert [f.limit for f in found] == [pytest.approx(4e-3)] * 2
     assert judge("SIT306", design(array=None, target__size=6)) == []
+
+
+def test_target_of_a_long_coil_covers_it_both_ways(judge, design):
+    """The lesser side was held against the lesser side: a short target over a racetrack passed."""
+    long = {"shape": "racetrack", "outer_diameter": [10, 4], "turns": 6.5}
+    coil = {f"coil__{key}": value for key, value in long.items()}
+    spec = design(array=None, **coil, target__shape="rectangle", target__size=[8, 4])
+    (found,) = judge("SIT306", spec)
+    assert (found.measured, found.limit) == (pytest.approx(8e-3), pytest.approx(10e-3)) and "long" in found.message
+
+
+def test_the_best_length_over_other_arrays_is_said_not_to_be_judged(verdicts, design):
+    for array in ({"pattern": "grid", "count": [2, 2], "pitch": 5}, {"pattern": "line", "count": 3, "pitch": 4.5}):
+        found, skipped = verdicts("SIT306", design(array=array, target__size=8))
+        assert found == [] and "two coils in a line" in skipped[0].reason
+
+
+def test_a_target_on_part_of_its_pad_strains_and_shears_that_part(judge, design):
+    """Stiffness of the whole pad made both come out too low, on the unsafe side."""
+    soft = {"material": "dragon-skin-10", "shape": "square", "size": 8, "thickness": 1, "kerf": 0.15}
+    assert judge("SIT304", design(elastomer=soft, target__size=8)) == []
+    (found,) = judge("SIT304", design(elastomer=soft, target__size=3.5))
+    assert found.measured > found.limit and "19 % of the pad" in found.message and "larger target" in found.hint
+    thick = {**soft, "material": "ecoflex-00-30", "thickness": 2}
+    assert judge("SIT312", design(elastomer=thick, target__size=8)) == []
+    (moved,) = judge("SIT312", design(elastomer=thick, target__size=3.5))
+    modulus = design(elastomer=thick).elastomer.material.shear_modulus
+    assert moved.measured == pytest.approx(1.0 * 2e-3 / (modulus * 12.25e-6))
 
 
 def test_elastomer_cover(judge, design, drawn):
@@ -204,7 +232,9 @@ def test_shield_gap(judge, design):
 def test_target_rotation(judge, design):
     (found,) = judge("SIT310", design(elastomer__thickness=2))
     assert found.severity is Severity.NOTE and found.measured == pytest.approx(2 / 4.5)
-    assert judge("SIT310", design(elastomer__size=8, elastomer__thickness=2)) == []
+    assert judge("SIT310", design(elastomer__size=8, elastomer__thickness=2, target__size=8)) == []
+    (small,) = judge("SIT310", design(elastomer__size=8, elastomer__thickness=2))
+    assert small.measured == pytest.approx(2 / 4.5) and "the target is wide" in small.message
 
 
 def test_bare_metal(judge, design):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sitscad.estimates import estimate, uncertainty
-from sitscad.estimates.assembly import PAD
+from sitscad.estimates.pressing import PAD
 from sitscad.estimates.uncertainty import (
     CAPACITOR,
     DIAMETER,
@@ -28,6 +28,7 @@ from sitscad.layout import lay_out
 from sitscad.physics.proximity import winding_loss
 from sitscad.physics.resistance import COPPER_CONDUCTIVITY
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.report import numbers
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
@@ -260,3 +261,64 @@ def test_plated_copper_takes_the_scatter_of_its_stackup():
     stackup = replace(spec.fpc.stackup, copper_thickness_sigma=None)
     bare = replace(spec, fpc=replace(spec.fpc, stackup=stackup))
     assert sigmas(bare)[THICKNESS] == pytest.approx(0.1 / math.sqrt(3.0))
+
+
+def changed_pad(spec, factor):
+    """The padded design with its shear modulus times a factor."""
+    material = replace(spec.elastomer.material, shear_modulus=factor * spec.elastomer.material.shear_modulus)
+    return replace(spec, elastomer=replace(spec.elastomer, material=material))
+
+
+def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
+    """A modulus known to a factor of two made strain, gap and henries per newton with no +- at all."""
+    spec = padded(elastomer={"thickness": 2e-3})
+    found = estimate(lay_out(spec))
+    sigma = spec.elastomer.material.shear_modulus_sigma
+    soft, stiff = (estimate(lay_out(changed_pad(spec, factor))) for factor in (1.0 - sigma, 1.0 + sigma))
+    scatter = found.compression_scatter
+    assert scatter.shares["elastomer modulus"] == pytest.approx(
+        0.5 * (soft.compression.strain - stiff.compression.strain)
+    )
+    assert scatter.strain == pytest.approx(math.hypot(*scatter.shares.values()))
+    assert found.gap_sigmas == {"rest": sigmas(spec)[PAD], "pressed": scatter.gap}
+    per_newton = [e.coils[0].sensitivity(4.0) for e in (soft, stiff)]
+    stated = found.coils[0].sensitivity_sigma(4.0)
+    # the pad's thickness moves both states alike, and adds little to what the modulus does to one of them
+    for k in range(2):
+        by_modulus = 0.5 * abs(per_newton[0][k] - per_newton[1][k])
+        assert 0.9 * by_modulus < stated[k] < 2.0 * by_modulus
+    document = found.as_json("x")
+    assert document["coils"][0]["sigma_inductance_H_per_N"] == pytest.approx(stated[0])
+    assert document["compression"]["sigma"]["strain"] == pytest.approx(scatter.strain)
+    assert document["gaps_sigma_m"]["pressed"] == pytest.approx(scatter.gap)
+
+
+def test_a_target_on_part_of_its_pad_makes_the_pressed_state_less_sure():
+    whole, part = (
+        estimate(lay_out(padded(elastomer={"size": (size, size), "thickness": 2e-3}))) for size in (8e-3, 14e-3)
+    )
+    assert part.compression.strain == pytest.approx(whole.compression.strain)
+    assert part.compression.least_strain < 0.5 * part.compression.strain
+    one, other = (e.coils[0].states["pressed"].spread for e in (whole, part))
+    assert "part of the pad loaded" not in one.shifts
+    # nearer than it may be, so the doubt is towards more inductance
+    assert other.shifts["part of the pad loaded"][0] < 0.0 and other.inductance > one.inductance
+    assert any(note.startswith("pressed gap: the target loads 33 %") for note in part.notes)
+
+
+def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
+    found = estimate(lay_out(padded(elastomer={"thickness": 2e-3})))
+    rows = {row[0]: row[1] for row in (*numbers.compression_rows(found), *numbers.gap_rows(found))}
+    for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
+        assert "+-" in rows[name], name
+    per_newton = [row for row in numbers.coil_rows(found) if "per newton" in row[0]]
+    assert len(per_newton) == 2 and all("+-" in cell for row in per_newton for cell in row[1:])
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "shown"),
+    [(-6.49e-9, 2.4e-9, "-6.49 +- 2.4 nH/N"), (1e-9, 0.2e-12, "1 nH/N +- 0.2 pH/N"), (5e-9, None, "5 nH/N"),
+     (math.nan, 1.0, "-")],
+)  # fmt: skip
+def test_a_number_and_its_sigma_share_a_unit_where_they_can(value, sigma, shown):
+    assert numbers.plus_minus(value, sigma, "H", "/N") == shown

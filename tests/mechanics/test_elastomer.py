@@ -9,10 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitscad.mechanics.elastomer import (
+    Face,
     apparent_modulus,
     compress,
     force_for_strain,
     loaded_area,
+    loaded_face,
+    press,
     shape_factor,
 )
 
@@ -90,3 +93,55 @@ def test_impossible_pads_are_refused(wrong: tuple[float, ...]) -> None:
         compress(*wrong)
     with pytest.raises(ValueError):
         force_for_strain(1.0, 4e-3, 4e-3, 1e-3, 5e4, 1e9)
+
+
+SQUARE = Face(8e-3, 8e-3)
+
+
+def test_a_target_on_part_of_its_pad_presses_that_part():
+    """What erred on the unsafe side: the whole pad was taken as loaded, and the strain came out too low."""
+    part = press(SQUARE, Face(4e-3, 4e-3), 1e-3, 60e3, BULK, 4.8)
+    whole = press(SQUARE, SQUARE, 1e-3, 60e3, BULK, 4.8)
+    alone = compress(4e-3, 4e-3, 1e-3, 60e3, BULK, 4.8)
+    assert part.strain == alone.strain > 3.0 * whole.strain
+    assert part.least_strain == whole.strain == whole.least_strain
+    assert part.loaded_share == pytest.approx(0.25) and part.loaded_area == pytest.approx(16e-6)
+    assert not part.valid and "25 % of the pad" in part.note
+    assert whole.valid and whole.doubt == 0.0
+    assert part.doubt == pytest.approx((part.strain - whole.strain) / math.sqrt(3.0))
+
+
+def test_a_target_that_overhangs_loads_the_pad_and_no_more():
+    assert (
+        press(Face(4e-3, 4e-3), SQUARE, 1e-3, 60e3, BULK, 4.8).strain
+        == compress(4e-3, 4e-3, 1e-3, 60e3, BULK, 4.8).strain
+    )
+    assert press(SQUARE, None, 1e-3, 60e3, BULK, 4.8).loaded_share == 1.0
+
+
+def test_long_pads_are_out_of_the_formula_s_range():
+    assert compress(9e-3, 3e-3, 1e-3, 60e3, BULK, 1.0).valid
+    long = compress(12e-3, 3e-3, 1e-3, 60e3, BULK, 1.0)
+    assert not long.valid and "4 times as long" in long.note
+
+
+FACES = st.builds(Face, WIDTHS, WIDTHS, st.booleans())
+
+
+@given(FACES, FACES)
+def test_the_loaded_face_lies_in_both(pad: Face, target: Face) -> None:
+    face = loaded_face(pad, target)
+    for angle in range(0, 360, 5):
+        x, y = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        scale = 1.0 if face.round else 1.0 / max(abs(x), abs(y))
+        place = 0.5 * face.width_x * x * scale, 0.5 * face.width_y * y * scale
+        for outer in (pad, target):
+            u, v = 2.0 * place[0] / outer.width_x, 2.0 * place[1] / outer.width_y
+            assert (math.hypot(u, v) if outer.round else max(abs(u), abs(v))) <= 1.0 + 1e-9
+
+
+@given(FACES, FACES, st.floats(0.2e-3, 5e-3), MODULI, st.floats(0.01, 50.0))
+def test_less_target_never_gives_way_less(pad: Face, target: Face, h: float, mu: float, force: float) -> None:
+    found = press(pad, target, h, mu, BULK, force)
+    assert found.strain >= found.least_strain
+    assert 0.0 < found.loaded_share <= 1.0 + 1e-12

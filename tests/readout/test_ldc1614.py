@@ -170,3 +170,10 @@ def test_supply_current_is_the_converter_and_the_drive_while_it_flows():
     driven = ldc1614.settle_time(4, 40e6) + ldc1614.conversion_time(9, 40e6)
     assert scanned == pytest.approx(2.1e-3 + 1.5e-3 * driven / ldc1614.dwell_time(9, 4, 40e6))
     assert 2.1e-3 < scanned < 3.6e-3
+
+
+def test_a_coil_alone_on_the_second_converter_holds_the_reference_to_single_channel_mode():
+    """Table 43 allows 35 MHz to one channel: the fifth coil's converter ran at the 40 MHz that four may have."""
+    assert [ldc1614.fewest_channels(coils) for coils in range(1, 9)] == [1, 2, 3, 4, 1, 2, 3, 4]
+    assert ldc1614.reference_divider(40e6, ldc1614.fewest_channels(5)) == 2
+    assert ldc1614.reference_divider(40e6, ldc1614.fewest_channels(6)) == 1

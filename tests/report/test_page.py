@@ -106,6 +106,14 @@ def test_every_section_stands_in_the_page(design):
     assert "folder/" not in text
 
 
+def test_what_the_layout_lacks_stands_before_the_numbers(design):
+    spec, estimates, checked = design
+    missing = "INCOMPLETE LAYOUT: C1 & C2"
+    lacking = dataclasses.replace(estimates, incomplete=missing, notes=(missing, *estimates.notes))
+    text = " ".join(_read(_page((spec, lacking, checked))).text)
+    assert text.count(missing) == 1 and text.index(missing) < text.index("inductance at the contacts")
+
+
 def test_whatever_the_spec_says_is_escaped(design):
     evil = "</pre><script>alert('x')</script>&\"'"
     spec, estimates, _ = design

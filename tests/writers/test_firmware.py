@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -12,6 +13,11 @@ from types import SimpleNamespace
 import layouts
 import pytest
 
+from sitscad.estimates import estimate
+from sitscad.layout import lay_out
+from sitscad.report.numbers import reading_rows
+from sitscad.spec.load import load_text
+from sitscad.units import show
 from sitscad.writers import firmware
 
 SPEC = layouts.sensor_spec()
@@ -23,12 +29,18 @@ def estimates(coils=2, **changes):
         "capacitance": 330e-12, "drive_code": 17, "drive_current": 2e-4, "reference_divider": 1,
         "reference_frequency": 40e6, "input_divider": 1, "rcount": 2000, "settle_count": 10, "scan_rate": 500.0,
         "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
-        "read_back_time": 4.9e-4, "supply_current": 2.3e-3,
+        "read_back_time": 4.9e-4, "supply_current": 2.3e-3, "conversion_capacitance": 334e-12,
     }  # fmt: skip
-    other = {"parallel_resistance": 4e3, "amplitude": 1.5, "quantum": 5e-11}
+    other = {
+        "parallel_resistance": 4e3,
+        "amplitude": 1.5,
+        "quantum": 5e-11,
+        "converter_inductance": 1.2e-6,
+        "spread": SimpleNamespace(frequency=1.2e5),
+    }
     states = {"free": SimpleNamespace(frequency=8.0e6, **other), "pressed": SimpleNamespace(frequency=9.0e6, **other)}
     return SimpleNamespace(
-        coils=[SimpleNamespace(name=f"C{i + 1}", states=states) for i in range(coils)],
+        coils=[SimpleNamespace(name=f"C{i + 1}", states=states, centre=(4e-3 * i, -1e-3)) for i in range(coils)],
         readout=SimpleNamespace(**(readout | changes)),
     )
 
@@ -73,7 +85,8 @@ def test_header_compiles(language, tmp_path):
     flags = ["-std=c99"] if language == "c" else ["-std=c++11"]
     program = (
         '#include "config.h"\nint main(void)'
-        "{return ldc1614_0_config[0].address - 0x08 + ldc1614_1_config[0].address - 0x08;}"
+        "{return ldc1614_0_config[0].address - 0x08 + ldc1614_1_config[0].address - 0x08"
+        " + ldc1614_coils[4].channel + (LDC1614_F_CLK_HZ / LDC1614_FREF_DIVIDER != LDC1614_F_REF_HZ);}"
     )
     compile_it = ["gcc" if language == "c" else "g++", "-x", language, *flags, "-Wall", "-Werror", f"-I{tmp_path}", "-"]
     subprocess.run([*compile_it, "-o", tmp_path / "a.out"], input=program, text=True, check=True, timeout=60)
@@ -123,3 +136,64 @@ def test_the_header_says_what_to_expect_on_the_bench():
     assert "Supply current about 2.3 mA" in header
     assert table["timing"]["read_back_time_s"] == 4.9e-4
     assert all(len(line) < 160 for line in header.splitlines())
+
+
+RACETRACK = """
+sitscad: 1
+name: long
+coil: {shape: racetrack, outer_diameter: [11, 4], turns: 6.5, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
+fpc: {stackup: flex-4l, rules: generic-fine, tail: {length: 30, connector: zif-0.5mm, layers: 2, bend: static}}
+target: {shape: rectangle, size: [11, 4.2], thickness: 0.2, material: copper}
+elastomer: {material: dragon-skin-10, shape: rectangle, size: [11, 4.2], thickness: 1}
+readout: {capacitance: 220 pF, clock: 40 MHz, CABLE}
+"""
+CABLE = "cable: {length: 300, inductance: 180 nH, capacitance: 30 pF, resistance: 0.3 ohm}"
+
+
+@pytest.mark.parametrize("cable", ["scan_rate: 500 Hz", CABLE], ids=["no cable", "cable"])
+def test_the_header_s_formula_gives_the_printed_inductance(cable):
+    """It differed by what 4 pF of the converter's pins make: the header named the capacitor alone."""
+    spec = load_text(RACETRACK.replace("CABLE", cable), "long.yaml")
+    found = estimate(lay_out(spec))
+    header, table = rendered(found)
+    macros = dict(re.findall(r"#define LDC1614_(\w+) ([\d.e+-]+)u?$", header, re.M))
+    capacitance = float(macros["CAPACITANCE_F"])
+    assert capacitance == pytest.approx(220e-12 + 4e-12 + (30e-12 if cable is CABLE else 0.0))
+    expected = re.findall(r"C1 (\w+): ([\d.]+) MHz, L ([\d.]+) uH by the formula", header)
+    assert [name for name, *_ in expected] == ["free", "rest"]
+    for name, megahertz, microhenries in expected:
+        by_formula = 1.0 / (capacitance * (2.0 * math.pi * float(megahertz) * 1e6) ** 2)
+        assert by_formula == pytest.approx(float(microhenries) * 1e-6, rel=2e-6)
+        state = found.coils[0].states[name]
+        (row,) = [row for row in reading_rows(found) if row[1].startswith(name) or f" {name} " in row[1]]
+        assert show(by_formula, "H") == row[2]
+        # what the header says about the difference to the inductance at the contacts
+        if cable is not CABLE:
+            q, omega = state.quality_factor, 2.0 * math.pi * state.frequency
+            high = 1.0 + 1.0 / q**2 + 5e-9 * omega / q
+            own = 1.0 / (1.0 - omega**2 * state.inductance * found.coils[0].self_capacitance)
+            assert by_formula == pytest.approx(state.inductance * high * own, rel=2e-3)
+    assert table["conversion_capacitance_F"] == pytest.approx(capacitance)
+
+
+def test_clock_and_reference_are_told_apart():
+    """One coil: 40 MHz at CLKIN, and 20 MHz that are counted; the header's f_REF could be read as either."""
+    header, table = rendered(estimate(lay_out(load_text(RACETRACK.replace("CABLE", "scan_rate: 500 Hz"), "long.yaml"))))
+    assert "f_CLK 40 MHz at CLKIN; FREF_DIVIDER 2 makes of it f_REF 20 MHz" in header
+    macros = dict(re.findall(r"#define LDC1614_(\w+) ([\d.e+-]+)u?$", header, re.M))
+    assert float(macros["F_CLK_HZ"]) / int(macros["FREF_DIVIDER"]) == float(macros["F_REF_HZ"]) == 20e6
+    assert (table["clock_Hz"], table["reference_divider"], table["reference_frequency_Hz"]) == (40e6, 2, 20e6)
+    words = {row["name"]: row["value"] for row in table["converters"][0]["registers"]}
+    assert words["CLOCK_DIVIDERS0"] == int(macros["FIN_DIVIDER"]) << 12 | 2
+
+
+def test_every_coil_s_channel_and_place_are_in_header_and_json():
+    header, table = rendered(estimates(6))
+    rows = re.findall(r'\{"(\w+)", (\d)u, (\d)u, 0x(\w\w)u, (\S+)f, (\S+)f\}', header)
+    assert len(rows) == len(table["coils"]) == 6
+    for row, coil, index in zip(rows, table["coils"], range(6), strict=True):
+        assert row[0] == coil["name"] == f"C{index + 1}"
+        assert (int(row[1]), int(row[2])) == (coil["converter"], coil["channel"]) == divmod(index, 4)
+        assert int(row[3], 16) == coil["i2c_address"] == (0x2A, 0x2B)[index // 4]
+        assert [float(row[4]), float(row[5])] == coil["centre_m"] == pytest.approx([4e-3 * index, -1e-3])
+        assert table["converters"][coil["converter"]]["channels"][coil["channel"]] == coil["name"]

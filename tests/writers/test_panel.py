@@ -10,6 +10,7 @@ from dataclasses import replace
 import layouts
 import pytest
 
+from sitscad.estimates import estimate
 from sitscad.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.bridges import bridges, cut_lines
@@ -17,6 +18,7 @@ from sitscad.layout.panel import is_wanted, plan
 from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import PanelSpec
+from sitscad.units import show
 from sitscad.writers import panel_drawing
 
 shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")
@@ -249,3 +251,18 @@ def test_the_archive_holds_the_panel_and_not_the_single_board(small):
     names = zipfile.ZipFile(io.BytesIO(files["fpc/small-part-order.zip"])).namelist()
     assert {"small-part-panel.GTL", "small-part-panel.GM4", "small-part-panel-NPTH.drl", "readme.txt"} <= set(names)
     assert "small-part.GTL" not in names and "small-part-netlist.d356" in names
+
+
+def test_the_coupon_s_inductance_says_at_which_frequency(small):
+    """It stood there without one, and a meter at 100 kHz reads another value than at the sensor's."""
+    layout, panel, _ = small
+    found = estimate(panel.coupon)
+    files = layouts.order_set(layout, panel, coupon_estimates=found)
+    (text,) = [data for path, data in files.items() if b"A coupon, lying free" in data and path.endswith(".txt")]
+    words = " ".join(text.decode().split())
+    coil = found.coils[0]
+    free = coil.states["free"]
+    low = coil.winding_inductance + coil.bend_inductance + coil.lead_inductance
+    assert f"{show(low, 'H')} at 100 kHz or less" in words
+    assert f"{show(free.apparent_inductance, 'H')} at {show(free.frequency, 'Hz', 3)}" in words
+    assert low > free.inductance

@@ -1,0 +1,114 @@
+"""What the terminal inductance is made of: parts that add up and are booked where the copper lies."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from sitscad.estimates import estimate
+from sitscad.estimates.values import PARTS
+from sitscad.layout import lay_out
+from sitscad.layout.board import Role, Trace
+from sitscad.report import numbers
+from sitscad.spec.load import load, load_text
+
+RACETRACK = """
+sitscad: 1
+name: long
+coil: {shape: racetrack, outer_diameter: [14, 7], turns: TURNS, layers: 2, trace_width: WIDTH, trace_spacing: 100 um}
+fpc: {stackup: flex-2l-35um, tail: {length: 30, connector: zif-0.5mm, layers: 2, bend: static}}
+"""
+
+
+def of(text):
+    """The estimate of a spec's text, and its layout."""
+    layout = lay_out(load_text(text, "long.yaml"))
+    return estimate(layout), layout
+
+
+def nanohenries(cell):
+    """The number in a cell of the table."""
+    number, unit = cell.split()
+    assert unit == "nH"
+    return float(number)
+
+
+def test_the_rows_add_up_to_the_terminal_inductance_at_its_frequency(template):
+    layout = lay_out(load(template))
+    found = estimate(layout)
+    (frequency, *rows, total) = numbers.part_rows(found)
+    assert "frequency" in frequency[0] and "sum" in total[0] and len(rows) == len(PARTS)
+    for column, (coil, drawn) in enumerate(zip(found.coils, layout.coils, strict=True), start=1):
+        free = coil.states["free"]
+        assert tuple(coil.inductance_parts) == PARTS
+        assert math.fsum(coil.inductance_parts.values()) == pytest.approx(free.inductance, rel=1e-12)
+        assert coil.terminal_inductance == free.inductance
+        assert frequency[column] == numbers.quantity(free.frequency, "Hz")
+        # as printed, to what rounding of nine rows leaves
+        printed = [nanohenries(row[column]) for row in rows]
+        assert math.fsum(printed) == pytest.approx(nanohenries(total[column]), abs=0.05)
+        assert coil.inductance_parts["winding"] == coil.winding_inductance
+        assert coil.inductance_parts["bends"] == coil.bend_inductance < 0.0
+        assert coil.inductance_parts["crowding"] < 0.0
+        parts = {name: coil.inductance_parts[name] for name in coil.lead_parts}
+        assert parts == coil.lead_parts and math.fsum(parts.values()) == pytest.approx(coil.lead_inductance)
+        tracks = [t for t in drawn.series if isinstance(t, Trace)]
+        assert any(t.role is Role.TAIL for t in tracks) and coil.inductance_parts["tail"] > 0.5e-9
+
+
+def test_what_crowding_takes_away_is_the_loss_s_own():
+    """It is taken as what is left of the interpolated terminal value; the modes of the tracks say the same."""
+    from sitscad.estimates.losses import winding_losses
+    from sitscad.estimates.windings import winding_geometry
+    from sitscad.physics.resistance import conductivity_at
+
+    found, layout = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "200 um"))
+    coil, spec = found.coils[0], layout.spec
+    geometry = winding_geometry(spec.coil, layout.coils[0])
+    loss = winding_losses(spec.coil, layout.coils[0], geometry.spirals, conductivity_at(20.0), None)
+    crowding = loss.inductance_change(coil.sensor_frequency) - loss.direct_change
+    assert coil.inductance_parts["crowding"] == pytest.approx(crowding, abs=3e-5 * coil.terminal_inductance)
+    assert crowding < -1e-3 * coil.terminal_inductance
+
+
+@pytest.mark.parametrize(("turns", "width"), [("6.5", "100 um"), ("4.5", "300 um")])
+def test_a_tail_is_a_tail_however_wide_the_coil_s_tracks_are(turns, width):
+    """Tracks of the tail no wider than the coil's were booked as leads on the body, and the tail read 0 H."""
+    found, layout = of(RACETRACK.replace("TURNS", turns).replace("WIDTH", width))
+    parts = found.coils[0].inductance_parts
+    assert 5e-9 < parts["tail"] < 9e-9
+    end = layout.body_size[0] / 2.0
+    for trace in layout.coils[0].series:
+        if isinstance(trace, Trace) and trace.role is Role.TAIL:
+            assert min(trace.path.start.x, trace.path.end.x) > end
+
+
+def test_without_room_for_leads_the_first_thing_said_is_that_they_lack():
+    text = RACETRACK.replace("TURNS", "16.5").replace("WIDTH", "100 um")
+    found, layout = of(text)
+    assert layout.findings and found.incomplete.startswith("INCOMPLETE LAYOUT: C1")
+    shown = numbers.as_text("long.yaml", found, None)
+    assert shown.splitlines()[2].startswith("INCOMPLETE LAYOUT")
+    assert shown.count("INCOMPLETE") == 1
+    assert found.as_json("long.yaml")["incomplete"] == found.incomplete == found.notes[0]
+    whole = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um"))[0]
+    assert whole.as_json("long.yaml")["incomplete"] is None
+    json.dumps(found.as_json("long.yaml"), allow_nan=False)
+
+
+def test_where_no_closed_formula_exists_that_is_said():
+    found, _ = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um"))
+    ((_, formula, *_, reason),) = numbers.cross_check_rows(found)
+    assert formula == "none" and "racetrack" in reason and "Mohan" in reason
+    assert found.as_json("x")["no_cross_check"] == reason
+    unequal = RACETRACK.replace("racetrack", "circle").replace("[14, 7]", "7").replace("TURNS", "[8, 7]")
+    assert "one number of turns" in of(unequal.replace("WIDTH", "100 um"))[0].no_cross_check
+    assert of(unequal.replace("[8, 7]", "8").replace("WIDTH", "100 um"))[0].no_cross_check is None
+
+
+def test_json_names_the_channel_of_every_coil():
+    text = RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um")
+    (coil,) = of(text)[0].as_json("x")["coils"]
+    assert (coil["converter"], coil["channel"], coil["i2c_address"]) == (0, 0, 0x2A)

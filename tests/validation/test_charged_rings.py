@@ -1,0 +1,93 @@
+"""What target and jaw add to a winding's own capacitance is left out of the numbers: less than that is good to."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy", reason="scipy is not installed")
+
+from charged_rings import capacitance
+
+from sitscad.estimates import estimate
+from sitscad.estimates.own_capacitance import FILLING, _parts, _voltages, added_by_metal
+from sitscad.layout import lay_out
+from sitscad.spec.load import load, load_text
+
+NEAR = """
+sitscad: 1
+name: near
+coil: {shape: circle, outer_diameter: 14, turns: 20, layers: LAYERS, trace_width: 150 um, trace_spacing: 150 um}
+fpc: {tail: {length: 20, connector: zif-0.5mm, layers: 2}}
+target: {shape: square, size: 14, thickness: 0.2, material: copper}
+elastomer: {material: dragon-skin-30, shape: square, size: 14, thickness: 0.2}
+readout: {capacitance: 330 pF}
+"""
+
+
+def turns(coil, spec):
+    """Radii, heights and voltages of a round coil's turns."""
+    voltages = _voltages(_parts(coil, spec), coil, spec)
+    radii, heights, values = [], [], []
+    for k, (winding, count) in enumerate(zip(coil.windings, spec.coil.layer_turns, strict=True)):
+        whole = math.floor(count)
+        mean = winding.path.length / (2.0 * math.pi * count)
+        places = (np.arange(whole) + 0.5) * count / whole
+        radii.append(mean + spec.coil.pitch * (0.5 * count - places))
+        heights.append(np.full(whole, winding.z))
+        at = (np.arange(voltages.shape[1]) + 0.5) / voltages.shape[1]
+        values.append(np.interp(places / count, at, voltages[k]))
+    return np.concatenate(radii), np.concatenate(heights), np.concatenate(values)
+
+
+def added(spec, gap, behind, cells=4):
+    """What metal adds, by the rings."""
+    coil = lay_out(spec).coils[0]
+    winding = (*turns(coil, spec), spec.coil.trace_width, FILLING)
+    target = (math.sqrt(spec.target.size[0] * spec.target.size[1] / math.pi), gap) if gap is not None else None
+    plane = -(spec.fpc.stackup.thickness + behind) if behind is not None else None
+    return capacitance(*winding, target, plane, cells) - capacitance(*winding, None, None, cells)
+
+
+@pytest.mark.parametrize("name", ["bench_7mm", "grasper_4layer", "grasper_3p5mm"])
+def test_what_metal_adds_is_far_below_what_the_own_capacitance_is_good_to(name, root):
+    spec = load(root / "templates" / f"{name}.yaml")
+    layout = lay_out(spec)
+    found = estimate(layout)
+    gap, behind = found.gaps["pressed"], found.gaps.get("behind_the_board")
+    by_rings, most = added(spec, gap, behind), added_by_metal(layout.coils[0], spec, gap, behind)
+    assert 0.0 < by_rings < most < 0.1 * found.coils[0].self_capacitance
+    assert by_rings < 2e-4 * found.coils[0].capacitance
+    # and pressing changes it by less than a hundred-thousandth of the tank's
+    assert abs(by_rings - added(spec, found.gaps["rest"], behind)) < 1e-5 * found.coils[0].capacitance
+    assert not any("capacitance from the winding" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(("layers", "is_told"), [(1, True), (2, False)])
+def test_a_large_coil_close_to_its_target_is_told(layers, is_told):
+    """Two layers have so much capacitance of their own that what the target adds is within its tenth."""
+    spec = load_text(NEAR.replace("LAYERS", str(layers)), "near.yaml")
+    layout = lay_out(spec)
+    found = estimate(layout)
+    by_rings, most = added(spec, 0.2e-3, None), added_by_metal(layout.coils[0], spec, 0.2e-3, None)
+    assert 0.1 * most < by_rings < most
+    assert (by_rings > 0.1 * found.coils[0].self_capacitance) == is_told
+    assert any("capacitance from the winding" in note for note in found.notes) == is_told
+
+
+def test_the_rings_have_converged():
+    spec = load_text(NEAR.replace("LAYERS", "1"), "near.yaml")
+    coarse, fine = (added(spec, 0.2e-3, 0.5e-3, cells) for cells in (3, 6))
+    assert coarse == pytest.approx(fine, rel=0.02)
+
+
+def test_two_turns_near_a_plane_are_a_pair_of_strips_over_it():
+    """Turns of large radius: the capacitance a length of a strip over a plane is twice that to its image."""
+    radius, width, height = 0.2, 1e-4, 5e-5
+    turn = np.array([radius]), np.array([height]), np.array([1.0])
+    found = capacitance(*turn, width, 1.0, None, 0.0, cells=24) / (2.0 * math.pi * radius)
+    from sitscad.physics.capacitance import stacked_strips
+
+    assert found == pytest.approx(2.0 * stacked_strips(width, 2.0 * height, 1.0), rel=0.01)

@@ -1,0 +1,48 @@
+"""The two bonded blocks enclose a pad that is loaded over part of its area; the formula is a few percent off each."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from pad_of_elements import stiffness
+
+from sitscad.mechanics.elastomer import Face, apparent_modulus, press, shape_factor
+
+SHEAR, POISSON = 60e3, 0.4998
+BULK = 2.0 * SHEAR * (1.0 + POISSON) / (3.0 * (1.0 - 2.0 * POISSON))
+SMALL = 1e-6
+
+
+def block(radius: float, thickness: float) -> float:
+    """Stiffness (N/m) of a disc by the formula."""
+    modulus = apparent_modulus(shape_factor(2 * radius, 2 * radius, thickness, True), SHEAR, BULK)
+    return modulus * math.pi * radius**2 / thickness
+
+
+@pytest.mark.parametrize(
+    ("plate", "pad", "thickness"), [(2e-3, 4e-3, 1e-3), (1e-3, 4e-3, 1e-3), (2e-3, 2.2e-3, 1e-3), (2e-3, 4e-3, 2e-3)]
+)
+def test_the_strain_is_an_upper_bound_and_the_least_one_a_lower(plate, pad, thickness):
+    cut, real, whole = (
+        stiffness(p, q, thickness, SHEAR, POISSON) for p, q in ((plate, plate), (plate, pad), (pad, pad))
+    )
+    assert cut < real < whole
+    # what the surround adds, in the order of the cases: 76, 116, 18 and 97 %
+    assert 1.1 * cut < real < 2.4 * cut
+    assert block(plate, thickness) == pytest.approx(cut, rel=0.04)
+    assert block(pad, thickness) == pytest.approx(whole, rel=0.04)
+    found = press(Face(2 * pad, 2 * pad, True), Face(2 * plate, 2 * plate, True), thickness, SHEAR, BULK, SMALL)
+    strain = SMALL / (real * thickness)
+    assert found.least_strain < strain < found.strain
+    # one sigma of the doubt is large enough: the real strain lies within it, or a little beyond
+    assert found.strain - strain < 1.1 * found.doubt
+
+
+def test_the_elements_have_converged():
+    coarse, fine = (stiffness(2e-3, 4e-3, 1e-3, SHEAR, POISSON, cells) for cells in (10, 16))
+    assert coarse == pytest.approx(fine, rel=0.02)
+    # and know the bar under no lateral constraint in the limit of a slender disc: E A / h
+    slender = stiffness(1e-3, 1e-3, 20e-3, SHEAR, POISSON, 16)
+    young = 2.0 * SHEAR * (1.0 + POISSON)
+    assert slender == pytest.approx(young * math.pi * 1e-6 / 20e-3, rel=0.03)
