@@ -165,9 +165,12 @@ class Maze:
             node = next((n for n in near if math.isfinite(wave.distance(n)) and self._sees(lead, n)), None)
             if node is not None:
                 reached.append((round(wave.distance(node), 6), angle, lead, node))
+        ring = Ring(self.spec.coil, placement, self.bus.ring_offset)
         for _, angle, lead, node in sorted(reached):
             corners = [lead, *(self._point(n) for n in wave.back(node)), entry]
             way = tuple(self._taut(corners, placement))
+            if _turns_back(ring.at(angle), *way[:2]):
+                continue
             yield Exit(angle, way, self.bus.layers[0]), Exit(angle, way, self.bus.layers[1])
 
     def _free_for(self, own: CoilPlacement) -> Flags:
@@ -189,9 +192,10 @@ class Maze:
         for k in range(EXITS):
             angle = 2 * math.pi * k / EXITS
             start = ring.at(angle)
-            lead = outside.at(outside.facing(start)[0])  # square to the ring: from either side no sharp bend
-            if self._clear(_between(start, lead, self.step / 4), None, but=placement).all():
-                yield angle, lead
+            for facing in dict.fromkeys(outside.facing(start)):  # at a corner square to either side
+                lead = outside.at(facing)
+                if self._clear(_between(start, lead, self.step / 4), None, but=placement).all():
+                    yield angle, lead
 
     @property
     def _own_room(self) -> float:
@@ -264,6 +268,13 @@ def _from_stretch(x: Floats, y: Floats, ax: Any, ay: Any, bx: Any, by: Any) -> F
     dx, dy = bx - ax, by - ay
     share = np.clip(((x - ax) * dx + (y - ay) * dy) / np.maximum(dx * dx + dy * dy, 1e-30), 0.0, 1.0)
     return np.asarray(np.hypot(x - ax - share * dx, y - ay - share * dy))
+
+
+def _turns_back(start: Point, corner: Point, end: Point) -> bool:
+    """Whether a way that leaves a ring turns back by more than a right angle and a quarter of one at its corner."""
+    one, other = (corner.x - start.x, corner.y - start.y), (end.x - corner.x, end.y - corner.y)
+    along = one[0] * other[0] + one[1] * other[1]
+    return along < -math.sin(math.radians(22.5)) * math.hypot(*one) * math.hypot(*other)
 
 
 def _between(one: Point, other: Point, step: float) -> Floats:

@@ -22,6 +22,7 @@ from sitscad.layout.routing import front_of, route_freely
 from sitscad.layout.wave import spread
 from sitscad.layout.wound_coils import wind_all
 from sitscad.spec import positions
+from sitscad.spec.load import load_text
 from sitscad.spec.sensor import CoilPlacement
 
 from .conftest import sensor
@@ -109,6 +110,22 @@ def test_ways_leave_the_ring_square_to_it():
     for out, _ in maze.exits(spec.array.placements[0], Point(40e-3, 0.0)):
         start = ring.at(out.angle)
         assert min(abs(out.way[0].x - start.x), abs(out.way[0].y - start.y)) < 1e-9 or is_corner(ring, start)
+
+
+def test_no_way_turns_back_at_the_corner_that_it_leaves():
+    """A lead left a corner downwards and came back round it towards the tail, its two legs 72 um apart."""
+    text = """sitscad: 1
+name: corner
+coil: {shape: square, outer_diameter: 7.63, turns: 6.25, layers: 3, trace_width: 100 um, trace_spacing: 90 um,
+       start_angle: 311 deg, sense: clockwise}
+array: {pattern: grid, count: [2, 2], pitch: 8.43}
+fpc: {rules: generic-fine, tail: {length: 60, connector: zif-0.5mm}}"""
+    layout = lay_out(load_text(text, "corner.yaml"))
+    leads = [trace.path for trace in layout.traces if trace.role is Role.LEAD]
+    assert layout.findings == () and len(leads) >= 8
+    for one, other in (pair for lead in leads for pair in pairwise(lead)):
+        ahead, onward = (np.subtract(line.end, line.start) / line.length for line in (one, other))
+        assert float(ahead @ onward) > math.cos(math.radians(120.0))
 
 
 def is_corner(ring, point):
