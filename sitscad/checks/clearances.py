@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, pairwise
+from itertools import combinations, islice, pairwise
 
 import numpy as np
 
+from sitscad.checks.changes import fail, fewer_turns, first_that_mends
 from sitscad.checks.copper import (
     Copper,
     Item,
@@ -19,13 +20,18 @@ from sitscad.checks.copper import (
     too_near,
 )
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
-from sitscad.finding import Place, Severity
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
+from sitscad.finding import Finding, Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
+from sitscad.layout.advice import remedy
 from sitscad.layout.board import Pad, Role, Trace, Via
+from sitscad.layout.remedies import inner_vias_fit
 from sitscad.layout.teardrops import Teardrop
 from sitscad.spec.presets import connector, names
 from sitscad.units import show
+
+MOST_STEPS = 16
+"""Parts of a turn less that are tried to make room inside."""
 
 ALLOWED_SHORTFALL = 1e-6
 """What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
@@ -170,9 +176,36 @@ def no_room(rule: str) -> Callable[[Subject], Iterator[Verdict]]:
     """What the layout itself reported under one rule: it says what found no room, and how much is missing."""
 
     def reported(subject: Subject) -> Iterator[Verdict]:
-        return (finding for finding in subject.layout.findings if finding.rule == rule)
+        return (_advised(subject, finding) for finding in subject.layout.findings if finding.rule == rule)
 
     return reported
+
+
+def _advised(subject: Subject, finding: Finding) -> Complaint:
+    """The layout's finding; what it advises made room, and is held against all other rules too."""
+    return Complaint(
+        finding.message,
+        finding.hint,
+        finding.key,
+        finding.measured,
+        finding.limit,
+        finding.unit,
+        finding.severity,
+        finding.source,
+        finding.place,
+        advice=lambda left: _hint_for_room(subject, finding, left),
+    )
+
+
+def _hint_for_room(subject: Subject, finding: Finding, left: Left) -> str:
+    changed, spec = remedy(subject.spec, finding), subject.spec
+    broken = left(changed) if changed is not None else ()
+    hint = finding.hint.replace("(it was tried)", f"(tried, but {fail(broken)} then)") if broken else finding.hint
+    if finding.rule != "SIT112":
+        return hint
+    fewer = (change for change in fewer_turns(spec, spec.coil.turns, MOST_STEPS) if inner_vias_fit(change.spec))
+    found = first_that_mends(islice(fewer, 2), left)
+    return hint if found is None else f"{found.words} leaves room for them (it was tried); or {hint}"
 
 
 # ----------------------------------------------------------------------------------------------------------- distances

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.changes import first_that_mends, in_vain, wider
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.layout.bridges import FEWEST_BRIDGES, bridges, narrower_bridge
 from sitscad.layout.panel import is_wanted, least_size
 from sitscad.layout.stiffening import tail_thickness
-from sitscad.spec.sensor import CoilSpec, Connector
+from sitscad.spec.sensor import Connector
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
@@ -27,13 +27,13 @@ def trace_width(subject: Subject) -> Iterator[Verdict]:
         yield Complaint(
             f"tracks are {um(coil.trace_width)} wide; {house(subject, 'trace_width')} makes "
             f"{um(rules.trace_width)} and wider",
-            f"widen by {um(rules.trace_width - coil.trace_width)}: "
-            f"{_turns_at(coil, rules.trace_width - coil.trace_width)}, or choose a finer fabricator",
+            WIDEN,
             "coil.trace_width",
             coil.trace_width,
             rules.trace_width,
             "m",
             source=source_of(subject, "trace_width"),
+            advice=lambda left: _widened(subject, left),
         )
     yield from _thicker_foil(subject, "track_lines", "trace_width", "tracks")
     yield from _drawn_width(subject)
@@ -81,16 +81,16 @@ def trace_spacing(subject: Subject) -> Iterator[Verdict]:
     """The asked spacing against the fabricator's smallest spacing."""
     coil, rules = subject.spec.coil, subject.spec.fpc.rules
     if coil.trace_spacing < rules.trace_spacing - ROUNDING:
-        missing = rules.trace_spacing - coil.trace_spacing
         yield Complaint(
             f"turns stand {um(coil.trace_spacing)} apart; {house(subject, 'trace_spacing')} makes "
             f"{um(rules.trace_spacing)} and more",
-            f"widen by {um(missing)}: {_turns_at(coil, missing)}, or choose a finer fabricator",
+            WIDEN,
             "coil.trace_spacing",
             coil.trace_spacing,
             rules.trace_spacing,
             "m",
             source=source_of(subject, "trace_spacing"),
+            advice=lambda left: _widened(subject, left),
         )
     yield from _thicker_foil(subject, "track_lines", "trace_spacing", "spacings")
 
@@ -106,19 +106,20 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
         yield Undecided(f"{rules.name} states no minimum of its own for coils")
     copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
     severity = Severity.ERROR if rules.coil_rule_binding else Severity.WARNING
+    why = "" if rules.coil_rule_binding else f"; this only warns: {_not_binding(subject)}"
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
             yield Complaint(
                 f"{word} in the coil is {um(value)}; for coiled tracks {house(subject, f'coil_{field}')} asks "
-                f"{um(smallest)}{copper}",
-                f"ask the fabricator for a waiver (no electrical test sees a short between turns), or widen: "
-                f"{_turns_at(coil, smallest - value)}",
+                f"{um(smallest)}{copper}{why}",
+                f"{WAIVER}, or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)",
                 f"coil.{field}",
                 value,
                 smallest,
                 "m",
                 severity,
                 source_of(subject, f"coil_{field}"),
+                advice=(lambda left: f"{WAIVER}, or {_widened(subject, left)}") if rules.coil_rule_binding else None,
             )
     yield from _thicker_foil(subject, "coil_lines", "coil_trace_width", "coiled tracks", severity)
 
@@ -306,11 +307,33 @@ def outline_box(subject: Subject) -> tuple[float, float, float, float]:
     return min(xs), min(ys), max(xs), max(ys)
 
 
-def _turns_at(coil: CoilSpec, wider: float) -> str:
-    """How many turns take the room of the present ones at a pitch that is `wider` (m)."""
-    turns = math.floor(4.0 * coil.turns * coil.pitch / (coil.pitch + wider)) / 4.0
-    room = f"at that pitch {turns:g} turns take the room of {coil.turns:g}"
-    return f"{room} (fewer turns lower L and Rp: see SIT201 and SIT203)"
+WIDEN = "widen tracks and gaps and wind fewer turns, or choose a finer fabricator"
+WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
+
+
+def _widened(subject: Subject, left: Left) -> str:
+    """Tracks and gaps as wide as all binding rules ask, together, with as many turns as then do: found by trying."""
+    rules = subject.spec.fpc.rules
+    binding = rules.coil_rule_binding
+    width, spacing = (
+        max(asked, (coiled or 0.0) if binding else 0.0)
+        for asked, coiled in (
+            (rules.trace_width, rules.coil_trace_width),
+            (rules.trace_spacing, rules.coil_trace_spacing),
+        )
+    )
+    changes = list(wider(subject.spec, width, spacing))
+    found = first_that_mends(changes, left)
+    if found is not None:
+        return f"{found.words} (it was tried), or choose a finer fabricator"
+    vain = f" (tried in vain: {in_vain(changes, left)})" if changes else ""
+    return f"choose a finer fabricator, or a larger coil with wider tracks and gaps{vain}"
+
+
+def _not_binding(subject: Subject) -> str:
+    """Why a fabricator's minimum for coils only warns: not every house has it."""
+    holder = subject.spec.fpc.rules.holders.get("coil_rule_binding", subject.spec.fpc.rules.name)
+    return f"{holder} does not make it binding (coil_rule_binding: no)"
 
 
 def um(length: float) -> str:

@@ -18,10 +18,19 @@ if TYPE_CHECKING:
 
 Kept = TypeVar("Kept")
 
+Left = Callable[[SensorSpec], tuple[str, ...]]
+"""What a changed spec still breaks: the rule in question, and those with errors that the spec as it stands has not."""
+
+Advice = Callable[[Left], str]
+"""Writes a hint, given what tells whether a change mends the finding: an empty answer says that it does."""
+
 
 @record
 class Complaint:
-    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's."""
+    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's.
+
+    ``advice`` writes the hint where changes of the spec are tried for it; ``hint`` then stands in where none are.
+    """
 
     message: str
     hint: str = ""
@@ -33,6 +42,7 @@ class Complaint:
     source: str | None = None
     place: Place | None = None
     sigma: float | None = None
+    advice: Advice | None = None
 
 
 @record
@@ -149,19 +159,35 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
 """What a rule may need of the spec: how to tell, and the reason given when it is missing."""
 
 
+@record
+class Outcome:
+    """One finding, located in the spec's text, and what writes its hint where changes are to be tried for it."""
+
+    finding: Finding
+    advice: Advice | None = None
+
+
 def apply_rule(rule: Rule, subject: Subject) -> tuple[list[Finding], list[NotChecked]]:
-    """The findings of one rule, located in the spec's text, and what it could not check."""
+    """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints."""
+    found, undecided = outcomes(rule, subject)
+    return [outcome.finding for outcome in found], undecided
+
+
+def outcomes(rule: Rule, subject: Subject) -> tuple[list[Outcome], list[NotChecked]]:
+    """What one rule finds, and what it could not check."""
     missing = next((NEEDS[need][1] for need in rule.needs if not NEEDS[need][0](subject.spec)), None)
     if missing is not None:
         return [], [NotChecked(rule.id, missing)]
-    findings: list[Finding] = []
+    found: list[Outcome] = []
     undecided: list[NotChecked] = []
     for verdict in rule.apply(subject) if rule.apply else ():
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
+        elif isinstance(verdict, Finding):
+            found.append(Outcome(located(verdict, subject.spec)))
         else:
-            findings.append(located(verdict if isinstance(verdict, Finding) else named(rule, verdict), subject.spec))
-    return findings, undecided
+            found.append(Outcome(located(named(rule, verdict), subject.spec), verdict.advice))
+    return found, undecided
 
 
 def named(rule: Rule, complaint: Complaint) -> Finding:

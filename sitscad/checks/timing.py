@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from sitscad.checks.changes import first_that_mends, in_vain, scans
 from sitscad.checks.readings import source_of_limit, worst_of
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.readout import ldc1614
 from sitscad.units import show
@@ -62,16 +63,17 @@ def read_back(subject: Subject) -> Iterator[Verdict]:
     sure, hopeful = 1.0 / ldc1614.read_back_time(channels), 1.0 / ldc1614.read_back_time_optimistic(channels)
     if wanted > sure:
         impossible = wanted > hopeful
+        pause = "" if impossible else "; or make sure that the host reads without any pause: TI's two figures disagree"
         yield Complaint(
             f"{_coils(subject)} can be read over I2C at 400 kHz {show(hopeful if impossible else sure, 'Hz')} times a "
             f"second; {show(wanted, 'Hz')} are asked",
-            f"ask for at most {math.floor(sure):d} Hz"
-            + ("" if impossible else ", or make sure that the host reads without any pause: TI's two figures disagree"),
+            f"ask for fewer scans{pause}",
             "readout.scan_rate",
             wanted,
             hopeful if impossible else sure,
             "Hz",
             Severity.ERROR if impossible else Severity.WARNING,
+            advice=lambda left: f"{_other_rate(subject, (math.floor(sure),), left)}{pause}",
         )
 
 
@@ -83,12 +85,22 @@ def bandwidth(subject: Subject) -> Iterator[Verdict]:
         yield Complaint(
             f"{show(rate, 'Hz')} scans a second follow a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
             f"{show(wanted, 'Hz')} are required",
-            f"ask for more than {show(2.0 * wanted, 'Hz')} scans a second, better five times the bandwidth",
+            "ask for more scans a second, twice the bandwidth at least",
             "readout.scan_rate",
             rate,
             2.0 * wanted,
             "Hz",
+            advice=lambda left: _other_rate(subject, (5.0 * wanted, 2.0 * wanted), left),
         )
+
+
+def _other_rate(subject: Subject, rates: Sequence[float], left: Left) -> str:
+    """The first of some scan rates (Hz) that keeps all rules, found by trying."""
+    changes = [change for rate in rates for change in scans(subject.spec, rate)]
+    found = first_that_mends(changes, left)
+    if found is not None:
+        return f"{found.words} (it was tried)"
+    return f"fewer coils, or a lower requirements.bandwidth (tried in vain: {in_vain(changes, left)})"
 
 
 def channels(subject: Subject) -> Iterator[Verdict]:

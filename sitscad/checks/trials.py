@@ -1,0 +1,69 @@
+"""Whether a change of the spec mends a finding: the changed design is laid out, estimated and checked before it is
+named.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from sitscad.checks.rules import Outcome, Rule, Subject, located, outcomes
+from sitscad.finding import Finding, Severity
+from sitscad.layout.board import Layout
+from sitscad.spec.sensor import SensorSpec
+
+
+class Trials:
+    """Tries changes of a design. ``rules`` are all rules, ``said`` what they say of the design as it stands."""
+
+    def __init__(self, subject: Subject, rules: Sequence[Rule], said: Iterable[Outcome]) -> None:
+        self._subject, self._rules = subject, rules
+        self._errors = _errors(said)
+        self._known: list[tuple[SensorSpec, frozenset[str], Counter[str]]] = []
+
+    def advised(self, outcome: Outcome) -> Finding:
+        """The finding with the hint that its rule gives, once it can tell which changes mend it."""
+        finding, advice = outcome.finding, outcome.advice
+        if advice is None:
+            return finding
+        hint = advice(lambda changed: self._left(finding.rule, changed))
+        return located(replace(finding, hint=hint, line=None, column=None), self._subject.spec)
+
+    def _left(self, rule: str, changed: SensorSpec) -> tuple[str, ...]:
+        """What a changed design breaks: the rule itself if it still complains, and every rule with more errors."""
+        known = next((entry for entry in self._known if entry[0] == changed), None)
+        if known is None:
+            known = changed, *self._tried(changed)
+            self._known.append(known)
+        _, complaining, new = known
+        return tuple(sorted({*new, *({rule} & complaining)}))
+
+    def _tried(self, changed: SensorSpec) -> tuple[frozenset[str], Counter[str]]:
+        """The rules that complain of a changed design or cannot judge it, and those with new errors; looking no further
+        than the first rule of those, for estimates take long.
+        """
+        subject = Subject(changed, self._drawn(changed))
+        complaining: set[str] = set()
+        errors: Counter[str] = Counter()
+        for rule in self._rules:
+            said, undecided = outcomes(rule, subject)
+            complaining |= {one.finding.rule for one in said if one.finding.severity is not Severity.NOTE}
+            complaining |= {one.rule for one in undecided}
+            errors += _errors(said)
+            if errors - self._errors:
+                break
+        return frozenset(complaining), errors - self._errors
+
+    def _drawn(self, changed: SensorSpec) -> Layout:
+        """The layout of a changed design: the one that is there where only the readout is another."""
+        from sitscad.layout import lay_out
+
+        now = self._subject.spec
+        if replace(changed, readout=now.readout) == now and changed.readout.chip == now.readout.chip:
+            return replace(self._subject.layout, spec=changed)
+        return lay_out(changed, advised=False)
+
+
+def _errors(said: Iterable[Outcome]) -> Counter[str]:
+    return Counter(one.finding.rule for one in said if one.finding.severity is Severity.ERROR)
