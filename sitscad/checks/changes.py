@@ -74,6 +74,19 @@ def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Chang
             yield Change(f"coil.turns: {turns:.7g}", replace(spec, coil=replace(coil, turns=turns)))
 
 
+def other_ends(spec: SensorSpec) -> Iterator[Change]:
+    """Other start angles, then a part of a turn less and more: what moves the layers' ends, and so their leads."""
+    coil, parts = spec.coil, turn_fraction(spec.coil.shape) or 4
+    corners = [360.0 * k / parts for k in range(1, parts)]
+    for turned in (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 270.0) if coil.shape == "circle" else corners:
+        angle = (math.degrees(coil.start_angle) + turned) % 360.0
+        turned_coil = replace(coil, start_angle=math.radians(float(f"{angle:.6g}")))
+        yield Change(f"coil.start_angle: {angle:.6g} deg", replace(spec, coil=turned_coil))
+    fewer = fewer_turns(spec, coil.turns - 1.0 / parts, 0)
+    more = more_turns(spec, 1.0 + 0.5 / (parts * coil.turns))
+    yield from (change for change in (*fewer, *more) if change.spec.coil.turns != coil.turns)
+
+
 def more_layers(spec: SensorSpec, factor: float) -> Iterator[Change]:
     """An even number of layers, so many times as many as now at least, then two more; on the stack-up as it is or on
     the first installed one that has as many.

@@ -19,7 +19,7 @@ from sitscad.checks.copper import (
     drill_nearness,
     too_near,
 )
-from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
+from sitscad.checks.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
 from sitscad.finding import Finding, Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
@@ -323,14 +323,15 @@ def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) 
     names = name_of(near.one), name_of(near.other)
     what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
     more = f" (and in {places - 1} more)" if places > 1 else ""
+    who, source = gap_asked_by(subject, asked)
     return Complaint(
-        f"{what} {how} on layer {near.layer}{more}; {house(subject, 'trace_spacing')} asks {um(asked)}",
+        f"{what} {how} on layer {near.layer}{more}; {who} asks {um(asked)}",
         f"{um(asked - near.gap)} are missing: fewer turns, a narrower pitch or a larger coil give the room",
         key,
         near.gap,
         asked,
         "m",
-        source=source_of(subject, "trace_spacing"),
+        source=source,
         place=Place(near.x, near.y, near.layer, near.nets),
     )
 

@@ -276,8 +276,8 @@ def quality_factor(subject: Subject) -> Iterator[Verdict]:
     if worst is not None and worst.value < floor:
         yield Complaint(
             f"the quality factor of {where(worst)} is "
-            f"{worst.value:.3g}{other_states(subject, worst, 'quality_factor', '')}; below {floor:g} the frequency "
-            "follows the losses as well as the inductance",
+            f"{worst.value:.3g}{other_states(subject, worst, 'quality_factor', '')}; below {floor:g} (a rule of "
+            "thumb, unverified) the frequency follows the losses as well as the inductance",
             f"a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; "
             f"{_distance_advice(subject, worst)}",
             "coil.trace_width",

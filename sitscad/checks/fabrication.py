@@ -204,22 +204,32 @@ def part_size(subject: Subject) -> Iterator[Verdict]:
     have, need = sorted((x1 - x0, y1 - y0)), sorted(rules.part_size)
     for size, smallest in zip(have, need, strict=True):
         if size < smallest - ROUNDING:
+            in_panel = is_wanted(subject.layout)
             yield Complaint(
                 f"the board is {show(have[1], 'm')} x {show(have[0], 'm')}; {house(subject, 'part_size')} handles "
-                "parts from "
-                f"{show(need[1], 'm')} x {show(need[0], 'm')}",
-                f"{show(smallest - size, 'm')} are missing: order the parts in a panel, or held by bridges",
-                "fpc.rules",
+                f"parts from {show(need[1], 'm')} x {show(need[0], 'm')}"
+                + (": so it is put in a panel, which is ordered instead" if in_panel else ", and it is not in a panel"),
+                _panel_hint(subject) if in_panel else "fpc.panel: auto puts it in a panel, held by bridges",
+                "fpc.rules" if in_panel else "fpc.panel",
                 size,
                 smallest,
                 "m",
-                Severity.WARNING,
+                Severity.NOTE if in_panel else Severity.WARNING,
                 source_of(subject, "part_size"),
             )
             break
     if is_wanted(subject.layout):
         yield from _panel_size(subject)
         yield from _too_few_bridges(subject)
+
+
+def _panel_hint(subject: Subject) -> str:
+    """What build makes of a part that is too small, and which file is sent."""
+    name = subject.spec.name
+    return (
+        f"send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
+        f"fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself"
+    )
 
 
 def _too_few_bridges(subject: Subject) -> Iterator[Verdict]:
@@ -354,6 +364,15 @@ def source_of(subject: Subject, field: str) -> str:
     return rules.sources.get(field) or rules.source or FABRICATOR
 
 
+def gap_asked_by(subject: Subject, asked: float) -> tuple[str, str]:
+    """Who asks for a gap between copper (m), and where that stands: the spec itself where it is its turns' own spacing,
+    which is narrower than the fabricator's.
+    """
+    if asked < subject.spec.fpc.rules.trace_spacing - ROUNDING:
+        return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
+    return house(subject, "trace_spacing"), source_of(subject, "trace_spacing")
+
+
 FABRICATION_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT101", "trace-width", Severity.ERROR,
@@ -411,8 +430,8 @@ FABRICATION_RULES: tuple[Rule, ...] = (
         "SIT116", "part-size", Severity.ERROR,
         "The board is not smaller than the smallest part that the fabricator handles, nor its panel too large, and at "
         "least three bridges hold it there.",
-        "Smaller parts fall through the machines: they are refused, or left in a panel or on bridges. A part on fewer "
-        "than three bridges tilts or drops out of its panel: that is an error.",
+        "Smaller parts fall through the machines: they are refused, or left in a panel on bridges (fpc.panel: auto "
+        "makes one: a note). A part on fewer than three bridges tilts or drops out of its panel: that is an error.",
         "Order in a panel or with bridges narrow enough, and cut the parts out yourself.",
         FABRICATOR, apply=part_size,
     ),

@@ -62,8 +62,9 @@ def sensor_length(subject: Subject) -> Iterator[Verdict]:
     if length > jaw.length + ROUNDING:
         yield Complaint(
             f"the board's body is {show(length, 'm')} long, the jaw {show(jaw.length, 'm')}{_unverified(jaw)}",
-            f"{show(length - jaw.length, 'm')} too much: fewer or smaller coils, or a smaller pitch",
-            "array.pitch",
+            f"{show(length - jaw.length, 'm')} too much: fewer or smaller coils"
+            + (", or a smaller pitch" if len(subject.spec.array.placements) > 1 else ""),
+            subject.distance_key,
             length,
             jaw.length,
             "m",

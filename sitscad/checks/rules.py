@@ -91,6 +91,21 @@ class Subject:
 
         return estimate(self.layout)
 
+    @property
+    def distance_key(self) -> str:
+        """Where the spec says how far apart the coils stand; of a coil alone, how large it is."""
+        keys = {"single": "coil.outer_diameter", "explicit": "array.centres"}
+        return keys.get(self.spec.array.pattern, "array.pitch")
+
+    def drawn(self, changed: SensorSpec) -> Subject:
+        """A changed design, drawn anew unless only its readout is another; nothing is advised where room is lacking."""
+        from sitscad.layout import lay_out
+
+        now = self.spec
+        if replace(changed, readout=now.readout) == now and changed.readout.chip == now.readout.chip:
+            return Subject(changed, replace(self.layout, spec=changed))
+        return Subject(changed, lay_out(changed, advised=False))
+
     @cached_property
     def at_room_temperature(self) -> Subject:
         """The same design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
@@ -127,7 +142,7 @@ class Rule:
 
 SEVERITIES: dict[str, str] = {
     "SIT103": "warning, error if binding",
-    "SIT116": "warning, error below three bridges",
+    "SIT116": "note where a panel is made, warning, error below three bridges",
     "SIT123": "note or warning for tracks, error",
     "SIT201": "note within two sigma, error",
     "SIT202": "note within two sigma, error",

@@ -106,13 +106,15 @@ def _other_rate(subject: Subject, rates: Sequence[float], left: Left) -> str:
 def channels(subject: Subject) -> Iterator[Verdict]:
     """One channel a coil, on as many converters as one I2C bus can address; how coils of two converters are coupled."""
     names = [placement.name for placement in subject.spec.array.placements]
+    key = "array.centres" if subject.spec.array.pattern == "explicit" else "array.count"
     each, most = int(ldc1614.limit("channels")), int(ldc1614.limit("channels") * ldc1614.limit("converters"))
     if len(names) > most:
         yield Complaint(
             f"{len(names)} coils, but one I2C bus takes {int(ldc1614.limit('converters'))} LDC1614 of {each} channels, "
             "and every coil needs a channel of its own",
-            f"use at most {most} coils a sensor",
-            "array.count",
+            f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take no "
+            "more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
+            key,
             float(len(names)),
             float(most),
         )
@@ -127,7 +129,7 @@ def channels(subject: Subject) -> Iterator[Verdict]:
             f"by {100.0 * coupling:.2g} %, while the estimate takes all other coils as grounded",
             "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
             "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
-            "array.count",
+            key,
             coupling,
             MOST_COUPLING,
             severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
@@ -164,7 +166,7 @@ def idle_neighbour(subject: Subject) -> Iterator[Verdict]:
             "off its inductance",
             "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
             "this, the free state is the coil alone",
-            "array.pitch",
+            subject.distance_key,
             share,
             0.05 if share >= 0.05 else 1e-3,
             None,

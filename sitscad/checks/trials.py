@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from sitscad.checks.rules import Outcome, Rule, Subject, located, outcomes
 from sitscad.finding import Finding, Severity
-from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -43,7 +42,7 @@ class Trials:
         """The rules that complain of a changed design or cannot judge it, and those with new errors; looking no further
         than the first rule of those, for estimates take long.
         """
-        subject = Subject(changed, self._drawn(changed))
+        subject = self._subject.drawn(changed)
         complaining: set[str] = set()
         errors: Counter[str] = Counter()
         for rule in self._rules:
@@ -54,15 +53,6 @@ class Trials:
             if errors - self._errors:
                 break
         return frozenset(complaining), errors - self._errors
-
-    def _drawn(self, changed: SensorSpec) -> Layout:
-        """The layout of a changed design: the one that is there where only the readout is another."""
-        from sitscad.layout import lay_out
-
-        now = self._subject.spec
-        if replace(changed, readout=now.readout) == now and changed.readout.chip == now.readout.chip:
-            return replace(self._subject.layout, spec=changed)
-        return lay_out(changed, advised=False)
 
 
 def _errors(said: Iterable[Outcome]) -> Counter[str]:

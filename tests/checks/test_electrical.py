@@ -178,6 +178,15 @@ def test_channels(judge, design) -> None:
     assert judge("SIT211", design(array__count=4)) == []
 
 
+def test_too_many_coils_point_at_what_the_spec_has(judge, design) -> None:
+    centres = [[4.5 * k - 18.0, 0.0] for k in range(9)]
+    explicit = design(array={"pattern": "explicit", "centres": centres})
+    grid = design(array={"pattern": "grid", "count": [3, 3], "pitch": 4.5})
+    for spec, key in ((explicit, "array.centres"), (grid, "array.count")):
+        (found,) = judge("SIT211", spec)
+        assert found.key == key and "leave 1 of them out" in found.hint and "add array" not in found.hint
+
+
 @pytest.mark.parametrize(("coupling", "severity"), [(1.9e-3, Severity.NOTE), (2.1e-3, Severity.WARNING)])
 def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, estimates, coupling, severity) -> None:
     spec = design(array__count=5)

@@ -295,6 +295,11 @@ def test_part_size(judge, good):
     small = replace(layout, outline=rectangle(0, 0, 9e-3, 6e-3))
     (found,) = judge("SIT116", spec, small)
     assert (found.measured, found.limit) == (9e-3, 10e-3)
+    assert found.severity is Severity.NOTE and "it is put in a panel" in found.message
+    assert f"send fpc/{spec.name}-order.zip" in found.hint
+    alone = replace(spec, fpc=replace(spec.fpc, panel=replace(spec.fpc.panel, wish="none")))
+    (found,) = judge("SIT116", alone, replace(small, spec=alone))
+    assert found.severity is Severity.WARNING and "fpc.panel: auto" in found.hint
     assert judge("SIT116", spec, replace(layout, outline=rectangle(0, 0, 5e-3, 10e-3))) == []
 
 

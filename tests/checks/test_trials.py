@@ -71,6 +71,17 @@ def design(shape, size, turns, layers, width, spacing, rules, **more):
     return {"sitscad": 1, "name": "tried", "coil": coil, "fpc": {"rules": rules, "tail": TAIL}, **more}
 
 
+SQUARES = {
+    "sitscad": 1,
+    "name": "squares",
+    "coil": {
+        "shape": "square", "outer_diameter": 5, "turns": 3.5, "layers": 4, "trace_width": "100 um",
+        "trace_spacing": "100 um",
+    },
+    "array": {"pattern": "line", "count": 3, "pitch": 5.8},
+}  # fmt: skip
+"""A lead of its layout leaves a corner at 45 degrees."""
+
 BINDING = {"based_on": "generic-flex", "coil_rule_binding": True}
 
 QUICK = {
@@ -84,6 +95,7 @@ QUICK = {
     "too slow a scan": (
         design("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}), {"SIT210"},
     ),
+    "a corner that the layout drew": (SQUARES, {"SIT120"}),
 }  # fmt: skip
 
 
@@ -93,6 +105,11 @@ def test_what_a_hint_says_was_tried_mends_the_finding_when_it_is_written(name):
     tried = list(followed(document))
     assert rules <= {rule for rule, _, _ in tried}
     assert [entry for entry in tried if entry[2]] == []
+
+
+def test_a_corner_that_the_layout_drew_is_not_blamed_on_the_spec(judge):
+    (found,) = judge("SIT120", load_text(json.dumps(SQUARES), "spec.yaml"))
+    assert "the layout drew this, it is no fault of the spec" in found.hint
 
 
 VARIANTS = {
