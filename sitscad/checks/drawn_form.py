@@ -104,7 +104,7 @@ def shorted_turn(subject: Subject) -> Iterator[Verdict]:
             )
         yield Complaint(
             message,
-            "open the loop: the current induced in it takes away inductance and quality; if the layout drew it, tell us",
+            "open the loop: the current induced in it takes inductance and quality; tell us if the layout drew it",
             "coil",
             place=Place(*loop.place, loop.layer, loop.nets),
         )

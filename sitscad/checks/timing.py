@@ -112,8 +112,8 @@ def channels(subject: Subject) -> Iterator[Verdict]:
         yield Complaint(
             f"{len(names)} coils, but one I2C bus takes {int(ldc1614.limit('converters'))} LDC1614 of {each} channels, "
             "and every coil needs a channel of its own",
-            f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take no "
-            "more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
+            f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take "
+            "no more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
             key,
             float(len(names)),
             float(most),

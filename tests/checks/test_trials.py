@@ -14,7 +14,7 @@ from sitscad.spec.rules import SpecError
 
 NAMED = re.compile(
     r"((?:coil|fpc|readout)\.[a-z_.]+): ([^,;()]+?)"
-    r"(?= with | and |;|,| instead| is enough| mends| leaves| \(|$)"
+    r"(?= with | and |;|,| instead| is enough| mends| makes| leaves| \(|$)"
 )
 
 
