@@ -74,6 +74,21 @@ def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Chang
             yield Change(f"coil.turns: {turns:.7g}", replace(spec, coil=replace(coil, turns=turns)))
 
 
+def narrower(spec: SensorSpec, by: float) -> Iterator[Change]:
+    """Coils narrower by so much (m) at least, with as many turns as now or as leave the inside as it is."""
+    coil = spec.coil
+    x, y = coil.size
+    across = math.floor((y - by) * 1e5 + 1e-6) / 1e5  # as it is written
+    if across <= 2.0 * coil.trace_width:
+        return
+    long = coil.shape in ("rectangle", "racetrack")
+    words = f"coil.outer_diameter: {f'[{x * 1e3:g}, {across * 1e3:g}]' if long else f'{across * 1e3:g}'}"
+    small = replace(spec, coil=replace(coil, size=(x if long else across, across)))
+    for change in fewer_turns(small, coil.turns - (y - across) / 2.0 / coil.pitch, 0):
+        fewer = f" with {change.words}" if change.spec.coil.turns != coil.turns else ""
+        yield Change(f"{words}{fewer}", change.spec)
+
+
 def other_ends(spec: SensorSpec) -> Iterator[Change]:
     """Other start angles, then a part of a turn less and more: what moves the layers' ends, and so their leads."""
     coil, parts = spec.coil, turn_fraction(spec.coil.shape) or 4

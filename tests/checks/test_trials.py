@@ -13,8 +13,8 @@ from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
 
 NAMED = re.compile(
-    r"((?:coil|fpc|readout)\.[a-z_.]+): ([^,;()]+?)"
-    r"(?= with | and |;|,| instead| is enough| mends| makes| leaves| \(|$)"
+    r"((?:coil|fpc|readout)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
+    r"(?= with | and |;|,| instead| is enough| mends| makes| fits| leaves| \(|$)"
 )
 
 
@@ -95,7 +95,6 @@ QUICK = {
     "too slow a scan": (
         design("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}), {"SIT210"},
     ),
-    "a corner that the layout drew": (SQUARES, {"SIT120"}),
 }  # fmt: skip
 
 
@@ -107,9 +106,34 @@ def test_what_a_hint_says_was_tried_mends_the_finding_when_it_is_written(name):
     assert [entry for entry in tried if entry[2]] == []
 
 
+RACETRACK = design(
+    "racetrack", [11, 4.4], 4.5, 2, 100, 100, "generic-flex", mount={"kind": "grasper-pad", "jaw": "generic-5mm"}
+)
+"""Its leads pass beside the coil, which makes the body wider than the jaw."""
+
+
+def test_a_body_too_wide_for_the_jaw_names_its_leads_and_a_width_that_fits(judge):
+    (found, port) = judge("SIT301", load_text(json.dumps(RACETRACK), "spec.yaml"))
+    assert "coils 4.4 mm, board's edges 400 um, and 400 um for leads and vias" in found.message
+    assert "the body decides" in port.hint
+
+
+@pytest.mark.slow
+def test_the_width_that_fits_the_jaw_fits_it():
+    tried = [entry for entry in followed(RACETRACK) if entry[0] == "SIT301"]
+    assert tried == [("SIT301", [("coil.outer_diameter", "[11, 4]")], [])]
+
+
 def test_a_corner_that_the_layout_drew_is_not_blamed_on_the_spec(judge):
     (found,) = judge("SIT120", load_text(json.dumps(SQUARES), "spec.yaml"))
     assert "the layout drew this, it is no fault of the spec" in found.hint
+
+
+@pytest.mark.slow
+def test_what_draws_a_corner_otherwise_was_tried():
+    tried = list(followed(SQUARES))
+    assert "SIT120" in {rule for rule, _, _ in tried}
+    assert [entry for entry in tried if entry[2]] == []
 
 
 VARIANTS = {
