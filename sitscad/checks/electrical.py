@@ -363,7 +363,8 @@ def _larger_capacitor(changes: list[Change], now: float, left: Left) -> str:
 def _distance_advice(subject: Subject, worst: Reading) -> str:
     if worst.state == "free":
         return "a higher sensor frequency (smaller capacitor) raises it too"
-    mount = "a larger mount.standoff, a copper shield or" if subject.spec.mount is not None else "or"
+    standoff = "a larger mount.standoff (board higher over the metal), a copper shield or"
+    mount = standoff if subject.spec.mount is not None else "or"
     return f"{mount} a thicker elastomer takes less of it away"
 
 

@@ -218,7 +218,8 @@ def shield_gap(subject: Subject) -> Iterator[Verdict]:
     needed = shield.gap + shield.thickness
     if needed > mount.standoff + ROUNDING:
         yield Complaint(
-            f"the shield ends {show(needed, 'm')} below the board, {'the jaw' if mount.jaw else 'the mount'} begins at "
+            f"the shield ends {show(needed, 'm')} below the board's bottom, "
+            f"{'the jaw' if mount.jaw else 'the mount'} begins at "
             f"{show(mount.standoff, 'm')}",
             f"raise mount.standoff by {show(needed - mount.standoff, 'm')}, or bring the shield nearer to the board",
             "shield.gap",
@@ -261,7 +262,8 @@ def _unverified(jaw: Jaw) -> str:
 def _thinner(subject: Subject) -> str:
     """The soft or empty heights that can give, largest first."""
     spec = subject.spec
-    heights = [("mount.standoff", spec.mount.standoff if spec.mount else 0.0)]
+    standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
+    heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
     if spec.elastomer is not None:
         heights.append(("elastomer.thickness", spec.elastomer.thickness))
     if spec.target is not None:
