@@ -35,25 +35,23 @@ def trace_width(subject: Subject) -> Iterator[Verdict]:
             source=source_of(subject, "trace_width"),
             advice=lambda left: _widened(subject, left),
         )
-    yield from _thicker_foil(subject, "track_lines", "trace_width", "tracks")
+    yield from _thicker_foil(subject, "trace_width", "tracks")
     yield from _drawn_width(subject)
 
 
-def _thicker_foil(
-    subject: Subject, table: str, field: str, word: str, severity: Severity = Severity.ERROR
-) -> Iterator[Complaint]:
+def _thicker_foil(subject: Subject, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
     """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
     spec = subject.spec
     rules, foil = spec.fpc.rules, spec.fpc.stackup.foil_thickness(spec.coil.layers)
-    rows = getattr(rules, table)
-    if rows and foil > rows[-1].copper + ROUNDING:
+    stated = rules.beyond.get(field)
+    if stated is not None:
         yield Complaint(
             f"{house(subject, field)} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
-            f"{um(rows[-1].copper)}",
+            f"{um(stated)}",
             f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
             "fpc.rules",
             foil,
-            rows[-1].copper,
+            stated,
             "m",
             severity,
             source_of(subject, field),
@@ -92,7 +90,7 @@ def trace_spacing(subject: Subject) -> Iterator[Verdict]:
             source=source_of(subject, "trace_spacing"),
             advice=lambda left: _widened(subject, left),
         )
-    yield from _thicker_foil(subject, "track_lines", "trace_spacing", "spacings")
+    yield from _thicker_foil(subject, "trace_spacing", "spacings")
 
 
 def loop_lines(subject: Subject) -> Iterator[Verdict]:
@@ -105,10 +103,10 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
     if all(smallest is None for *_, smallest in pairs):
         yield Undecided(f"{rules.name} states no minimum of its own for coils")
     copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
-    severity = Severity.ERROR if rules.coil_rule_binding else Severity.WARNING
-    why = "" if rules.coil_rule_binding else f"; this only warns: {_not_binding(subject)}"
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
+            binds = rules.binds(f"coil_{field}")
+            why = "" if binds else f"; this only warns: {_not_binding(subject)}"
             yield Complaint(
                 f"{word} in the coil is {um(value)}; for coiled tracks {house(subject, f'coil_{field}')} asks "
                 f"{um(smallest)}{copper}{why}",
@@ -117,11 +115,14 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
                 value,
                 smallest,
                 "m",
-                severity,
+                Severity.ERROR if binds else Severity.WARNING,
                 source_of(subject, f"coil_{field}"),
-                advice=(lambda left: f"{WAIVER}, or {_widened(subject, left)}") if rules.coil_rule_binding else None,
+                advice=(lambda left: f"{WAIVER}, or {_widened(subject, left)}") if binds else None,
             )
-    yield from _thicker_foil(subject, "coil_lines", "coil_trace_width", "coiled tracks", severity)
+    unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
+    if unknown is not None:
+        severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
+        yield from _thicker_foil(subject, unknown, "coiled tracks", severity)
 
 
 def via_drill(subject: Subject) -> Iterator[Verdict]:
@@ -324,13 +325,9 @@ WAIVER = "ask the fabricator for a waiver (no electrical test sees a short betwe
 def _widened(subject: Subject, left: Left) -> str:
     """Tracks and gaps as wide as all binding rules ask, together, with as many turns as then do: found by trying."""
     rules = subject.spec.fpc.rules
-    binding = rules.coil_rule_binding
     width, spacing = (
-        max(asked, (coiled or 0.0) if binding else 0.0)
-        for asked, coiled in (
-            (rules.trace_width, rules.coil_trace_width),
-            (rules.trace_spacing, rules.coil_trace_spacing),
-        )
+        max(getattr(rules, field), (getattr(rules, f"coil_{field}") or 0.0) if rules.binds(f"coil_{field}") else 0.0)
+        for field in ("trace_width", "trace_spacing")
     )
     changes = list(wider(subject.spec, width, spacing))
     found = first_that_mends(changes, left)
@@ -342,7 +339,10 @@ def _widened(subject: Subject, left: Left) -> str:
 
 def _not_binding(subject: Subject) -> str:
     """Why a fabricator's minimum for coils only warns: not every house has it."""
-    holder = subject.spec.fpc.rules.holders.get("coil_rule_binding", subject.spec.fpc.rules.name)
+    rules = subject.spec.fpc.rules
+    if rules.unbound:
+        return "it comes from the profile that yours is based on, which does not make it binding"
+    holder = rules.holders.get("coil_rule_binding", rules.name)
     return f"{holder} does not make it binding (coil_rule_binding: no)"
 
 

@@ -381,3 +381,37 @@ def test_loop_lines_are_those_of_the_coils_copper(judge, good):
     assert [f.limit for f in found] == pytest.approx([203.2e-6] * 2)
     assert all("at 35 um copper" in f.message and "35 um" in f.source for f in found)
     assert all("lowers L and Rp" in f.hint and "does not make it binding" in f.message for f in found)
+
+
+THICK = """sitscad: 1
+name: thick
+coil: {{shape: circle, outer_diameter: 12, turns: 8, layers: 2, trace_width: 140 um, trace_spacing: 140 um}}
+fpc:
+  rules: {{based_on: generic-flex, {written}}}
+  stackup:
+    - {{coverlay: 27.5 um}}
+    - {{copper: 70 um}}
+    - {{dielectric: 25 um, material: polyimide}}
+    - {{copper: 70 um}}
+    - {{coverlay: 27.5 um}}
+"""
+
+
+@pytest.mark.parametrize(("written", "unknown"), [("trace_width", "SIT102"), ("trace_spacing", "SIT101")])
+def test_rules_that_give_one_of_width_and_spacing_leave_the_other_unknown_in_thick_copper(judge, written, unknown):
+    """What is not written comes from lines for thinner copper: that is told, and not taken as if it held."""
+    spec = load_text(THICK.format(written=f"{written}: 120 um"), "thick.yaml")
+    known = {"SIT101", "SIT102"} - {unknown}
+    assert [judge(rule, spec) for rule in known] == [[]]
+    (found,) = judge(unknown, spec)
+    assert "no figure for" in found.message and (found.measured, found.limit) == pytest.approx((70e-6, 35e-6))
+
+
+def test_rules_that_write_one_minimum_of_coils_do_not_make_the_others_binding(judge):
+    spec = load_text(THICK.format(written="coil_trace_spacing: 250 um"), "thick.yaml")
+    found = {f.key: f for f in judge("SIT103", spec)}
+    assert found["coil.trace_spacing"].severity is Severity.ERROR
+    assert found["coil.trace_width"].severity is Severity.WARNING
+    assert "the profile that yours is based on" in found["coil.trace_width"].message
+    both = load_text(THICK.format(written="coil_trace_spacing: 250 um, coil_rule_binding: true"), "thick.yaml")
+    assert {f.severity for f in judge("SIT103", both)} == {Severity.ERROR}

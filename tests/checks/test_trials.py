@@ -58,7 +58,7 @@ def followed(document):
                 yield finding.rule, changes, [f.message for f in error.findings]
                 continue
             wrong = [rule for rule in errors(after) if errors(after).count(rule) > errors(found).count(rule)]
-            wrong += [f.rule for f in complaints(after) if f.rule == finding.rule]
+            wrong += [f.rule for f in complaints(after) if (f.rule, f.key) == (finding.rule, finding.key)]
             yield finding.rule, changes, wrong
 
 
