@@ -78,21 +78,19 @@ def _is_at_plug(subject: Subject, item: Item) -> bool:
     return tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
 
 
-def _other_connector(subject: Subject) -> str:
+def _other_connector(subject: Subject, left: Left) -> str:
     """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
-    from sitscad.layout import lay_out  # only where copper comes too near the edge
-
     spec, tail = subject.spec, subject.spec.fpc.tail
     assert tail is not None
-    margin = (
-        f"beside its contacts {tail.connector.name} has {um(tail.connector.edge_margin)} of board from their middle"
-    )
+    unseen = " (unverified)" if "edge_margin: unverified" in tail.connector.source else ""
+    have = f"{um(tail.connector.edge_margin)}{unseen}"
+    margin = f"beside its contacts {tail.connector.name} has {have} of board from their middle"
     for name in sorted(names("connector"), key=lambda name: connector(name).edge_margin):
         other = connector(name)
         if other.edge_margin > tail.connector.edge_margin:
             changed = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=other)))
-            layout = lay_out(changed)
-            if not layout.findings and not _near_edge(Subject(changed, layout)):
+            drawn = subject.drawn(changed)
+            if not drawn.layout.findings and not _near_edge(drawn) and not left(changed):
                 return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
     return f"{margin}, and no installed connector has enough: take a fabricator who cuts nearer to copper"
 
@@ -278,18 +276,23 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, item: Item) -> Complaint:
     rules, missing = subject.spec.fpc.rules, um(subject.spec.fpc.rules.copper_to_edge - gap)
     at_plug = _is_at_plug(subject, item)
-    other = subject.once("connector with more edge", lambda: _other_connector(subject)) if at_plug else ""
+    wider = "a wider board, or a smaller coil, gives it room"
     return Complaint(
         f"{what} comes within {um(max(0.0, gap))} of the board's edge; {house(subject, 'copper_to_edge')} asks "
         f"{um(rules.copper_to_edge)}",
-        f"{missing} are missing: {other or 'a wider board, or a smaller coil, gives it room'}",
+        f"{missing} are missing: {'a connector with more board beside its contacts' if at_plug else wider}",
         "fpc.tail.connector" if at_plug else "coil.outer_diameter",
         gap,
         rules.copper_to_edge,
         "m",
         source=source_of(subject, "copper_to_edge"),
         place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
+        advice=(lambda left: f"{missing} are missing: {_connector_with_edge(subject, left)}") if at_plug else None,
     )
+
+
+def _connector_with_edge(subject: Subject, left: Left) -> str:
+    return subject.once("connector with more edge", lambda: _other_connector(subject, left))
 
 
 def _opening_complaint(subject: Subject, item: Trace | Via, gap: float, place: Place) -> Complaint:

@@ -133,7 +133,11 @@ def stack_height(subject: Subject) -> Iterator[Verdict]:
             if passes
             else ""
         ),
-        f"take {show(across - jaw.port_diameter, 'm')} off: {_thinner(subject)}",
+        (
+            f"{show(across - jaw.port_diameter, 'm')} too much: a narrower board, or less height: {_thinner(subject)}"
+            if "board" in section.decided_by
+            else f"take {show(across - jaw.port_diameter, 'm')} off: {_thinner(subject)}"
+        ),
         "mount.standoff",
         across,
         jaw.port_diameter,

@@ -34,7 +34,7 @@ class Trials:
 
     def _left(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...]:
         """What a changed design breaks: the rule itself if it still complains of the same key or could not be applied,
-        and every rule with more errors.
+        others of which the same key is still an error, and every rule with more errors.
         """
         known = next((entry for entry in self._known if entry[0] == changed), None)
         if known is None:
@@ -42,7 +42,8 @@ class Trials:
             self._known.append(known)
         _, complaining, new = known
         is_left = {(finding.rule, finding.key), (finding.rule, None)} & complaining
-        return tuple(sorted({*new, *({finding.rule} if is_left else ())}))
+        same_key = {rule for rule, key in complaining if key == finding.key and self._errors[rule]}
+        return tuple(sorted({*new, *same_key, *({finding.rule} if is_left else ())}))
 
     def _tried(self, changed: SensorSpec) -> tuple[frozenset[_Place], Counter[str]]:
         """Which rules complain of which keys of a changed design (of None: cannot judge it), and those with new errors;
