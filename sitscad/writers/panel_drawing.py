@@ -28,7 +28,7 @@ from sitscad.writers._drawing import (
 from sitscad.writers._fabrication_files import panel_path
 from sitscad.writers._fingerprint import fingerprint, on_drawing, panel_images, shell_line
 from sitscad.writers._pdf import pdf
-from sitscad.writers._sheet import Pen, Sheet
+from sitscad.writers._sheet import Pen, Sheet, text_width
 
 ROOM = (32.0, 46.0, 150.0, 135.0)
 TEXT_WIDTH = 100
@@ -119,11 +119,24 @@ def _bridges(sheet: Sheet, panel: Panel, view: View) -> None:
     x0, _, x1, _ = bounding_box([panel.layout.outline])
     for i, at in enumerate(panel.parts, 1):
         sheet.text(view.x(at.x + (x0 + x1) / 2), view.y(at.y) - 0.8, str(i), 2.2, "middle")
-    for at in panel.coupons:
-        box = bounding_box([panel.coupon.outline]) if panel.coupon is not None else (0.0, 0.0, 0.0, 0.0)
-        is_left = at.x + box[2] < panel.size[0] / 2
-        x, anchor = (at.x + box[2], "start") if is_left else (at.x + box[0], "end")
-        sheet.text(view.x(x) + (1.0 if is_left else -1.0), view.y(at.y) - 0.8, "coupon", 2.2, anchor)
+    _coupon_names(sheet, panel, view)
+
+
+def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
+    """Names beside the coupons; one for both where two find no room between them."""
+    if panel.coupon is None:
+        return
+    box, size = bounding_box([panel.coupon.outline]), 2.2
+    first, last = panel.coupons[0], panel.coupons[-1]
+    y, begin, end = view.y(first.y) - 0.8, view.x(first.x + box[2]) + 1.0, view.x(last.x + box[0]) - 1.0
+    if len(panel.coupons) == 1:
+        sheet.text(begin, y, "coupon", size)
+    elif end - begin > 2.0 * text_width("coupon", size) + 1.0:
+        sheet.text(begin, y, "coupon", size)
+        sheet.text(end, y, "coupon", size, "end")
+    else:
+        fits = text_width("coupons", size) < end - begin
+        sheet.text((begin + end) / 2, y if fits else view.y(first.y + box[1]) - 3.0, "coupons", size, "middle")
 
 
 def _frame(sheet: Sheet, panel: Panel, view: View) -> None:

@@ -23,7 +23,16 @@ from sitscad.readout import ldc1614, registers
 from sitscad.spec import channels, presets
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import PanelSpec
-from sitscad.writers import _contact_sheet, _drawing, board_drawing, drill_map, kicad, order_archive, stackup_drawing
+from sitscad.writers import (
+    _contact_sheet,
+    _drawing,
+    board_drawing,
+    drill_map,
+    kicad,
+    order_archive,
+    panel_drawing,
+    stackup_drawing,
+)
 from sitscad.writers._sheet import Label, Sheet, text_width
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -85,26 +94,31 @@ def test_the_drawing_of_a_real_board_is_legible(rest):
     test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(layout)
 
 
+def assert_legible(sheet):
+    """Texts stay on the sheet and off each other."""
+    width, height = sheet.size
+    boxes = []
+    for item in sheet.items:
+        if isinstance(item, Label):
+            long = text_width(item.text, item.size)
+            back = {"start": 0.0, "middle": long / 2, "end": long}[item.anchor]
+            x, y = item.at
+            box = (x - back, y, x - back + long, y + 0.7 * item.size)
+            if item.angle:
+                box = (x - 0.7 * item.size, y - back, x, y - back + long)
+            boxes.append((box, item.text))
+    for (x0, y0, x1, y1), text in boxes:
+        assert x0 > 5 and x1 < width - 5 and y0 > 5 and y1 < height - 5, text
+    for i, (a, one) in enumerate(boxes):
+        for b, other in boxes[i + 1 :]:
+            apart = a[2] <= b[0] + 0.05 or b[2] <= a[0] + 0.05 or a[3] <= b[1] + 0.05 or b[3] <= a[1] + 0.05
+            assert apart, (one, other)
+
+
 def test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(board):
     drawn = [board_drawing.drawing(board, "x" * 60), stackup_drawing.drawing(board, "x" * 60)]
     for sheet in (*drawn, *filter(None, [_contact_sheet.contact_sheet(board, "x" * 60)])):
-        width, height = sheet.size
-        boxes = []
-        for item in sheet.items:
-            if isinstance(item, Label):
-                long = text_width(item.text, item.size)
-                back = {"start": 0.0, "middle": long / 2, "end": long}[item.anchor]
-                x, y = item.at
-                box = (x - back, y, x - back + long, y + 0.7 * item.size)
-                if item.angle:
-                    box = (x - 0.7 * item.size, y - back, x, y - back + long)
-                boxes.append((box, item.text))
-        for (x0, y0, x1, y1), text in boxes:
-            assert x0 > 5 and x1 < width - 5 and y0 > 5 and y1 < height - 5, text
-        for i, (a, one) in enumerate(boxes):
-            for b, other in boxes[i + 1 :]:
-                apart = a[2] <= b[0] + 0.05 or b[2] <= a[0] + 0.05 or a[3] <= b[1] + 0.05 or b[3] <= a[1] + 0.05
-                assert apart, (one, other)
+        assert_legible(sheet)
 
 
 @pytest.mark.parametrize("rest", REAL.values(), ids=REAL)
@@ -154,6 +168,21 @@ def test_the_title_block_names_the_files_by_their_hash(board):
     digest = hashlib.sha256(b"".join(files[path] for path in named)).hexdigest()[:16]
     for path in (path for path in files if path.endswith((".pdf", "drawing.svg", "stackup.svg"))):
         assert digest.encode() in files[path], path
+
+
+@pytest.mark.parametrize("size", [4, 7, 12])
+@pytest.mark.parametrize("parts", [(1, 1), (1, 4), (2, 2)])
+def test_the_panels_drawing_is_legible_and_tells_where_every_part_lies(size, parts):
+    text = (
+        f"sitscad: 1\nname: x\ncoil: {{shape: circle, outer_diameter: {size}, turns: 5, layers: 2, trace_width: 0.1, "
+        f"trace_spacing: 0.1}}\narray: {{pattern: line, count: 2, pitch: {size + 1}}}\n"
+        f"fpc: {{tail: {{length: 20}}, panel: {{parts: {list(parts)}}}}}\n"
+    )
+    panel = plan(lay_out(load_text(text)))
+    sheet = panel_drawing.drawing(panel, "x" * 60)
+    assert_legible(sheet)
+    labels = {item.text for item in sheet.items if isinstance(item, Label)}
+    assert {_drawing.mm(x) for at in (*panel.parts, *panel.coupons) for x in at} <= labels
 
 
 @pytest.mark.parametrize("wish", ["none", "always"])
