@@ -349,7 +349,7 @@ def _more_copper(subject: Subject, factor: float, left: Left) -> str:
     if not any(families):
         return "no more of either fit into this outline: a larger coil or a finer pitch"
     vain = in_vain((change for changes in families for change in changes), left)
-    return f"neither does in this outline, a larger coil or a finer pitch may (tried in vain: {vain})"
+    return f"in this outline more of them do not mend it (tried in vain: {vain}); a larger coil or a finer pitch may"
 
 
 def _larger_capacitor(changes: list[Change], now: float, left: Left) -> str:
