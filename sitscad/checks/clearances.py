@@ -203,7 +203,11 @@ def _hint_for_room(subject: Subject, finding: Finding, left: Left) -> str:
         return hint
     fewer = (change for change in fewer_turns(spec, spec.coil.turns, MOST_STEPS) if inner_vias_fit(change.spec))
     found = first_that_mends(islice(fewer, 2), left)
-    return hint if found is None else f"{found.words} leaves room for them (it was tried); or {hint}"
+    if found is None:
+        return hint
+    return (
+        f"{found.words} leaves room for them (it was tried); or {hint.replace('take fewer turns, fewer', 'take fewer')}"
+    )
 
 
 # ----------------------------------------------------------------------------------------------------------- distances

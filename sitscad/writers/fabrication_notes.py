@@ -29,7 +29,7 @@ from sitscad.writers._flex_facts import bend_text, finish_text, laminate_text, t
 TEXT_WIDTH = 100
 
 
-def render(layout: Layout, panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
+def render(layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
     """The readme for the fabricator by its path in the package; ``panel`` is what it is ordered in, if any; ``files``
     has the images whose fingerprint it states.
     """
