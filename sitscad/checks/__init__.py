@@ -10,8 +10,10 @@ from sitscad.checks.drawn_form import DRAWN_FORM_RULES
 from sitscad.checks.electrical import ELECTRICAL_RULES
 from sitscad.checks.fabrication import FABRICATION_RULES
 from sitscad.checks.fit import FIT_RULES
+from sitscad.checks.room import ROOM_RULES
 from sitscad.checks.rules import Outcome, Rule, Subject, outcomes
 from sitscad.checks.timing import TIMING_RULES
+from sitscad.checks.track_lines import TRACK_RULES
 from sitscad.checks.transduction import TRANSDUCTION_RULES
 from sitscad.checks.trials import Trials
 from sitscad.finding import Finding, NotChecked, Severity
@@ -31,8 +33,8 @@ _LOADING = tuple(
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
 _TABLES = (
-    _LOADING, FABRICATION_RULES, CLEARANCE_RULES, DRAWN_FORM_RULES, BEND_RULES, ELECTRICAL_RULES, TIMING_RULES,
-    FIT_RULES, TRANSDUCTION_RULES,
+    _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, ROOM_RULES, DRAWN_FORM_RULES, BEND_RULES,
+    ELECTRICAL_RULES, TIMING_RULES, FIT_RULES, TRANSDUCTION_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))

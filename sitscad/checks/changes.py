@@ -151,3 +151,24 @@ def scans(spec: SensorSpec, rate: float) -> Iterator[Change]:
     """So many scans a second (Hz)."""
     readout = replace(spec.readout, scan_rate=rate)
     yield Change(f"readout.scan_rate: {show(rate, 'Hz', 6)}", replace(spec, readout=readout))
+
+
+def more_copper(spec: SensorSpec, factor: float, left: Left) -> str:
+    """More turns or layers that mend a finding, in words, found by trying those that grow the coil by that factor."""
+    families = [list(more_turns(spec, factor)), list(more_layers(spec, factor))]
+    found = [change for change in (first_that_mends(changes, left) for changes in families) if change]
+    if found:
+        return f"{named(found)} mends it (it was tried)"
+    if not any(families):
+        return "no more of either fit into this outline: a larger coil or a finer pitch"
+    vain = in_vain((change for changes in families for change in changes), left)
+    return f"in this outline more of them do not mend it (tried in vain: {vain}); a larger coil or a finer pitch may"
+
+
+def larger_capacitor(changes: list[Change], now: float, left: Left) -> str:
+    """The first of some capacitors that mends a finding, in words, instead of the one of now (F)."""
+    found = first_that_mends(changes, left)
+    if found is not None:
+        return f"{found.words} instead of {show(now, 'F', 3)} (it was tried), or more turns"
+    vain = f" (tried in vain: {in_vain(changes, left)})" if changes else ""
+    return f"more turns or layers, or a larger coil; a larger capacitor alone does not do{vain}"

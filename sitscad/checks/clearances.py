@@ -1,14 +1,13 @@
-"""SIT107 to SIT110, SIT112 to SIT115, SIT118, SIT119: copper, holes and openings as drawn, and what found no room."""
+"""SIT107 to SIT110, SIT114 and SIT115: copper, holes and openings as drawn, and how near they come to each other."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, islice, pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
-from sitscad.checks.changes import fail, fewer_turns, first_that_mends
 from sitscad.checks.copper import (
     Copper,
     Item,
@@ -21,17 +20,12 @@ from sitscad.checks.copper import (
 )
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
-from sitscad.finding import Finding, Place, Severity
+from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.advice import remedy
 from sitscad.layout.board import Pad, Role, Trace, Via
-from sitscad.layout.remedies import inner_vias_fit
 from sitscad.layout.teardrops import Teardrop
 from sitscad.spec.presets import connector, names
 from sitscad.units import show
-
-MOST_STEPS = 16
-"""Parts of a turn less that are tried to make room inside."""
 
 ALLOWED_SHORTFALL = 1e-6
 """What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
@@ -168,46 +162,6 @@ def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
                 yield _opening_complaint(
                     subject, item, gap, Place(float(point[0]), float(point[1]), number, (item.net,))
                 )
-
-
-def no_room(rule: str) -> Callable[[Subject], Iterator[Verdict]]:
-    """What the layout itself reported under one rule: it says what found no room, and how much is missing."""
-
-    def reported(subject: Subject) -> Iterator[Verdict]:
-        return (_advised(subject, finding) for finding in subject.layout.findings if finding.rule == rule)
-
-    return reported
-
-
-def _advised(subject: Subject, finding: Finding) -> Complaint:
-    """The layout's finding; what it advises made room, and is held against all other rules too."""
-    return Complaint(
-        finding.message,
-        finding.hint,
-        finding.key,
-        finding.measured,
-        finding.limit,
-        finding.unit,
-        finding.severity,
-        finding.source,
-        finding.place,
-        advice=lambda left: _hint_for_room(subject, finding, left),
-    )
-
-
-def _hint_for_room(subject: Subject, finding: Finding, left: Left) -> str:
-    changed, spec = remedy(subject.spec, finding), subject.spec
-    broken = left(changed) if changed is not None else ()
-    hint = finding.hint.replace("(it was tried)", f"(tried, but {fail(broken)} then)") if broken else finding.hint
-    if finding.rule != "SIT112":
-        return hint
-    fewer = (change for change in fewer_turns(spec, spec.coil.turns, MOST_STEPS) if inner_vias_fit(change.spec))
-    found = first_that_mends(islice(fewer, 2), left)
-    if found is None:
-        return hint
-    return (
-        f"{found.words} leaves room for them (it was tried); or {hint.replace('take fewer turns, fewer', 'take fewer')}"
-    )
 
 
 # ----------------------------------------------------------------------------------------------------------- distances
@@ -367,63 +321,44 @@ def _net(near: Nearness) -> str:
     return via.net
 
 
-def _rule(
+def drawn_rule(
     number: int, name: str, texts: Iterable[str], source: str, apply: Callable[[Subject], Iterable[Verdict]]
 ) -> Rule:
+    """A rule about what is drawn, always an error: its number, name, the texts (summary, why, how to mend), source."""
     summary, why, mend = texts
     return Rule(f"SIT{number}", name, Severity.ERROR, summary, why, mend, source, (), apply)
 
 
 CLEARANCE_RULES: tuple[Rule, ...] = (
-    _rule(107, "via-clearance", (
+    drawn_rule(107, "via-clearance", (
         "Every via pad keeps the fabricator's spacing from copper that does not join it there.",
         "A through via has its pad on every layer: one that stands on a turn shorts it to the other layers, inside one "
         "net, where neither netlist nor electrical test can see it.",
         "Make room inside the innermost turn: fewer turns, a narrower pitch, a larger coil, or a finer fabricator.",
     ), FABRICATOR, via_clearance),
-    _rule(108, "copper-spacing", (
+    drawn_rule(108, "copper-spacing", (
         "All tracks and contacts as drawn keep the fabricator's spacing, turn to turn of one coil included.",
         "KiCad's own checker does not look at gaps within one net, and a coil is one net.",
         "Widen the spacing, wind fewer turns, or give the leads more room (a larger pitch of the coils).",
     ), FABRICATOR, copper_spacing),
-    _rule(109, "copper-to-edge", (
+    drawn_rule(109, "copper-to-edge", (
         "Copper stays the fabricator's distance inside the board's outline.",
         "Copper nearer to the cut is laid bare by it, and in the jaw no bare copper may touch tissue.",
         "Widen the board or make the coil smaller.",
     ), FABRICATOR, copper_to_edge),
-    _rule(110, "drill-to-copper", (
+    drawn_rule(110, "drill-to-copper", (
         "Holes keep the fabricator's distance from copper that is not theirs, on every layer.",
         "The drill wanders and the layers are not in register: a hole that grazes a track is plated to it.",
         "Give the via more room.",
     ), FABRICATOR, drill_to_copper),
-    _rule(112, "inner-via-room", (
-        "The innermost turn leaves room for the vias that join the layers inside it.",
-        "One inner via needs about a pad and two spacings, two need about two pads and three spacings.",
-        "Wind fewer turns, make the pitch narrower or the coil larger, or use fewer layers.",
-    ), "geometry; " + FABRICATOR, no_room("SIT112")),
-    _rule(113, "lead-room", (
-        "Every lead, stub and outer via found its place between and beside the coils.",
-        "What found no room is missing in the layout; the finding says how much is missing.",
-        "Follow the finding: it names the missing length, mostly in array.pitch.",
-    ), "geometry; " + FABRICATOR, no_room("SIT113")),
-    _rule(114, "coverlay-web", (
+    drawn_rule(114, "coverlay-web", (
         "Between two openings, and between one and the board's edge, the coverlay keeps the fabricator's web.",
         "A narrower strip of coverlay tears, or comes off.",
         "Join the openings, move the contacts apart, or give them more board beside them.",
     ), FABRICATOR, coverlay_web),
-    _rule(115, "coverlay-opening", (
+    drawn_rule(115, "coverlay-opening", (
         "Copper that must stay covered keeps its distance from every opening of the coverlay.",
         "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare.",
         "Move the track, or lengthen the tail.",
     ), FABRICATOR, coverlay_opening),
-    _rule(118, "array-not-routed", (
-        "Coils that do not stand in one line have two copper layers in the tail for their pairs.",
-        "Without them the coils are laid out and estimated, but not led to contacts: such a board is no use.",
-        "Give the tail two layers, or take pattern single or line.",
-    ), "README, Limits", no_room("SIT118")),
-    _rule(119, "tail-room", (
-        "On their way to the contacts the tracks of different coils keep the fabricator's spacing.",
-        "Many coils on a narrow connector or a short tail leave no room for their tracks and vias.",
-        "Take a connector of wider pitch, fewer coils, or a longer tail.",
-    ), "geometry; " + FABRICATOR, no_room("SIT119")),
 )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.checks.changes import Change, capacitor, first_that_mends, in_vain, more_layers, more_turns, named
+from sitscad.checks.changes import capacitor, larger_capacitor, more_copper
 from sitscad.checks.readings import (
     Reading,
     failed_states,
@@ -22,7 +22,7 @@ from sitscad.checks.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.readout import ldc1614
 from sitscad.units import show
@@ -52,8 +52,8 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
         "H",
         sigma=sigmas_between(worst, floor),
         advice=lambda left: (
-            f"inductance grows with the square of turns and layers: {_more_copper(subject, growth**0.5, left)}; more "
-            "distance from target and jaw takes less of it away"
+            f"inductance grows with the square of turns and layers: {more_copper(subject.spec, growth**0.5, left)}; "
+            "more distance from target and jaw takes less of it away"
         ),
     )
 
@@ -80,7 +80,7 @@ def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
             high,
             "Hz",
             sigma=sigmas_between(worst, high),
-            advice=lambda left: _larger_capacitor(larger, now, left),
+            advice=lambda left: larger_capacitor(larger, now, left),
         )
     else:
         hint = "the next larger capacitor of the series, or one of a closer tolerance"
@@ -135,7 +135,7 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
         sigma=sigmas_between(worst, asked),
         advice=lambda left: (
             "R_P = (omega L)^2 / R grows with about the cube of turns and layers: "
-            f"{_more_copper(subject, growth, left)}; {_distance_advice(subject, worst)}"
+            f"{more_copper(subject.spec, growth, left)}; {_distance_advice(subject, worst)}"
         ),
     )
 
@@ -338,26 +338,6 @@ def tank_capacitor(subject: Subject) -> Iterator[Verdict]:
 
 
 # -------------------------------------------------------------------------------------------------------------- advice
-
-
-def _more_copper(subject: Subject, factor: float, left: Left) -> str:
-    """More turns or layers that mend a finding, found by trying those that grow the coil by that factor and more."""
-    families = [list(more_turns(subject.spec, factor)), list(more_layers(subject.spec, factor))]
-    found = [change for change in (first_that_mends(changes, left) for changes in families) if change]
-    if found:
-        return f"{named(found)} mends it (it was tried)"
-    if not any(families):
-        return "no more of either fit into this outline: a larger coil or a finer pitch"
-    vain = in_vain((change for changes in families for change in changes), left)
-    return f"in this outline more of them do not mend it (tried in vain: {vain}); a larger coil or a finer pitch may"
-
-
-def _larger_capacitor(changes: list[Change], now: float, left: Left) -> str:
-    found = first_that_mends(changes, left)
-    if found is not None:
-        return f"{found.words} instead of {show(now, 'F', 3)} (it was tried), or more turns"
-    vain = f" (tried in vain: {in_vain(changes, left)})" if changes else ""
-    return f"more turns or layers, or a larger coil; a larger capacitor alone does not do{vain}"
 
 
 def _distance_advice(subject: Subject, worst: Reading) -> str:
