@@ -10,9 +10,12 @@ from sitscad.checks.drawn_form import DRAWN_FORM_RULES
 from sitscad.checks.electrical import ELECTRICAL_RULES
 from sitscad.checks.fabrication import FABRICATION_RULES
 from sitscad.checks.fit import FIT_RULES
-from sitscad.checks.rules import Rule, Subject, apply_rule
+from sitscad.checks.room import ROOM_RULES
+from sitscad.checks.rules import Outcome, Rule, Subject, outcomes
 from sitscad.checks.timing import TIMING_RULES
+from sitscad.checks.track_lines import TRACK_RULES
 from sitscad.checks.transduction import TRANSDUCTION_RULES
+from sitscad.checks.trials import Trials
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.layout.board import Layout
 from sitscad.record import record
@@ -30,8 +33,8 @@ _LOADING = tuple(
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
 _TABLES = (
-    _LOADING, FABRICATION_RULES, CLEARANCE_RULES, DRAWN_FORM_RULES, BEND_RULES, ELECTRICAL_RULES, TIMING_RULES,
-    FIT_RULES, TRANSDUCTION_RULES,
+    _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, ROOM_RULES, DRAWN_FORM_RULES, BEND_RULES,
+    ELECTRICAL_RULES, TIMING_RULES, FIT_RULES, TRANSDUCTION_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))
@@ -55,16 +58,18 @@ def check(spec: SensorSpec, layout: Layout | None = None, estimates: Estimates |
     """Apply every rule to a design.
 
     The spec is laid out and estimated here unless `layout` and `estimates` are given. Nothing of CAD is imported. The
-    result is the same whatever the order of the rules: findings are sorted by rule, line, column and message.
+    result is the same whatever the order of the rules: findings are sorted by rule, line, column and message. Where a
+    hint names what mends a finding, the changed design was laid out, estimated and checked.
     """
     subject = Subject(spec, layout, estimates)
-    findings: list[Finding] = []
+    said: list[Outcome] = []
     not_checked: list[NotChecked] = []
     for rule in RULES:
-        if rule.apply is not None:
-            found, undecided = apply_rule(rule, subject)
-            findings += found
-            not_checked += [reason for reason in undecided if reason not in not_checked]
+        found, undecided = outcomes(rule, subject)
+        said += found
+        not_checked += [reason for reason in undecided if reason not in not_checked]
+    trials = Trials(subject, RULES, said)
+    findings = [trials.advised(outcome) for outcome in said]
     return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked))
 
 

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from sitscad.checks.changes import fail
 from sitscad.checks.fabrication import ROUNDING, house, source_of
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import longest_straight, unfit_for_bending
@@ -66,7 +67,7 @@ def _too_short(subject: Subject) -> Iterator[Complaint]:
         message += f" at the radius of {ratio:g} thicknesses that {house(subject, field)} asks"
     yield Complaint(
         message,
-        "bend the tail there and nowhere else" if fits else _longer(subject),
+        "bend the tail there and nowhere else" if fits else NO_ROOM,
         "fpc.tail.bend" if fits else "fpc.tail.length",
         straight.length,
         needed,
@@ -74,14 +75,22 @@ def _too_short(subject: Subject) -> Iterator[Complaint]:
         Severity.NOTE if fits else Severity.WARNING,
         source_of(subject, figure[0]) if figure and not fits else None,
         place=straight.unfit and replace(straight.unfit, x=straight.start),
+        advice=None if fits else lambda left: _longer(subject, left),
     )
 
 
-def _longer(subject: Subject) -> str:
-    length = _length_that_does(subject)
-    if length is None:
-        return "lengthen the tail, or fpc.tail.bend: none"
-    return f"fpc.tail.length: {length * 1e3:.1f} mm is long enough (it was tried), or fpc.tail.bend: none"
+NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
+
+
+def _longer(subject: Subject, left: Left) -> str:
+    length, tail = _length_that_does(subject), subject.spec.fpc.tail
+    if length is None or tail is None:
+        return NO_ROOM
+    words = f"fpc.tail.length: {length * 1e3:.1f} mm is long enough"
+    longer = replace(subject.spec, fpc=replace(subject.spec.fpc, tail=replace(tail, length=length)))
+    broken = left(longer)
+    tried = f"tried, but {fail(broken)} then" if broken else "it was tried"
+    return f"{words} ({tried}), or fpc.tail.bend: none"
 
 
 def _length_that_does(subject: Subject) -> float | None:
@@ -99,7 +108,7 @@ def _length_that_does(subject: Subject) -> float | None:
         if length > LONGEST:
             return None
         longer = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, length=length)))
-        shorter = Subject(longer, lay_out(longer))
+        shorter = Subject(longer, lay_out(longer, advised=False))
         if _fits(shorter):
             return length
     return None

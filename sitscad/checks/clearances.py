@@ -1,4 +1,4 @@
-"""SIT107 to SIT110, SIT112 to SIT115, SIT118, SIT119: copper, holes and openings as drawn, and what found no room."""
+"""SIT107 to SIT110, SIT114 and SIT115: copper, holes and openings as drawn, and how near they come to each other."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from sitscad.checks.copper import (
     drill_nearness,
     too_near,
 )
-from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
+from sitscad.checks.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Trace, Via
@@ -72,21 +72,19 @@ def _is_at_plug(subject: Subject, item: Item) -> bool:
     return tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
 
 
-def _other_connector(subject: Subject) -> str:
+def _other_connector(subject: Subject, left: Left) -> str:
     """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
-    from sitscad.layout import lay_out  # only where copper comes too near the edge
-
     spec, tail = subject.spec, subject.spec.fpc.tail
     assert tail is not None
-    margin = (
-        f"beside its contacts {tail.connector.name} has {um(tail.connector.edge_margin)} of board from their middle"
-    )
+    unseen = " (unverified)" if "edge_margin: unverified" in tail.connector.source else ""
+    have = f"{um(tail.connector.edge_margin)}{unseen}"
+    margin = f"beside its contacts {tail.connector.name} has {have} of board from their middle"
     for name in sorted(names("connector"), key=lambda name: connector(name).edge_margin):
         other = connector(name)
         if other.edge_margin > tail.connector.edge_margin:
             changed = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=other)))
-            layout = lay_out(changed)
-            if not layout.findings and not _near_edge(Subject(changed, layout)):
+            drawn = subject.drawn(changed)
+            if not drawn.layout.findings and not _near_edge(drawn) and not left(changed):
                 return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
     return f"{margin}, and no installed connector has enough: take a fabricator who cuts nearer to copper"
 
@@ -166,15 +164,6 @@ def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
                 )
 
 
-def no_room(rule: str) -> Callable[[Subject], Iterator[Verdict]]:
-    """What the layout itself reported under one rule: it says what found no room, and how much is missing."""
-
-    def reported(subject: Subject) -> Iterator[Verdict]:
-        return (finding for finding in subject.layout.findings if finding.rule == rule)
-
-    return reported
-
-
 # ----------------------------------------------------------------------------------------------------------- distances
 
 
@@ -245,18 +234,23 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, item: Item) -> Complaint:
     rules, missing = subject.spec.fpc.rules, um(subject.spec.fpc.rules.copper_to_edge - gap)
     at_plug = _is_at_plug(subject, item)
-    other = subject.once("connector with more edge", lambda: _other_connector(subject)) if at_plug else ""
+    wider = "a wider board, or a smaller coil, gives it room"
     return Complaint(
         f"{what} comes within {um(max(0.0, gap))} of the board's edge; {house(subject, 'copper_to_edge')} asks "
         f"{um(rules.copper_to_edge)}",
-        f"{missing} are missing: {other or 'a wider board, or a smaller coil, gives it room'}",
+        f"{missing} are missing: {'a connector with more board beside its contacts' if at_plug else wider}",
         "fpc.tail.connector" if at_plug else "coil.outer_diameter",
         gap,
         rules.copper_to_edge,
         "m",
         source=source_of(subject, "copper_to_edge"),
         place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
+        advice=(lambda left: f"{missing} are missing: {_connector_with_edge(subject, left)}") if at_plug else None,
     )
+
+
+def _connector_with_edge(subject: Subject, left: Left) -> str:
+    return subject.once("connector with more edge", lambda: _other_connector(subject, left))
 
 
 def _opening_complaint(subject: Subject, item: Trace | Via, gap: float, place: Place) -> Complaint:
@@ -290,14 +284,15 @@ def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) 
     names = name_of(near.one), name_of(near.other)
     what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
     more = f" (and in {places - 1} more)" if places > 1 else ""
+    who, source = gap_asked_by(subject, asked)
     return Complaint(
-        f"{what} {how} on layer {near.layer}{more}; {house(subject, 'trace_spacing')} asks {um(asked)}",
+        f"{what} {how} on layer {near.layer}{more}; {who} asks {um(asked)}",
         f"{um(asked - near.gap)} are missing: fewer turns, a narrower pitch or a larger coil give the room",
         key,
         near.gap,
         asked,
         "m",
-        source=source_of(subject, "trace_spacing"),
+        source=source,
         place=Place(near.x, near.y, near.layer, near.nets),
     )
 
@@ -326,63 +321,44 @@ def _net(near: Nearness) -> str:
     return via.net
 
 
-def _rule(
+def drawn_rule(
     number: int, name: str, texts: Iterable[str], source: str, apply: Callable[[Subject], Iterable[Verdict]]
 ) -> Rule:
+    """A rule about what is drawn, always an error: its number, name, the texts (summary, why, how to mend), source."""
     summary, why, mend = texts
     return Rule(f"SIT{number}", name, Severity.ERROR, summary, why, mend, source, (), apply)
 
 
 CLEARANCE_RULES: tuple[Rule, ...] = (
-    _rule(107, "via-clearance", (
+    drawn_rule(107, "via-clearance", (
         "Every via pad keeps the fabricator's spacing from copper that does not join it there.",
         "A through via has its pad on every layer: one that stands on a turn shorts it to the other layers, inside one "
         "net, where neither netlist nor electrical test can see it.",
         "Make room inside the innermost turn: fewer turns, a narrower pitch, a larger coil, or a finer fabricator.",
     ), FABRICATOR, via_clearance),
-    _rule(108, "copper-spacing", (
+    drawn_rule(108, "copper-spacing", (
         "All tracks and contacts as drawn keep the fabricator's spacing, turn to turn of one coil included.",
         "KiCad's own checker does not look at gaps within one net, and a coil is one net.",
         "Widen the spacing, wind fewer turns, or give the leads more room (a larger pitch of the coils).",
     ), FABRICATOR, copper_spacing),
-    _rule(109, "copper-to-edge", (
+    drawn_rule(109, "copper-to-edge", (
         "Copper stays the fabricator's distance inside the board's outline.",
         "Copper nearer to the cut is laid bare by it, and in the jaw no bare copper may touch tissue.",
         "Widen the board or make the coil smaller.",
     ), FABRICATOR, copper_to_edge),
-    _rule(110, "drill-to-copper", (
+    drawn_rule(110, "drill-to-copper", (
         "Holes keep the fabricator's distance from copper that is not theirs, on every layer.",
         "The drill wanders and the layers are not in register: a hole that grazes a track is plated to it.",
         "Give the via more room.",
     ), FABRICATOR, drill_to_copper),
-    _rule(112, "inner-via-room", (
-        "The innermost turn leaves room for the vias that join the layers inside it.",
-        "One inner via needs about a pad and two spacings, two need about two pads and three spacings.",
-        "Wind fewer turns, make the pitch narrower or the coil larger, or use fewer layers.",
-    ), "geometry; " + FABRICATOR, no_room("SIT112")),
-    _rule(113, "lead-room", (
-        "Every lead, stub and outer via found its place between and beside the coils.",
-        "What found no room is missing in the layout; the finding says how much is missing.",
-        "Follow the finding: it names the missing length, mostly in array.pitch.",
-    ), "geometry; " + FABRICATOR, no_room("SIT113")),
-    _rule(114, "coverlay-web", (
+    drawn_rule(114, "coverlay-web", (
         "Between two openings, and between one and the board's edge, the coverlay keeps the fabricator's web.",
         "A narrower strip of coverlay tears, or comes off.",
         "Join the openings, move the contacts apart, or give them more board beside them.",
     ), FABRICATOR, coverlay_web),
-    _rule(115, "coverlay-opening", (
+    drawn_rule(115, "coverlay-opening", (
         "Copper that must stay covered keeps its distance from every opening of the coverlay.",
         "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare.",
         "Move the track, or lengthen the tail.",
     ), FABRICATOR, coverlay_opening),
-    _rule(118, "array-not-routed", (
-        "Coils that do not stand in one line have two copper layers in the tail for their pairs.",
-        "Without them the coils are laid out and estimated, but not led to contacts: such a board is no use.",
-        "Give the tail two layers, or take pattern single or line.",
-    ), "README, Limits", no_room("SIT118")),
-    _rule(119, "tail-room", (
-        "On their way to the contacts the tracks of different coils keep the fabricator's spacing.",
-        "Many coils on a narrow connector or a short tail leave no room for their tracks and vias.",
-        "Take a connector of wider pitch, fewer coils, or a longer tail.",
-    ), "geometry; " + FABRICATOR, no_room("SIT119")),
 )  # fmt: skip

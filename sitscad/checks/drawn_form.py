@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
 
 import numpy as np
 
+from sitscad.checks.changes import Change, first_that_mends, other_ends
 from sitscad.checks.clearances import ALLOWED_SHORTFALL, copper_in, name_of
 from sitscad.checks.copper import Copper, conductor_notches
-from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, plug_mark, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.fabrication import FABRICATOR, ROUNDING, gap_asked_by, plug_mark, um
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.checks.track_graph import TrackGraph, closed_loops, loose_ends, open_nets
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats
@@ -20,6 +22,9 @@ from sitscad.layout.thickness import Where, finished_thickness
 ACUTE = math.radians(59.9)
 """Legs that part at less than this angle (rad) make a wedge in which etchant stays (unverified: workshop practice). Our
 own stubs meet their spirals at 75 degrees and more."""
+
+MOST_DRAWN = 2
+"""So many boards that are drawn otherwise are held against all rules."""
 
 _SAME_PLACE = 1e-8
 
@@ -37,12 +42,13 @@ def acute_angle(subject: Subject) -> Iterator[Verdict]:
         what = f"two legs of {name_of(a)}" if a is b else f"{name_of(a)} and {name_of(b)}"
         yield Complaint(
             f"{what} meet at {math.degrees(angle):.3g} degrees on layer {copper.layer[one]}",
-            "part them at 60 degrees or more, better at a right angle, or round the corner",
+            f"{DRAWN}: {OTHERWISE}",
             "coil",
             math.degrees(angle),
             math.degrees(ACUTE),
             "degrees",
             place=Place(float(point[0]), float(point[1]), int(copper.layer[one]), (a.net,)),
+            advice=lambda left: _drawn_otherwise(subject, acute_angle, left),
         )
 
 
@@ -50,21 +56,39 @@ def sliver(subject: Subject) -> Iterator[Verdict]:
     """Gaps between parts of one conductor that turns back on itself, narrower than the fabricator's spacing."""
     rules = subject.spec.fpc.rules
     asked = min(rules.trace_spacing, subject.spec.coil.trace_spacing)
+    who, source = gap_asked_by(subject, asked)
     for near in conductor_notches(copper_in(subject), asked - ALLOWED_SHORTFALL):
         a, b = name_of(near.one), name_of(near.other)
         what = f"two parts of {a}" if near.one is near.other else f"{a} and {b}"
         yield Complaint(
-            f"{what} leave a notch of {um(near.gap)} between them on layer {near.layer}; "
-            f"{house(subject, 'trace_spacing')} asks {um(asked)}",
+            f"{what} leave a notch of {um(near.gap)} between them on layer {near.layer}; {who} asks {um(asked)}",
             f"{um(asked - near.gap)} are missing: a gap this narrow is not etched through, or leaves a strip of resist "
-            "that comes off; turn the track in a wider bend",
+            f"that comes off; {DRAWN}: {OTHERWISE}",
             "coil",
             near.gap,
             asked,
             "m",
-            source=source_of(subject, "trace_spacing"),
+            source=source,
             place=Place(near.x, near.y, near.layer, (near.one.net,)),
+            advice=lambda left: _drawn_otherwise(subject, sliver, left),
         )
+
+
+DRAWN = "the layout drew this, it is no fault of the spec"
+OTHERWISE = "another coil.start_angle, or part of a turn more or less, makes it draw the leads otherwise"
+
+
+def _drawn_otherwise(subject: Subject, rule: Callable[[Subject], Iterable[Verdict]], left: Left) -> str:
+    """Which start angle or number of turns makes the layout draw something else, found by drawing it."""
+
+    def search() -> Change | None:
+        changes = (change for change in other_ends(subject.spec) if not list(rule(subject.drawn(change.spec))))
+        return first_that_mends(islice(changes, MOST_DRAWN), left)
+
+    found = subject.once(f"{rule.__name__} drawn otherwise", search)
+    if found is None:
+        return f"{DRAWN}: {OTHERWISE}; the board works as it is, only its yield is lower"
+    return f"{DRAWN}: {found.words} makes it draw the leads otherwise (it was tried)"
 
 
 def shorted_turn(subject: Subject) -> Iterator[Verdict]:
@@ -80,7 +104,7 @@ def shorted_turn(subject: Subject) -> Iterator[Verdict]:
             )
         yield Complaint(
             message,
-            "open the loop: the current induced in it takes away inductance and quality",
+            "open the loop: the current induced in it takes inductance and quality; tell us if the layout drew it",
             "coil",
             place=Place(*loop.place, loop.layer, loop.nets),
         )
@@ -174,14 +198,14 @@ DRAWN_FORM_RULES: tuple[Rule, ...] = (
         "SIT120", "acute-angle", Severity.WARNING,
         "Tracks part at 60 degrees or more, but under a pad.",
         "Etchant stays in an acute corner and eats the track there; the corner itself starts a crack when it is bent.",
-        "Turn the track in two corners of 45 degrees, or round it.",
+        "The layout draws the leads: another start angle or part of a turn makes it draw them otherwise.",
         "IPC-2221, 5.3 (unverified: quoted from memory)", apply=acute_angle,
     ),
     Rule(
         "SIT121", "sliver", Severity.WARNING,
         "Where one conductor turns back on itself the gap is as wide as the fabricator's spacing, also near the turn.",
         "A strip of resist as narrow as that lifts off and shorts another place; or the gap is not etched through.",
-        "Turn the track in a wider bend.",
+        "The layout draws the leads: another start angle or part of a turn makes it draw them otherwise.",
         FABRICATOR, apply=sliver,
     ),
     Rule(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from sitscad.checks.changes import capacitor, larger_capacitor, more_copper
 from sitscad.checks.readings import (
     Reading,
     failed_states,
@@ -43,13 +44,17 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
         f"the inductance of {where(worst)} is "
         f"{show(worst.value, 'H')}{other_states(subject, worst, 'inductance', 'H')}; below {show(floor, 'H')} the "
         f"converter cannot measure it{in_sigmas(worst, floor, 'H')}",
-        f"inductance grows with the square of turns and layers: {_layers(subject, growth**0.5)} layers, "
-        f"{_turns(subject, growth**0.5)}, a larger coil, or more distance from target and jaw",
+        "inductance grows with the square of turns and layers: more of them, a larger coil, or more distance from "
+        "target and jaw",
         "coil.turns",
         worst.value,
         floor,
         "H",
         sigma=sigmas_between(worst, floor),
+        advice=lambda left: (
+            f"inductance grows with the square of turns and layers: {more_copper(subject.spec, growth**0.5, left)}; "
+            "more distance from target and jaw takes less of it away"
+        ),
     )
 
 
@@ -59,19 +64,23 @@ def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
     yield from undecided(subject, "frequency")
     worst = worst_of(subject, "frequency", max)
     if worst is not None and worst.value > high:
+        from sitscad.estimates.tank import preferred_values  # only where a tank is too fast
+
         now = subject.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in subject.estimates.coils if coil.name == worst.coil)
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
+        larger = list(capacitor(subject.spec, [value for value in preferred_values() if value >= wanted][:3]))
         yield Complaint(
             f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}"
             f"{other_states(subject, worst, 'frequency', 'Hz')}; the converter stops at {show(high, 'Hz')}"
             f"{in_sigmas(worst, high, 'Hz')}",
-            f"a larger capacitor, about {show(wanted, 'F', 2)} instead of {show(now, 'F', 3)}, or more turns",
+            "a larger capacitor, or more turns",
             "readout.capacitance",
             worst.value,
             high,
             "Hz",
             sigma=sigmas_between(worst, high),
+            advice=lambda left: larger_capacitor(larger, now, left),
         )
     else:
         hint = "the next larger capacitor of the series, or one of a closer tolerance"
@@ -115,8 +124,8 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
         f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}"
         f"{other_states(subject, worst, 'parallel_resistance', 'ohm')}; {why}"
         f"{in_sigmas(worst, asked, 'ohm')}",
-        f"R_P = (omega L)^2 / R grows with about the cube of turns and layers: try {_layers(subject, growth)} layers, "
-        f"or {_turns(subject, growth)}; {_distance_advice(subject, worst)}",
+        f"R_P = (omega L)^2 / R grows with about the cube of turns and layers: more of them, a larger coil or a finer "
+        f"pitch; {_distance_advice(subject, worst)}",
         "coil.layers",
         worst.value,
         asked,
@@ -124,6 +133,10 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
         Severity.ERROR if is_error else Severity.WARNING,
         ldc1614.limits()[floor_name if is_error else "parallel_resistance_min"].source,
         sigma=sigmas_between(worst, asked),
+        advice=lambda left: (
+            "R_P = (omega L)^2 / R grows with about the cube of turns and layers: "
+            f"{more_copper(subject.spec, growth, left)}; {_distance_advice(subject, worst)}"
+        ),
     )
 
 
@@ -263,8 +276,8 @@ def quality_factor(subject: Subject) -> Iterator[Verdict]:
     if worst is not None and worst.value < floor:
         yield Complaint(
             f"the quality factor of {where(worst)} is "
-            f"{worst.value:.3g}{other_states(subject, worst, 'quality_factor', '')}; below {floor:g} the frequency "
-            "follows the losses as well as the inductance",
+            f"{worst.value:.3g}{other_states(subject, worst, 'quality_factor', '')}; below {floor:g} (a rule of "
+            "thumb, unverified) the frequency follows the losses as well as the inductance",
             f"a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; "
             f"{_distance_advice(subject, worst)}",
             "coil.trace_width",
@@ -327,26 +340,11 @@ def tank_capacitor(subject: Subject) -> Iterator[Verdict]:
 # -------------------------------------------------------------------------------------------------------------- advice
 
 
-def _turns(subject: Subject, factor: float) -> str:
-    """The turns a layer that grow the coil by that factor, or that they do not fit."""
-    coil = subject.spec.coil
-    wanted = math.ceil(4.0 * coil.turns * factor - 1e-9) / 4.0
-    most = math.floor(4.0 * (coil.outer_diameter / 2.0 - coil.trace_width) / coil.pitch) / 4.0
-    if wanted > most:
-        return f"a larger coil or a finer pitch (the {wanted:g} turns a layer that it takes do not fit)"
-    return f"about {wanted:g} turns a layer"
-
-
-def _layers(subject: Subject, factor: float) -> int:
-    """An even number of layers, more than now, that grows the coil by at least that factor."""
-    now = len(subject.spec.coil.layers)
-    return max(2 * math.ceil(now * factor / 2.0 - 1e-9), now + 2 - now % 2)
-
-
 def _distance_advice(subject: Subject, worst: Reading) -> str:
     if worst.state == "free":
         return "a higher sensor frequency (smaller capacitor) raises it too"
-    mount = "a larger mount.standoff, a copper shield or" if subject.spec.mount is not None else "or"
+    standoff = "a larger mount.standoff (board higher over the metal), a copper shield or"
+    mount = standoff if subject.spec.mount is not None else "or"
     return f"{mount} a thicker elastomer takes less of it away"
 
 

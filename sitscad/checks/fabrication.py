@@ -1,8 +1,7 @@
-"""SIT101 to SIT106, SIT111, SIT116 and SIT117: the figures of the spec against what the fabricator can make."""
+"""SIT104 to SIT106, SIT111, SIT116 and SIT117: holes, parts and plugs against what the fabricator can make."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
@@ -10,7 +9,7 @@ from sitscad.finding import Place, Severity
 from sitscad.layout.bridges import FEWEST_BRIDGES, bridges, narrower_bridge
 from sitscad.layout.panel import is_wanted, least_size
 from sitscad.layout.stiffening import tail_thickness
-from sitscad.spec.sensor import CoilSpec, Connector
+from sitscad.spec.sensor import Connector
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
@@ -18,109 +17,6 @@ ROUNDING = 1e-9
 """Lengths that differ by less than this (m) are equal: a nanometre is rounding, not a breach."""
 
 FABRICATOR = "the fabricator's design rules (fpc.rules)"
-
-
-def trace_width(subject: Subject) -> Iterator[Verdict]:
-    """The coil's track against the fabricator's smallest track."""
-    coil, rules = subject.spec.coil, subject.spec.fpc.rules
-    if coil.trace_width < rules.trace_width - ROUNDING:
-        yield Complaint(
-            f"tracks are {um(coil.trace_width)} wide; {house(subject, 'trace_width')} makes "
-            f"{um(rules.trace_width)} and wider",
-            f"widen by {um(rules.trace_width - coil.trace_width)}: "
-            f"{_turns_at(coil, rules.trace_width - coil.trace_width)}, or choose a finer fabricator",
-            "coil.trace_width",
-            coil.trace_width,
-            rules.trace_width,
-            "m",
-            source=source_of(subject, "trace_width"),
-        )
-    yield from _thicker_foil(subject, "track_lines", "trace_width", "tracks")
-    yield from _drawn_width(subject)
-
-
-def _thicker_foil(
-    subject: Subject, table: str, field: str, word: str, severity: Severity = Severity.ERROR
-) -> Iterator[Complaint]:
-    """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
-    spec = subject.spec
-    rules, foil = spec.fpc.rules, spec.fpc.stackup.foil_thickness(spec.coil.layers)
-    rows = getattr(rules, table)
-    if rows and foil > rows[-1].copper + ROUNDING:
-        yield Complaint(
-            f"{house(subject, field)} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
-            f"{um(rows[-1].copper)}",
-            f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
-            "fpc.rules",
-            foil,
-            rows[-1].copper,
-            "m",
-            severity,
-            source_of(subject, field),
-        )
-
-
-def _drawn_width(subject: Subject) -> Iterator[Complaint]:
-    """Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason."""
-    rules, coil = subject.spec.fpc.rules, subject.spec.coil
-    for trace in subject.layout.traces:
-        if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
-            yield Complaint(
-                f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {um(trace.width)} wide; "
-                f"{house(subject, 'trace_width')} makes {um(rules.trace_width)} and wider",
-                key="fpc.rules",
-                measured=trace.width,
-                limit=rules.trace_width,
-                unit="m",
-                source=source_of(subject, "trace_width"),
-                place=Place(*trace.path.start, trace.layer, (trace.net,)),
-            )
-
-
-def trace_spacing(subject: Subject) -> Iterator[Verdict]:
-    """The asked spacing against the fabricator's smallest spacing."""
-    coil, rules = subject.spec.coil, subject.spec.fpc.rules
-    if coil.trace_spacing < rules.trace_spacing - ROUNDING:
-        missing = rules.trace_spacing - coil.trace_spacing
-        yield Complaint(
-            f"turns stand {um(coil.trace_spacing)} apart; {house(subject, 'trace_spacing')} makes "
-            f"{um(rules.trace_spacing)} and more",
-            f"widen by {um(missing)}: {_turns_at(coil, missing)}, or choose a finer fabricator",
-            "coil.trace_spacing",
-            coil.trace_spacing,
-            rules.trace_spacing,
-            "m",
-            source=source_of(subject, "trace_spacing"),
-        )
-    yield from _thicker_foil(subject, "track_lines", "trace_spacing", "spacings")
-
-
-def loop_lines(subject: Subject) -> Iterator[Verdict]:
-    """Track and spacing of the turns against the fabricator's own minimum for coils ("loop lines")."""
-    coil, rules = subject.spec.coil, subject.spec.fpc.rules
-    pairs = (
-        ("trace_width", "track", coil.trace_width, rules.coil_trace_width),
-        ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing),
-    )
-    if all(smallest is None for *_, smallest in pairs):
-        yield Undecided(f"{rules.name} states no minimum of its own for coils")
-    copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
-    severity = Severity.ERROR if rules.coil_rule_binding else Severity.WARNING
-    for field, word, value, smallest in pairs:
-        if smallest is not None and value < smallest - ROUNDING:
-            yield Complaint(
-                f"{word} in the coil is {um(value)}; for coiled tracks {house(subject, f'coil_{field}')} asks "
-                f"{um(smallest)}{copper}",
-                f"ask the fabricator for a waiver (no electrical test sees a short between turns), or widen: "
-                f"{_turns_at(coil, smallest - value)}",
-                f"coil.{field}",
-                value,
-                smallest,
-                "m",
-                severity,
-                source_of(subject, f"coil_{field}"),
-            )
-    yield from _thicker_foil(subject, "coil_lines", "coil_trace_width", "coiled tracks", severity)
 
 
 def via_drill(subject: Subject) -> Iterator[Verdict]:
@@ -203,22 +99,32 @@ def part_size(subject: Subject) -> Iterator[Verdict]:
     have, need = sorted((x1 - x0, y1 - y0)), sorted(rules.part_size)
     for size, smallest in zip(have, need, strict=True):
         if size < smallest - ROUNDING:
+            in_panel = is_wanted(subject.layout)
             yield Complaint(
                 f"the board is {show(have[1], 'm')} x {show(have[0], 'm')}; {house(subject, 'part_size')} handles "
-                "parts from "
-                f"{show(need[1], 'm')} x {show(need[0], 'm')}",
-                f"{show(smallest - size, 'm')} are missing: order the parts in a panel, or held by bridges",
-                "fpc.rules",
+                f"parts from {show(need[1], 'm')} x {show(need[0], 'm')}"
+                + (": so it is put in a panel, which is ordered instead" if in_panel else ", and it is not in a panel"),
+                _panel_hint(subject) if in_panel else "fpc.panel: auto puts it in a panel, held by bridges",
+                "fpc.rules" if in_panel else "fpc.panel",
                 size,
                 smallest,
                 "m",
-                Severity.WARNING,
+                Severity.NOTE if in_panel else Severity.WARNING,
                 source_of(subject, "part_size"),
             )
             break
     if is_wanted(subject.layout):
         yield from _panel_size(subject)
         yield from _too_few_bridges(subject)
+
+
+def _panel_hint(subject: Subject) -> str:
+    """What build makes of a part that is too small, and which file is sent."""
+    name = subject.spec.name
+    return (
+        f"send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
+        f"fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself"
+    )
 
 
 def _too_few_bridges(subject: Subject) -> Iterator[Verdict]:
@@ -306,13 +212,6 @@ def outline_box(subject: Subject) -> tuple[float, float, float, float]:
     return min(xs), min(ys), max(xs), max(ys)
 
 
-def _turns_at(coil: CoilSpec, wider: float) -> str:
-    """How many turns take the room of the present ones at a pitch that is `wider` (m)."""
-    turns = math.floor(4.0 * coil.turns * coil.pitch / (coil.pitch + wider)) / 4.0
-    room = f"at that pitch {turns:g} turns take the room of {coil.turns:g}"
-    return f"{room} (fewer turns lower L and Rp: see SIT201 and SIT203)"
-
-
 def um(length: float) -> str:
     """A length for people."""
     return show(length, "m")
@@ -331,31 +230,16 @@ def source_of(subject: Subject, field: str) -> str:
     return rules.sources.get(field) or rules.source or FABRICATOR
 
 
+def gap_asked_by(subject: Subject, asked: float) -> tuple[str, str]:
+    """Who asks for a gap between copper (m), and where that stands: the spec itself where it is its turns' own spacing,
+    which is narrower than the fabricator's.
+    """
+    if asked < subject.spec.fpc.rules.trace_spacing - ROUNDING:
+        return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
+    return house(subject, "trace_spacing"), source_of(subject, "trace_spacing")
+
+
 FABRICATION_RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT101", "trace-width", Severity.ERROR,
-        "The coil's track, and every other one, is at least as wide as the fabricator makes.",
-        "A narrower track is over-etched: it breaks, or its resistance is anybody's guess.",
-        "Widen coil.trace_width (fewer turns fit), or name a finer fabricator in fpc.rules.",
-        FABRICATOR, apply=trace_width,
-    ),
-    Rule(
-        "SIT102", "trace-spacing", Severity.ERROR,
-        "Neighbouring turns stand at least as far apart as the fabricator makes.",
-        "Turns that touch are one net: no electrical test and no netlist sees the short, and the inductance is gone.",
-        "Widen coil.trace_spacing (fewer turns fit), or name a finer fabricator in fpc.rules.",
-        FABRICATOR, apply=trace_spacing,
-    ),
-    Rule(
-        "SIT103", "coil-trace", Severity.ERROR,
-        "Coiled tracks keep the fabricator's own minimum for coils (loop lines), often twice the ordinary one.",
-        "Several flex houses list a larger minimum for coils, because their test cannot see a short between turns; a "
-        "coil at the ordinary minimum is queried or refused. An error where the rule binds, else a warning.",
-        "Ask for a waiver before ordering, widen the pitch, or name another fabricator.",
-        "hkgalaxy and jselectronic: loop lines 6/6 mil at 18 um copper, 8/8 mil at 35 um; JLCPCB 2023-09-05: coils "
-        "0.254 mm, limit 0.15 mm",
-        apply=loop_lines,
-    ),
     Rule(
         "SIT104", "via-drill", Severity.ERROR,
         "Every via is drilled at least as large as the fabricator drills.",
@@ -388,8 +272,8 @@ FABRICATION_RULES: tuple[Rule, ...] = (
         "SIT116", "part-size", Severity.ERROR,
         "The board is not smaller than the smallest part that the fabricator handles, nor its panel too large, and at "
         "least three bridges hold it there.",
-        "Smaller parts fall through the machines: they are refused, or left in a panel or on bridges. A part on fewer "
-        "than three bridges tilts or drops out of its panel: that is an error.",
+        "Smaller parts fall through the machines: they are refused, or left in a panel on bridges (fpc.panel: auto "
+        "makes one: a note). A part on fewer than three bridges tilts or drops out of its panel: that is an error.",
         "Order in a panel or with bridges narrow enough, and cut the parts out yourself.",
         FABRICATOR, apply=part_size,
     ),

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 from sitscad.checks.bend import bend_figure
+from sitscad.checks.changes import first_that_mends, named, narrower, other_ends
 from sitscad.checks.fabrication import house, source_of
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
+from sitscad.layout.ring import Ring
 from sitscad.layout.stiffening import tail_thickness
 from sitscad.spec.sensor import ElastomerPad, Jaw
 from sitscad.units import show
@@ -29,26 +32,60 @@ def sensor_width(subject: Subject) -> Iterator[Verdict]:
         pieces.append(("the target", spec.target.size[1], "target.size"))
     for name, width, key in pieces:
         if width > jaw.width + ROUNDING:
+            is_body = key == "coil.outer_diameter"
             yield Complaint(
-                f"{name} is {show(width, 'm')} wide, the jaw {show(jaw.width, 'm')}{_unverified(jaw)}",
+                f"{name} is {show(width, 'm')} wide{_shares(subject) if is_body else ''}, the jaw "
+                f"{show(jaw.width, 'm')}{_unverified(jaw)}",
                 f"{show(width - jaw.width, 'm')} too much: a smaller part, or a wider jaw",
                 key,
                 width,
                 jaw.width,
                 "m",
+                advice=(lambda left: _narrower_body(subject, left)) if is_body else None,
             )
     yield from _through_port(subject)
+
+
+def _shares(subject: Subject) -> str:
+    """What the body's width is made of, where leads or vias beside the coils take a part of it."""
+    spec, width = subject.spec, subject.layout.body_size[1]
+    coils = 2.0 * max(abs(p.centre[1]) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
+    edges = 2.0 * spec.fpc.rules.copper_to_edge
+    beside = width - coils - edges
+    if beside <= ROUNDING:
+        return ""
+    parts = f"coils {show(coils, 'm')}, board's edges {show(edges, 'm')}"
+    return f" ({parts}, and {show(beside, 'm')} for leads and vias that pass beside the coils)"
+
+
+def _narrower_body(subject: Subject, left: Left) -> str:
+    """Ends of the layers whose leads leave elsewhere, or smaller coils: the first of each that fits."""
+    spec, jaw = subject.spec, _jaw(subject)
+    excess = subject.layout.body_size[1] - jaw.width
+    led_otherwise = (c for c in other_ends(spec) if subject.drawn(c.spec).layout.body_size[1] <= jaw.width + ROUNDING)
+    smaller = narrower(spec, excess)
+    tries = (islice(led_otherwise, 1), smaller)
+    found = [change for change in (first_that_mends(changes, left) for changes in tries) if change is not None]
+    if found:
+        return f"{show(excess, 'm')} too much: {named(found)} fits (it was tried); or a wider jaw"
+    return f"{show(excess, 'm')} too much: smaller coils, narrower leads and gaps (fpc.rules), or a wider jaw"
 
 
 def _through_port(subject: Subject) -> Iterator[Verdict]:
     jaw, (_, low, _, high) = _jaw(subject), bounding_box((subject.layout.outline,))
     across = high - low
+    is_body = across <= subject.layout.body_size[1] + ROUNDING
     if across > jaw.port_diameter + ROUNDING:
         yield Complaint(
             f"the whole board is {show(across, 'm')} wide where it is laid flat, its tail and contacts included; the "
             f"port leaves {show(jaw.port_diameter, 'm')}{_unverified(jaw)}",
-            "it goes through the port rolled or from behind only: a straight tail, fewer contacts or a finer connector",
-            "fpc.tail",
+            "it goes through the port rolled or from behind only: "
+            + (
+                "the body decides, make it narrower"
+                if is_body
+                else "a straight tail, fewer contacts, a finer connector"
+            ),
+            "coil.outer_diameter" if is_body else "fpc.tail",
             across,
             jaw.port_diameter,
             "m",
@@ -62,8 +99,9 @@ def sensor_length(subject: Subject) -> Iterator[Verdict]:
     if length > jaw.length + ROUNDING:
         yield Complaint(
             f"the board's body is {show(length, 'm')} long, the jaw {show(jaw.length, 'm')}{_unverified(jaw)}",
-            f"{show(length - jaw.length, 'm')} too much: fewer or smaller coils, or a smaller pitch",
-            "array.pitch",
+            f"{show(length - jaw.length, 'm')} too much: fewer or smaller coils"
+            + (", or a smaller pitch" if len(subject.spec.array.placements) > 1 else ""),
+            subject.distance_key,
             length,
             jaw.length,
             "m",
@@ -95,7 +133,11 @@ def stack_height(subject: Subject) -> Iterator[Verdict]:
             if passes
             else ""
         ),
-        f"take {show(across - jaw.port_diameter, 'm')} off: {_thinner(subject)}",
+        (
+            f"{show(across - jaw.port_diameter, 'm')} too much: a narrower board, or less height: {_thinner(subject)}"
+            if "board" in section.decided_by
+            else f"take {show(across - jaw.port_diameter, 'm')} off: {_thinner(subject)}"
+        ),
         "mount.standoff",
         across,
         jaw.port_diameter,
@@ -180,7 +222,8 @@ def shield_gap(subject: Subject) -> Iterator[Verdict]:
     needed = shield.gap + shield.thickness
     if needed > mount.standoff + ROUNDING:
         yield Complaint(
-            f"the shield ends {show(needed, 'm')} below the board, {'the jaw' if mount.jaw else 'the mount'} begins at "
+            f"the shield ends {show(needed, 'm')} below the board's bottom, "
+            f"{'the jaw' if mount.jaw else 'the mount'} begins at "
             f"{show(mount.standoff, 'm')}",
             f"raise mount.standoff by {show(needed - mount.standoff, 'm')}, or bring the shield nearer to the board",
             "shield.gap",
@@ -223,7 +266,8 @@ def _unverified(jaw: Jaw) -> str:
 def _thinner(subject: Subject) -> str:
     """The soft or empty heights that can give, largest first."""
     spec = subject.spec
-    heights = [("mount.standoff", spec.mount.standoff if spec.mount else 0.0)]
+    standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
+    heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
     if spec.elastomer is not None:
         heights.append(("elastomer.thickness", spec.elastomer.thickness))
     if spec.target is not None:

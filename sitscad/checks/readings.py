@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from sitscad.checks.rules import Complaint, Subject, Undecided, Verdict
+from sitscad.checks.changes import Change, capacitor, first_that_mends
+from sitscad.checks.rules import Complaint, Left, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.readout import ldc1614
 from sitscad.record import record
@@ -135,17 +136,35 @@ def overdamped_tank(subject: Subject) -> Iterator[Verdict]:
         return
     value, name, state = min(found)
     now = subject.estimates.readout.capacitance
+    smaller = list(capacitor(subject.spec, _preferred_below(now * (value / 10.0) ** 2)))
     yield Complaint(
         f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
         f"{show(now, 'F', 3)}",
-        f"Q grows with the root of L/C: a capacitor of {show(now * (value / 10.0) ** 2, 'F', 2)} would give about 10; "
-        "or wider tracks, more turns",
+        _LESS_DAMPED,
         "readout.capacitance",
         value,
         1.0,
         None,
         Severity.ERROR,
+        advice=lambda left: _smaller_capacitor(smaller, left),
     )
+
+
+_LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks, more turns"
+
+
+def _preferred_below(value: float) -> list[float]:
+    """The two capacitors of the series (F) next below a value."""
+    from sitscad.estimates.tank import preferred_values  # only where no tank oscillates
+
+    return [each for each in reversed(preferred_values()) if each <= value][:2]
+
+
+def _smaller_capacitor(changes: list[Change], left: Left) -> str:
+    found = first_that_mends(changes, left)
+    if found is None:
+        return f"{_LESS_DAMPED}; a smaller capacitor alone does not do" if changes else _LESS_DAMPED
+    return f"Q grows with the root of L/C: {found.words} (it was tried), or wider tracks, more turns"
 
 
 def worst_of(subject: Subject, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:

@@ -18,10 +18,19 @@ if TYPE_CHECKING:
 
 Kept = TypeVar("Kept")
 
+Left = Callable[[SensorSpec], tuple[str, ...]]
+"""What a changed spec still breaks: the rule in question, and those with errors that the spec as it stands has not."""
+
+Advice = Callable[[Left], str]
+"""Writes a hint, given what tells whether a change mends the finding: an empty answer says that it does."""
+
 
 @record
 class Complaint:
-    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's."""
+    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's.
+
+    ``advice`` writes the hint where changes of the spec are tried for it; ``hint`` then stands in where none are.
+    """
 
     message: str
     hint: str = ""
@@ -33,6 +42,7 @@ class Complaint:
     source: str | None = None
     place: Place | None = None
     sigma: float | None = None
+    advice: Advice | None = None
 
 
 @record
@@ -81,6 +91,21 @@ class Subject:
 
         return estimate(self.layout)
 
+    @property
+    def distance_key(self) -> str:
+        """Where the spec says how far apart the coils stand; of a coil alone, how large it is."""
+        keys = {"single": "coil.outer_diameter", "explicit": "array.centres"}
+        return keys.get(self.spec.array.pattern, "array.pitch")
+
+    def drawn(self, changed: SensorSpec) -> Subject:
+        """A changed design, drawn anew unless only its readout is another; nothing is advised where room is lacking."""
+        from sitscad.layout import lay_out
+
+        now = self.spec
+        if replace(changed, readout=now.readout) == now and changed.readout.chip == now.readout.chip:
+            return Subject(changed, replace(self.layout, spec=changed))
+        return Subject(changed, lay_out(changed, advised=False))
+
     @cached_property
     def at_room_temperature(self) -> Subject:
         """The same design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
@@ -117,7 +142,7 @@ class Rule:
 
 SEVERITIES: dict[str, str] = {
     "SIT103": "warning, error if binding",
-    "SIT116": "warning, error below three bridges",
+    "SIT116": "note where a panel is made, warning, error below three bridges",
     "SIT123": "note or warning for tracks, error",
     "SIT201": "note within two sigma, error",
     "SIT202": "note within two sigma, error",
@@ -149,19 +174,35 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
 """What a rule may need of the spec: how to tell, and the reason given when it is missing."""
 
 
+@record
+class Outcome:
+    """One finding, located in the spec's text, and what writes its hint where changes are to be tried for it."""
+
+    finding: Finding
+    advice: Advice | None = None
+
+
 def apply_rule(rule: Rule, subject: Subject) -> tuple[list[Finding], list[NotChecked]]:
-    """The findings of one rule, located in the spec's text, and what it could not check."""
+    """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints."""
+    found, undecided = outcomes(rule, subject)
+    return [outcome.finding for outcome in found], undecided
+
+
+def outcomes(rule: Rule, subject: Subject) -> tuple[list[Outcome], list[NotChecked]]:
+    """What one rule finds, and what it could not check."""
     missing = next((NEEDS[need][1] for need in rule.needs if not NEEDS[need][0](subject.spec)), None)
     if missing is not None:
         return [], [NotChecked(rule.id, missing)]
-    findings: list[Finding] = []
+    found: list[Outcome] = []
     undecided: list[NotChecked] = []
     for verdict in rule.apply(subject) if rule.apply else ():
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
+        elif isinstance(verdict, Finding):
+            found.append(Outcome(located(verdict, subject.spec)))
         else:
-            findings.append(located(verdict if isinstance(verdict, Finding) else named(rule, verdict), subject.spec))
-    return findings, undecided
+            found.append(Outcome(located(named(rule, verdict), subject.spec), verdict.advice))
+    return found, undecided
 
 
 def named(rule: Rule, complaint: Complaint) -> Finding:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from sitscad.checks.changes import first_that_mends, in_vain, scans
 from sitscad.checks.readings import source_of_limit, worst_of
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.readout import ldc1614
 from sitscad.units import show
@@ -62,16 +63,17 @@ def read_back(subject: Subject) -> Iterator[Verdict]:
     sure, hopeful = 1.0 / ldc1614.read_back_time(channels), 1.0 / ldc1614.read_back_time_optimistic(channels)
     if wanted > sure:
         impossible = wanted > hopeful
+        pause = "" if impossible else "; or make sure that the host reads without any pause: TI's two figures disagree"
         yield Complaint(
             f"{_coils(subject)} can be read over I2C at 400 kHz {show(hopeful if impossible else sure, 'Hz')} times a "
             f"second; {show(wanted, 'Hz')} are asked",
-            f"ask for at most {math.floor(sure):d} Hz"
-            + ("" if impossible else ", or make sure that the host reads without any pause: TI's two figures disagree"),
+            f"ask for fewer scans{pause}",
             "readout.scan_rate",
             wanted,
             hopeful if impossible else sure,
             "Hz",
             Severity.ERROR if impossible else Severity.WARNING,
+            advice=lambda left: f"{_other_rate(subject, (math.floor(sure),), left)}{pause}",
         )
 
 
@@ -83,24 +85,36 @@ def bandwidth(subject: Subject) -> Iterator[Verdict]:
         yield Complaint(
             f"{show(rate, 'Hz')} scans a second follow a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
             f"{show(wanted, 'Hz')} are required",
-            f"ask for more than {show(2.0 * wanted, 'Hz')} scans a second, better five times the bandwidth",
+            "ask for more scans a second, twice the bandwidth at least",
             "readout.scan_rate",
             rate,
             2.0 * wanted,
             "Hz",
+            advice=lambda left: _other_rate(subject, (5.0 * wanted, 2.0 * wanted), left),
         )
+
+
+def _other_rate(subject: Subject, rates: Sequence[float], left: Left) -> str:
+    """The first of some scan rates (Hz) that keeps all rules, found by trying."""
+    changes = [change for rate in rates for change in scans(subject.spec, rate)]
+    found = first_that_mends(changes, left)
+    if found is not None:
+        return f"{found.words} (it was tried)"
+    return f"fewer coils, or a lower requirements.bandwidth (tried in vain: {in_vain(changes, left)})"
 
 
 def channels(subject: Subject) -> Iterator[Verdict]:
     """One channel a coil, on as many converters as one I2C bus can address; how coils of two converters are coupled."""
     names = [placement.name for placement in subject.spec.array.placements]
+    key = "array.centres" if subject.spec.array.pattern == "explicit" else "array.count"
     each, most = int(ldc1614.limit("channels")), int(ldc1614.limit("channels") * ldc1614.limit("converters"))
     if len(names) > most:
         yield Complaint(
             f"{len(names)} coils, but one I2C bus takes {int(ldc1614.limit('converters'))} LDC1614 of {each} channels, "
             "and every coil needs a channel of its own",
-            f"use at most {most} coils a sensor",
-            "array.count",
+            f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take "
+            "no more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
+            key,
             float(len(names)),
             float(most),
         )
@@ -115,7 +129,7 @@ def channels(subject: Subject) -> Iterator[Verdict]:
             f"by {100.0 * coupling:.2g} %, while the estimate takes all other coils as grounded",
             "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
             "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
-            "array.count",
+            key,
             coupling,
             MOST_COUPLING,
             severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
@@ -152,7 +166,7 @@ def idle_neighbour(subject: Subject) -> Iterator[Verdict]:
             "off its inductance",
             "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
             "this, the free state is the coil alone",
-            "array.pitch",
+            subject.distance_key,
             share,
             0.05 if share >= 0.05 else 1e-3,
             None,

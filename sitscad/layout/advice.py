@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ from sitscad.finding import Finding
 from sitscad.geometry.path import Point
 from sitscad.layout import remedies
 from sitscad.layout.clearance import Hole, hole_keep_out
-from sitscad.spec.presets import connector
+from sitscad.spec.presets import connector, names
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -28,6 +29,23 @@ def with_remedy(spec: SensorSpec, finding: Finding, left: Callable[[SensorSpec],
         return broken is not None and broken <= may_stay
 
     return mend(spec, finding, works)
+
+
+def remedy(spec: SensorSpec, finding: Finding) -> SensorSpec | None:
+    """The spec with what a finding about room says was tried, read back from it; None where it names nothing."""
+    if "it was tried" not in finding.hint:
+        return None
+    missing = (finding.limit or 0.0) - (finding.measured or 0.0)
+    if finding.rule == "SIT112":
+        return remedies.wider_coil(spec, missing)
+    if finding.rule == "SIT119" and spec.fpc.tail is not None:
+        name = next(name for name in names("connector") if f"connector: {name} " in finding.hint)
+        return replace(spec, fpc=replace(spec.fpc, tail=replace(spec.fpc.tail, connector=connector(name))))
+    changed = remedies.wider_array(spec, missing) if missing > 0.0 else spec
+    turned = re.search(r"coil\.start_angle: ([\d.]+) deg", finding.hint)
+    if turned:
+        changed = replace(changed, coil=replace(changed.coil, start_angle=math.radians(float(turned[1]))))
+    return changed
 
 
 def _wider_inside(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:

@@ -35,13 +35,16 @@ from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 
-def lay_out(spec: SensorSpec) -> Layout:
+def lay_out(spec: SensorSpec, advised: bool = True) -> Layout:
     """Lay out the whole board.
 
     Never raises for want of room: what found none is missing from the layout and named in `Layout.findings`, with what
-    was tried and makes room. Coils that could not be led out are still wound, so that they can be estimated.
+    was tried and makes room (not where the layout is not to be `advised`, which saves the trials). Coils that could not
+    be led out are still wound, so that they can be estimated.
     """
     found = _attempt(spec, Patience())
+    if not advised:
+        return _assemble(spec, found, found.findings)
     patience = Patience(TRIALS_OF_CHANGES)
 
     def left(changed: SensorSpec) -> set[str] | None:

@@ -358,10 +358,12 @@ def _forced_note(design: Design, failures: list[str]) -> str:
 
 def _report(design: Design, files: dict[str, bytes]) -> dict[str, bytes]:
     """The page for a person; its pictures are handed in, because a report must not depend on writers."""
+    from sitscad.layout.contacts import contacts
     from sitscad.report.page import render
 
     sizes = {name: len(content) for name, content in files.items()}
-    page = render(design.checked, design.spec, design.estimates, _pictures(design, files), sizes)
+    wiring = contacts(design.layout)
+    page = render(design.checked, design.spec, design.estimates, _pictures(design, files), sizes, wiring)
     return {"report.html": page.encode("utf-8")}
 
 

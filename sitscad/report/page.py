@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from sitscad import __version__
 from sitscad.finding import Finding, Severity
+from sitscad.layout.contacts import HEAD, Contact
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.numbers import (
     CROSS_HEAD,
@@ -35,6 +36,7 @@ from sitscad.report.numbers import (
 from sitscad.report.section import section
 from sitscad.report.style import STYLE
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.unverified import unverified_figures
 from sitscad.units import show
 
 if TYPE_CHECKING:
@@ -50,22 +52,26 @@ def render(
     estimates: Estimates,
     pictures: Mapping[str, str],
     files: Mapping[str, int],
+    wiring: Sequence[Contact] = (),
 ) -> str:
     """The page as HTML text.
 
     `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
-    files with their sizes in bytes. Everything that comes from the spec is escaped, nothing is loaded from outside.
+    files with their sizes in bytes; `wiring` says where each contact leads. Everything that comes from the spec is
+    escaped, nothing is loaded from outside.
     """
     parts = [
         _head(checked, spec),
         _tiles(estimates),
         _part("Findings", _findings(checked)),
         _part("Layout", "".join(_figure(caption, svg) for caption, svg in pictures.items())),
+        _part("Contacts", _contacts(wiring)),
         _part("Electrical numbers", _electrical(estimates)),
         _part("Readout settings", _readout(estimates)),
         _part("Stack", _stack(spec, estimates)),
         _part("Cross-checks", _cross_checks(estimates)),
         _part("Defaults assumed", _list(spec.source.defaults)),
+        _part("Figures that nobody has verified", _unverified(spec)),
         _part("Not checked", _not_checked(checked)),
         _part("Files", _files(files)),
     ]
@@ -191,6 +197,16 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."
     pressed = _table(["", ""], compression_rows(estimates), PRESSED_TITLE)
     return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), GAPS_TITLE) + pressed
+
+
+def _contacts(wiring: Sequence[Contact]) -> str:
+    return _table(HEAD, [contact.cells for contact in wiring], "Seen from the top; both contacts of a coil are one net")
+
+
+def _unverified(spec: SensorSpec) -> str:
+    """What the checks and the numbers lean on without a source that was seen."""
+    rows = [[each.what, each.value, each.source] for each in unverified_figures(spec)]
+    return _table(["figure", "taken as", "why it is unverified, and what to do"], rows, "")
 
 
 def _cross_checks(estimates: Estimates) -> str:

@@ -30,7 +30,10 @@ def resolve_fpc(
     if max(coil.layers) > copper:
         message = f"the coil uses copper layer {max(coil.layers)}, stack-up {stackup.name} has {copper}"
         facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
-        remarks.flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper", **facts)
+        name = next((n for n in presets.names("stackup") if len(presets.stackup(n).copper) >= max(coil.layers)), "")
+        more = f", like fpc.stackup: {name}" if name else ""
+        hint = f"use fewer layers, or a stack-up with more copper{more}"
+        remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
     rules = resolve_rules(document.rules, stackup.foil_thickness(coil.layers), spec_place(source, folder), remarks)
     return FpcSpec(
         stackup=stackup,

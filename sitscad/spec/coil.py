@@ -64,6 +64,8 @@ def _check_turns(coil: CoilSpec, turns: float, key: str, remarks: Remarks) -> No
     parts = turn_fraction(coil.shape)
     if parts and not is_whole(coil.shape, turns):
         nearest = nearest_turns(coil.shape, turns)
+        if nearest > (most := _most_turns(coil)) > 0:
+            nearest = most
         message = f"{turns:g} turns of a {coil.shape} do not end at a corner: a multiple of 1/{parts} is wanted"
         if coil.shape == "racetrack":
             message = f"{turns:g} turns of a racetrack do not end at a side: a multiple of 1/2 is wanted"
@@ -72,7 +74,10 @@ def _check_turns(coil: CoilSpec, turns: float, key: str, remarks: Remarks) -> No
     if most > 0 and turns > most * (1 + 1e-9):
         fits = f"{int(most * 100) / 100:g}" if parts is None else f"{most:.7g}"
         message = f"{turns:g} turns do not fit in {show(coil.outer_diameter, 'm')}: at most {fits}"
-        hint = "fewer turns, a finer trace and spacing, more layers, or a larger coil"
+        hint = (
+            "fewer turns (vias inside the innermost turn need room as well), a finer trace and spacing, more layers, "
+            "or a larger coil"
+        )
         remarks.flaw("SIT016", key, message, hint, measured=turns, limit=float(fits))
 
 

@@ -35,6 +35,8 @@ class DesignRules:
     copper layers, the largest one listed standing for more; ``stiffened_tolerance`` (m) by the stiffener's material.
     Parts below ``part_size`` are not handled singly; ``panel_size`` is what a panel is filled up to; ``file_naming`` is
     how files are called in the archive that is sent; ``inside_radius`` is the smallest of inner edges of the outline.
+    ``beyond`` names the figures that are taken for a thicker foil than any that they are stated for, and that thickness
+    (m); ``unbound`` those minimums of coils that only warn although `coil_rule_binding` makes the others errors.
     """
 
     name: str
@@ -71,6 +73,8 @@ class DesignRules:
     )
     file_naming: str = "protel"
     holders: Mapping[str, str] = field(default_factory=dict, hash=False)
+    beyond: Mapping[str, float] = field(default_factory=dict, hash=False)
+    unbound: tuple[str, ...] = ()
 
     def for_foil(self, thickness: float) -> DesignRules:
         """The rules with the lines of the thinnest listed copper that is not thinner than the coil's foil (m); those of
@@ -91,6 +95,10 @@ class DesignRules:
             rules = replace(rules, **others, **_said(rules, "trace", lines, thickness))
         return rules
 
+    def binds(self, field: str) -> bool:
+        """Whether a minimum of coiled tracks is an error where it is not kept, and not a warning."""
+        return self.coil_rule_binding and field not in self.unbound
+
     @property
     def via_pad(self) -> float:
         """Smallest via pad diameter in metres: the drill and a ring on both sides."""
@@ -103,11 +111,13 @@ def _lines_for(listed: tuple[FoilLines, ...], thickness: float) -> FoilLines:
 
 def _said(rules: DesignRules, prefix: str, lines: FoilLines, thickness: float) -> dict[str, Any]:
     """Sources and holders with those of lines that are taken for a foil (m), which may be too thick for them."""
-    beyond = ""
+    width, spacing = f"{prefix}_width", f"{prefix}_spacing"
+    beyond, stated = "", {name: most for name, most in rules.beyond.items() if name not in (width, spacing)}
     if thickness > lines.copper + 1e-9:
         beyond = f" (for copper up to {show(lines.copper, 'm')}: nothing is stated for {show(thickness, 'm')})"
-    width, spacing = f"{prefix}_width", f"{prefix}_spacing"
+        stated |= {width: lines.copper, spacing: lines.copper}
     return {
+        "beyond": stated,
         "sources": {**rules.sources, width: lines.width_source + beyond, spacing: lines.spacing_source + beyond},
         "holders": {**rules.holders, width: lines.width_holder, spacing: lines.spacing_holder},
     }

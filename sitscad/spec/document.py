@@ -262,7 +262,13 @@ class MountDocument(Section):
         Choice(("grasper-pad", "bench-plate")), "a pad on a grasper's jaw, or a plate on the bench", "grasper-pad"
     )
     jaw: str | JawDocument | None = key(JawChoice, "a jaw preset (with its metal), or written out", None)
-    standoff: float | None = key(Gap, "from the metal's face to the board's bottom", None)
+    standoff: float | None = key(
+        Gap,
+        "height of the board over the metal: from the jaw's upper face to the board's bottom face, a shield between "
+        "them included; it is filled with printed plastic. On a bench plate, the plastic below the board. 1 mm, or "
+        "more for a shield, if left out",
+        None,
+    )
 
 
 class ShieldDocument(Section):
@@ -270,7 +276,7 @@ class ShieldDocument(Section):
 
     material: str | ConductorDocument = key(ConductorChoice, "copper or ferrite, or written out", "copper")
     thickness: float = key(Thickness, "of the sheet", 0.1)
-    gap: float = key(Gap, "from the board's bottom to the sheet", 0.6)
+    gap: float = key(Gap, "from the board's bottom face down to the sheet; inside mount.standoff", 0.6)
 
 
 class CableDocument(Section):

@@ -231,6 +231,18 @@ def permittivity(material: str) -> float:
     return float(_table("dielectrics")[material]["relative_permittivity"])
 
 
+def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:
+    """Of a preset's rows those whose source was not seen: field, value, source; none for a name without a preset."""
+    if name not in names(kind):
+        return ()
+    rows = _rows(kind, name) if kind in _FOLDERS else (_table(_TABLES[kind])[name],)
+    return tuple(
+        (row.get("field") or row.get("kind") or "", row.get("value") or row.get("thickness") or "", row["source"])
+        for row in rows
+        if row.get("status", "verified") != "verified"
+    )
+
+
 @cache
 def _rows(kind: str, name: str) -> tuple[Row, ...]:
     if name not in names(kind):

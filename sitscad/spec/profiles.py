@@ -186,9 +186,12 @@ def _overlaid(document: RulesDocument, foil: float, place: Place, remarks: Remar
     changed |= _ruled_lines(base, changed, lines)
     coil_rules = any(name.startswith("coil_trace_") for name in figures)
     binding = (coil_rules or base.coil_rule_binding) if document.coil_rule_binding is None else None
+    if coil_rules and document.coil_rule_binding is None and not (base.coil_rule_binding or lines["coil_trace"]):
+        changed["unbound"] = tuple(f for f in ("coil_trace_width", "coil_trace_spacing") if f not in changed)
     changed["coil_rule_binding"] = document.coil_rule_binding if binding is None else binding
     changed |= {"file_naming": document.file_naming} if document.file_naming else {}
     changed["checked_on"] = document.checked_on or ""  # the day on which the base was read says nothing of these
+    changed["beyond"] = {name: most for name, most in base.beyond.items() if name not in figures}
     said = document.source if not place.chain or "source" in place.source.keys else place.label
     rules = replace(
         base, **changed, name=name, source=f"{said}; the rest from {base.name}", sources=sources, holders=holders

@@ -134,8 +134,11 @@ def resolve_mount(document: SpecDocument, shield: Shield | None, remarks: Remark
         standoff = max(_DEFAULT_STANDOFF, needed)
         remarks.default("mount.standoff", show(standoff, "m"))
     if standoff < needed * (1 - 1e-9):
-        message = f"the shield ends {show(needed, 'm')} below the board, the metal begins at {show(standoff, 'm')}"
-        hint = "a standoff of at least shield.gap plus shield.thickness"
+        message = (
+            f"the shield ends {show(needed, 'm')} below the board's bottom face, the metal begins at "
+            f"{show(standoff, 'm')} (mount.standoff)"
+        )
+        hint = f"mount.standoff: {needed * 1e3:.6g} mm or more: shield.gap and shield.thickness together"
         remarks.flaw("SIT009", "mount.standoff", message, hint, measured=standoff, limit=needed, unit="m")
     if part.kind == "bench-plate":
         if part.jaw is not None:

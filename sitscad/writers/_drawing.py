@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from sitscad import __version__
 from sitscad.geometry.path import Path, Point, closed_polygon, rectangle
@@ -15,9 +14,13 @@ BLOCK = (118.0, 30.0)
 """The title block at the lower right, millimetres on paper."""
 
 SCALES = (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
+DETAIL_SCALES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0)
+"""Of details, which have finer steps, so that they are larger than the whole."""
 THICK, THIN, HIDDEN = Pen(0.5), Pen(0.18), Pen(0.18, BLACK, (1.2, 0.8))
 CHAIN = Pen(0.18, "#555555", (4.0, 0.8, 0.8, 0.8))
 TEXT = 2.6
+SMALLEST = 1.5
+"""Letters that can still be read on paper (mm)."""
 INDENT = 3.0
 """Of a paragraph's lines after the first (mm)."""
 
@@ -49,22 +52,21 @@ def new_sheet(name: str, what: str, scale: str, artwork: str) -> Sheet:
     return sheet
 
 
-def artwork_hash(files: Mapping[str, bytes]) -> str:
-    """The SHA-256 (its first sixteen digits) of the board's Gerber and drill files, one after another by name.
-
-    ``LC_ALL=C; cat *.gbr *.drl | sha256sum`` in the folder gives the same.
-    """
-    digest = hashlib.sha256()
-    for ending in (".gbr", ".drl"):
-        for path in sorted(path for path in files if path.count("/") == 1 and path.endswith(ending)):
-            digest.update(files[path])
-    return f"SHA-256 {digest.hexdigest()[:16]} (cat *.gbr *.drl | sha256sum)"
-
-
 def scale_for(size: tuple[float, float], room: tuple[float, float]) -> float:
     """The largest usual scale at which a size (m) fits some room (mm on paper); the smallest one where none does."""
     fitting = (k for k in SCALES if all(s * 1e3 * k <= r + 1e-9 for s, r in zip(size, room, strict=True)))
     return next(fitting, SCALES[-1])
+
+
+def detail_scale(size: tuple[float, float], room: tuple[float, float]) -> float:
+    """The largest scale of a detail at which a size (m) fits some room (mm on paper); the smallest where none does."""
+    fitting = (k for k in DETAIL_SCALES if all(s * 1e3 * k <= r + 1e-9 for s, r in zip(size, room, strict=True)))
+    return next(fitting, DETAIL_SCALES[-1])
+
+
+def next_below(scale: float) -> float:
+    """The largest usual scale below another one, of which that is a true enlargement."""
+    return next((k for k in SCALES if k < scale - 1e-9), SCALES[-1])
 
 
 def scale_text(scale: float) -> str:
@@ -158,14 +160,16 @@ def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], tex
         sheet.text(middle[0] - 0.8, middle[1], text, TEXT, "middle", 90.0)
 
 
-def table(sheet: Sheet, left: float, top: float, widths: Sequence[float], rows: Sequence[Sequence[str]]) -> float:
+def table(
+    sheet: Sheet, left: float, top: float, widths: Sequence[float], rows: Sequence[Sequence[str]], size: float = TEXT
+) -> float:
     """Rows of texts in columns (mm on paper), the first row a heading; the y below the table."""
-    step = 1.55 * TEXT
+    step = 1.55 * size
     for i, row in enumerate(rows):
         y, x = top - (i + 1) * step, left
         for text, width in zip(row, widths, strict=True):
             room = width - 1.5
-            sheet.text(x + 0.8, y + 1.1, text, min(TEXT, TEXT * room / max(text_width(text, TEXT), 1e-9)))
+            sheet.text(x + 0.8, y + 0.42 * size, text, min(size, size * room / max(text_width(text, size), 1e-9)))
             x += width
         sheet.line(left, y, left + sum(widths), y, THICK if i == 0 else THIN)
     return top - len(rows) * step
@@ -184,10 +188,34 @@ def paragraph(sheet: Sheet, left: float, top: float, width: float, lines: Sequen
 def wrapped(text: str, width: float, size: float) -> list[str]:
     """A text broken between words into lines no wider than `width` (mm)."""
     lines, line = [], ""
-    for word in text.split():
+    for word in (piece for each in text.split() for piece in _broken(each, width, size)):
         longer = f"{line} {word}" if line else word
         if line and text_width(longer, size) > width:
             lines.append(line)
             longer = word
         line = longer
     return [*lines, line]
+
+
+def _broken(word: str, width: float, size: float) -> list[str]:
+    """A word in pieces no wider than `width` (mm)."""
+    pieces, piece = [], ""
+    for character in word:
+        if piece and text_width(piece + character, size) > width:
+            pieces.append(piece)
+            piece = ""
+        piece += character
+    return [*pieces, piece]
+
+
+def fitting_paragraph(
+    sheet: Sheet, left: float, top: float, width: float, low: float, lines: Sequence[str], size: float = TEXT
+) -> float:
+    """A paragraph in letters small enough that it ends above `low` (mm); the y below its last line."""
+    while size > SMALLEST and top - 1.45 * size * _count(lines, width, size) < low:
+        size -= 0.1
+    return paragraph(sheet, left, top, width, lines, size)
+
+
+def _count(lines: Sequence[str], width: float, size: float) -> int:
+    return sum(len(wrapped(text, width - INDENT, size)) for text in lines)

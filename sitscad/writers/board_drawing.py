@@ -6,24 +6,28 @@ stands in the Gerber files.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import Path, bounding_box, circle, polyline, rectangle
 from sitscad.layout.bending import bend_stretch
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Coil, Layout
 from sitscad.units import show
+from sitscad.writers._clipping import parts_inside
+from sitscad.writers._contact_sheet import contact_sheet
 from sitscad.writers._drawing import (
     CHAIN,
     HIDDEN,
     THICK,
     THIN,
     View,
-    artwork_hash,
+    detail_scale,
+    fitting_paragraph,
     mm,
     new_sheet,
+    next_below,
     ordinates_x,
     ordinates_y,
-    paragraph,
     placed,
     scale_for,
     scale_text,
@@ -33,6 +37,7 @@ from sitscad.writers._drawing import (
 from sitscad.writers._drill_map import SYMBOLS, tool_table
 from sitscad.writers._excellon_text import DrilledHole, millimetres, on_grid
 from sitscad.writers._fabrication_files import fabrication_path
+from sitscad.writers._fingerprint import board_images, on_drawing
 from sitscad.writers._flex_facts import bend_text, finish_text, thickness_texts, turn_text
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet, text_width
@@ -40,29 +45,34 @@ from sitscad.writers._sheet import Pen, Sheet, text_width
 COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"
 WHOLE = (40.0, 132.0, 225.0, 44.0)
 """Room for the whole board on paper: left, low, width, height (mm); dimensions stand around it."""
-DETAIL = (36.0, 32.0, 96.0, 58.0)
+DETAIL = (36.0, 32.0, 112.0, 70.0)
 
 
 def render(layout: Layout, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash."""
-    sheet = drawing(layout, artwork_hash(files))
-    return {
-        fabrication_path(layout, "drawing.svg"): sheet.svg().encode("utf-8"),
-        fabrication_path(layout, "drawing.pdf"): pdf([sheet]),
-    }
+    """The drawing as PDF and its sheets as SVG by their paths in the package; ``files`` has the images whose
+    fingerprint it states.
+    """
+    artwork = on_drawing("board", files, board_images(files))
+    sheets = {"drawing.svg": drawing(layout, artwork)}
+    if (details := contact_sheet(layout, artwork)) is not None:
+        sheets["contacts.svg"] = details
+    made = {fabrication_path(layout, name): sheet.svg().encode("utf-8") for name, sheet in sheets.items()}
+    return made | {fabrication_path(layout, "drawing.pdf"): pdf(list(sheets.values()))}
 
 
 def drawing(layout: Layout, artwork: str) -> Sheet:
     """The sheet: the whole board, its body larger, the holes' table and the notes."""
     box = bounding_box([layout.outline])
-    whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:])
-    detail = scale_for(layout.body_size, DETAIL[2:])
+    detail = detail_scale(layout.body_size, DETAIL[2:])
+    whole = min(scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:]), next_below(detail))
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
     sheet = new_sheet(layout.spec.name, "flexible circuit, board", scales, artwork)
     _whole(sheet, layout, placed(box, whole, WHOLE))
     _detail(sheet, layout, placed(layout.body, detail, DETAIL))
-    low = _holes(sheet, layout, 161.0, 104.0)
-    paragraph(sheet, 161.0, low - 2.0, 126.0, list(notes(layout)), 2.3)
+    sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
+    sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
+    low = _holes(sheet, layout, 161.0, 108.0)
+    fitting_paragraph(sheet, 161.0, low - 2.0, 126.0, 40.0, list(notes(layout)), 2.3)
     return sheet
 
 
@@ -75,7 +85,7 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     low, high = view.y(y0), view.y(y1)
     ordinates_x(sheet, view, list(_stations(layout)), low, low - 7.0)
     tail = _tail_reach(layout)
-    ordinates_y(sheet, view, [y0, y1, *tail], view.x(x0), view.x(x0) - 9.0)
+    ordinates_y(sheet, view, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     span(sheet, (view.x(x0), high + 6.0), (view.x(x1), high + 6.0), f"{mm(x1 - x0)} +/- {_outline(layout)}")
     for x in (x0, x1):
         sheet.line(view.x(x), high + 1.0, view.x(x), high + 7.0, THIN)
@@ -114,12 +124,29 @@ def _detail(sheet: Sheet, layout: Layout, view: View) -> None:
     _copper(sheet, layout, view, limit)
     sheet.draw([view.path(piece) for piece in _until(layout.outline, limit)], THICK)
     _marks(sheet, layout, view, limit)
+    sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
     for coil in layout.coils:
-        at = coil.centre
-        sheet.text(view.x(at.x) + 1.0, view.y(at.y) + 1.0, coil.name, 3.2)
+        _name(sheet, layout, view, coil)
     ordinates_x(sheet, view, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
     edges = [side * layout.spec.coil.size[1] / 2 + coil.centre.y for coil in layout.coils for side in (-1, 1)]
     ordinates_y(sheet, view, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
+
+
+def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
+    """A coil's name on a white ground beside its centre, in the quarter that has no via near."""
+    size, x, y = 3.2, view.x(coil.centre.x), view.y(coil.centre.y)
+    wide = text_width(coil.name, size)
+    corners = [(x + 1.4 if right else x - 1.4 - wide, y + 1.4 if up else y - 1.4 - 0.8 * size)
+               for right in (True, False) for up in (True, False)]  # fmt: skip
+
+    def crowding(corner: tuple[float, float]) -> float:
+        middle = corner[0] + wide / 2, corner[1] + 0.4 * size
+        gaps = (math.dist((view.x(via.centre.x), view.y(via.centre.y)), middle) for via in layout.vias)
+        return -min(3.0 * size, min(gaps, default=math.inf))
+
+    left, low = min(corners, key=crowding)
+    sheet.draw(rectangle(left - 0.4, low - 0.4, left + wide + 0.4, low + 0.8 * size), None, "#ffffff")
+    sheet.text(left, low, coil.name, size)
 
 
 def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
@@ -128,13 +155,16 @@ def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
     if layout.stiffener is not None:
         sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
         box, name = bounding_box([layout.stiffener.outline.outline]), "stiffener below"
-        sheet.text(view.x(box[2]), view.y(box[3]) + above, name, size, "end")
+        if _is_turned(layout):
+            sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
+        else:
+            sheet.text(view.x(box[2]), view.y(box[3]) + above, name, size, "end")
     if (bend := bend_stretch(layout)) is not None:
         y0, y1 = layout.reach_at(sum(bend) / 2)
         zone = rectangle(bend[0], y0, bend[1], y1)
         sheet.draw(view.path(zone), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
         middle, words = view.x(sum(bend) / 2), "bend zone: no holes"
-        if layout.stiffener is not None:
+        if layout.stiffener is not None and not _is_turned(layout):
             begins = view.x(box[2]) - text_width(name, size)
             same_height = abs(view.y(box[3]) - view.y(y1)) < 2.0 * size
             if same_height and middle + text_width(words, size) / 2 + 1.0 > begins:
@@ -154,19 +184,29 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float) -> None:
         (w, h), (x, y) = pad.size, pad.centre
         if x + w / 2 <= limit + 1e-9:
             sheet.draw(view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)), THIN, CONTACT)
+    if limit >= bounding_box([layout.outline])[2] - 1e-9:
+        _first_and_last(sheet, layout, view)
+
+
+def _first_and_last(sheet: Sheet, layout: Layout, view: View) -> None:
+    """The numbers of the first and the last contact beyond the end at which they are; all stand on the second sheet."""
+    if len(layout.pads) < 2:
+        return
+    ends = min(layout.pads, key=lambda pad: pad.number), max(layout.pads, key=lambda pad: pad.number)
+    (xa, ya), (xb, yb) = (pad.centre for pad in ends)
+    for pad, sign in zip(ends, (1.0, -1.0), strict=True):
+        x, y = view.x(pad.centre.x), view.y(pad.centre.y)
+        if abs(ya - yb) >= abs(xa - xb):
+            out = view.length(pad.size[0] / 2) + 2.0
+            sheet.text(x + out, y - 0.8 + sign * math.copysign(0.9, ya - yb), str(pad.number), 2.3)
+        else:
+            out = sign * math.copysign(view.length(pad.size[0]) + 3.0, xa - xb)
+            sheet.text(x + out, y - 0.8, str(pad.number), 2.3, "middle")
 
 
 def _until(path: Path, limit: float) -> list[Path]:
     """A path's parts at x up to a limit: the path itself where all of it is."""
-    if bounding_box([path])[2] <= limit + 1e-9:
-        return [path]
-    runs: list[list[tuple[float, float]]] = [[]]
-    for point in path.flattened(5e-6):
-        if point.x <= limit:
-            runs[-1].append(point)
-        elif runs[-1]:
-            runs.append([])
-    return [polyline(run) for run in runs if len(run) > 1]  # type: ignore[arg-type]
+    return parts_inside(path, (-math.inf, -math.inf, limit + 1e-9, math.inf))
 
 
 def _marks(sheet: Sheet, layout: Layout, view: View, limit: float = float("inf")) -> None:

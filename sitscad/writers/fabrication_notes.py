@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from textwrap import wrap
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
+from sitscad.layout.contacts import HEAD, contacts
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.thickness import Where, finished_thickness, tail_copper, tail_layers
+from sitscad.spec.presets import unverified_rows
+from sitscad.spec.unverified import is_unverified
 from sitscad.units import show
 from sitscad.writers._fabrication_files import (
     FOLDER,
@@ -20,25 +23,30 @@ from sitscad.writers._fabrication_files import (
     panel_path,
     stack_names,
 )
+from sitscad.writers._fingerprint import board_images, fingerprint, shell_line
 from sitscad.writers._flex_facts import bend_text, finish_text, laminate_text, thickness_texts, turn_text
 
 TEXT_WIDTH = 100
 
 
-def render(layout: Layout, panel: Panel | None = None) -> dict[str, bytes]:
-    """The readme for the fabricator by its path in the package; ``panel`` is what it is ordered in, if any."""
-    return {f"{FOLDER}/readme.txt": readme(layout, panel).encode("utf-8")}
+def render(layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+    """The readme for the fabricator by its path in the package; ``panel`` is what it is ordered in, if any; ``files``
+    has the images whose fingerprint it states.
+    """
+    return {f"{FOLDER}/readme.txt": readme(layout, panel, files).encode("utf-8")}
 
 
-def readme(layout: Layout, panel: Panel | None = None) -> str:
-    """The order's parameters, what matters to the sensor, and the files, as plain text."""
+def readme(layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None) -> str:
+    """The order's parameters, what matters to the sensor, the files, and the fingerprint of `files` if given."""
     sections = [
         _incomplete(layout),
         _section("What to make", _order(layout, panel)),
         _section("Stack-up, from the top", _layers(layout)),
         _section("What the sensor depends on", _care(layout)),
         _section("Test", _test(layout)),
+        _contact_table(layout),
         _section("Files", _files(layout, panel)),
+        _fingerprint(layout, panel, files) if files else [],
     ]
     title = f"{layout.spec.name}: flexible printed circuit of an inductive sensor"
     return "\n".join([title, "=" * len(title), "", *(line for section in sections for line in section)])
@@ -53,6 +61,34 @@ def _section(title: str, rows: Iterator[tuple[str, str]]) -> list[str]:
         first, *rest = wrap(text, TEXT_WIDTH - indent, break_long_words=False) or [""]
         lines += [f"{name:<{indent}}{first}".rstrip(), *(" " * indent + more for more in rest)]
     return [*lines, ""]
+
+
+def _contact_table(layout: Layout) -> list[str]:
+    """Which contact leads where, in columns."""
+    rows = [HEAD, *(contact.cells for contact in contacts(layout))]
+    if len(rows) == 1:
+        return []
+    widths = [max(len(row[k]) for row in rows) + 2 for k in range(len(HEAD))]
+    lines = ["".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    title = "Contacts, for whoever wires the sensor (numbered as in the drawing)"
+    return [title, "-" * len(title), *lines, ""]
+
+
+def _fingerprint(layout: Layout, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
+    """What is hashed, and the line of a shell that prints the same."""
+    title, images = "Fingerprint", board_images(files)
+    what = (
+        "SHA-256 of the board's Gerber and drill files one after another, in the order of the line below; in the "
+        "folder that holds them that line prints the same. Drawings show its first 16 digits."
+    )
+    if panel is not None:
+        name = panel_path(layout, "-readme.txt").rpartition("/")[2]
+        what += (
+            f" It is that of the single board, whose files are not in the archive; that of the panel's files stands in "
+            f"{name}."
+        )
+    digest, line = fingerprint(files, images), shell_line(images)
+    return [title, "-" * len(title), *wrap(what, TEXT_WIDTH, break_long_words=False), "", digest, line, ""]
 
 
 def _incomplete(layout: Layout) -> list[str]:
@@ -169,7 +205,8 @@ def _contacts(layout: Layout) -> str:
     )
     if abs(made - wanted) > allowed + 1e-9:
         return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"
-    return text
+    unseen = [field.replace("_", " ") for field, _, _ in unverified_rows("connector", connector.name)]
+    return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
 
 
 def _rules(layout: Layout) -> str:
@@ -178,7 +215,20 @@ def _rules(layout: Layout) -> str:
     return (
         f"{rules.name} (track {show(rules.trace_width, 'm')}, gap {show(rules.trace_spacing, 'm')}, "
         f"hole {show(rules.via_drill, 'm')}, ring {show(rules.annular_ring, 'm')}){checked}{_beyond(layout)}"
+        f"{_unverified(layout)}"
     )
+
+
+def _unverified(layout: Layout) -> str:
+    """Those figures of the rules for which no page was seen: the fabricator knows better."""
+    rules = layout.spec.fpc.rules
+    named = {"hole_to_hole": "from hole to hole", "drill_to_copper": "from hole to copper", "trace_width": "track",
+             "trace_spacing": "gap", "via_drill": "hole", "annular_ring": "ring", "copper_to_edge": "copper to edge",
+             "outline_tolerance": "outline", "registration": "register"}  # fmt: skip
+    words = [
+        f"{word} {show(getattr(rules, field), 'm')}" for field, word in named.items() if is_unverified(rules, field)
+    ]
+    return f"; not verified, tell us if yours are larger: {', '.join(words)}" if words else ""
 
 
 def _beyond(layout: Layout) -> str:
@@ -196,6 +246,8 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
         yield show(layer.thickness, "m"), f"{name}, {layer.material}" if layer.material != name else name
     if stackup.plating_thickness:
         yield "Plating", f"{show(stackup.plating_thickness, 'm')}, contained in the outer copper's thickness above"
+    for field, value, source in dict.fromkeys(unverified_rows("stackup", stackup.name)):
+        yield "To confirm", f"{field}, {value}: {source}" if field != "note" else source
     top, bottom = has_coverlay(stackup)
     if top or bottom:
         yield (
@@ -239,7 +291,10 @@ def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield _name(layout, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
     if layout.vias:
         yield _name(layout, "Drill_Map.gbr"), "drill map (Gerber drawing)"
-    yield _name(layout, "drawing.pdf"), "board drawing with dimensions (also as SVG)"
+    yield (
+        _name(layout, "drawing.pdf"),
+        "board drawing with dimensions, contacts with their table on its second page (also as SVG)",
+    )
     yield _name(layout, "stackup.pdf"), "drawing of the stack-up (also as SVG)"
     if panel is not None:
         yield "Archive", "holds the panel's images; those of the single board listed here stay in the package"

@@ -199,7 +199,7 @@ def custom_rules(layout: Layout) -> str:
         ("copper to edge", "edge_clearance", rules.copper_to_edge, "copper_to_edge"),
     ):
         lines += _rule(title, constraint, limit, rules.sources.get(field, ""))
-    if rules.coil_rule_binding and rules.coil_trace_width is not None:
+    if rules.binds("coil_trace_width") and rules.coil_trace_width is not None:
         source, condition = rules.sources.get("coil_trace_width", ""), "A.memberOfGroup('* winding')"
         lines += _rule("trace width in coils", "track_width", rules.coil_trace_width, source, condition)
     return "\n".join(lines) + "\n"

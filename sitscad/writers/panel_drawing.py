@@ -15,7 +15,6 @@ from sitscad.writers._drawing import (
     THICK,
     THIN,
     View,
-    artwork_hash,
     mm,
     new_sheet,
     ordinates_x,
@@ -27,8 +26,9 @@ from sitscad.writers._drawing import (
     span,
 )
 from sitscad.writers._fabrication_files import panel_path
+from sitscad.writers._fingerprint import fingerprint, on_drawing, panel_images, shell_line
 from sitscad.writers._pdf import pdf
-from sitscad.writers._sheet import Pen, Sheet
+from sitscad.writers._sheet import Pen, Sheet, text_width
 
 ROOM = (32.0, 46.0, 150.0, 135.0)
 TEXT_WIDTH = 100
@@ -75,11 +75,12 @@ def render(panel: Panel | None, coupon_estimates: Estimates | None, files: Mappi
     if panel is None:
         return {}
     layout = panel.layout
-    sheet = drawing(panel, artwork_hash(files))
+    images = panel_images(layout, files)
+    sheet = drawing(panel, on_drawing("panel", files, images))
     return {
         panel_path(layout, "-drawing.svg"): sheet.svg().encode("utf-8"),
         panel_path(layout, "-drawing.pdf"): pdf([sheet]),
-        panel_path(layout, "-readme.txt"): readme(panel, coupon_estimates).encode("utf-8"),
+        panel_path(layout, "-readme.txt"): readme(panel, coupon_estimates, files).encode("utf-8"),
     }
 
 
@@ -94,10 +95,9 @@ def drawing(panel: Panel, artwork: str) -> Sheet:
         sheet.draw(view.path(cut), Pen(0.25))
     _bridges(sheet, panel, view)
     _frame(sheet, panel, view)
-    first = panel.parts[0]
     span(sheet, (view.x(0.0), view.y(height) + 6.0), (view.x(width), view.y(height) + 6.0), mm(width))
     span(sheet, (view.x(width) + 7.0, view.y(0.0)), (view.x(width) + 7.0, view.y(height)), mm(height))
-    xs = [0.0, width, *(at.x for at in (*panel.tooling_holes, *panel.fiducials, first))]
+    xs = [0.0, width, *(at.x for at in (*panel.tooling_holes, *panel.fiducials, *panel.parts, *panel.coupons))]
     ys = [0.0, height, *(at.y for at in (*panel.tooling_holes, *panel.parts, *panel.coupons))]
     ordinates_x(sheet, view, xs, view.y(0.0), view.y(0.0) - 8.0)
     ordinates_y(sheet, view, ys, view.x(0.0), view.x(0.0) - 8.0)
@@ -119,11 +119,24 @@ def _bridges(sheet: Sheet, panel: Panel, view: View) -> None:
     x0, _, x1, _ = bounding_box([panel.layout.outline])
     for i, at in enumerate(panel.parts, 1):
         sheet.text(view.x(at.x + (x0 + x1) / 2), view.y(at.y) - 0.8, str(i), 2.2, "middle")
-    for at in panel.coupons:
-        box = bounding_box([panel.coupon.outline]) if panel.coupon is not None else (0.0, 0.0, 0.0, 0.0)
-        is_left = at.x + box[2] < panel.size[0] / 2
-        x, anchor = (at.x + box[2], "start") if is_left else (at.x + box[0], "end")
-        sheet.text(view.x(x) + (1.0 if is_left else -1.0), view.y(at.y) - 0.8, "coupon", 2.2, anchor)
+    _coupon_names(sheet, panel, view)
+
+
+def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
+    """Names beside the coupons; one for both where two find no room between them."""
+    if panel.coupon is None:
+        return
+    box, size = bounding_box([panel.coupon.outline]), 2.2
+    first, last = panel.coupons[0], panel.coupons[-1]
+    y, begin, end = view.y(first.y) - 0.8, view.x(first.x + box[2]) + 1.0, view.x(last.x + box[0]) - 1.0
+    if len(panel.coupons) == 1:
+        sheet.text(begin, y, "coupon", size)
+    elif end - begin > 2.0 * text_width("coupon", size) + 1.0:
+        sheet.text(begin, y, "coupon", size)
+        sheet.text(end, y, "coupon", size, "end")
+    else:
+        fits = text_width("coupons", size) < end - begin
+        sheet.text((begin + end) / 2, y if fits else view.y(first.y + box[1]) - 3.0, "coupons", size, "middle")
 
 
 def _frame(sheet: Sheet, panel: Panel, view: View) -> None:
@@ -158,8 +171,8 @@ def _bridge(panel: Panel) -> float:
     return panel.layout.spec.fpc.panel.bridge
 
 
-def readme(panel: Panel, coupon_estimates: Estimates | None) -> str:
-    """The panel in words: what is delivered, what the coupon should measure."""
+def readme(panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str, bytes] | None = None) -> str:
+    """The panel in words: what is delivered, what the coupon should measure; with `files` its images' fingerprint."""
     title = f"{panel.layout.spec.name}: panel of flexible circuits"
     width, height = (show(side, "m") for side in panel.size)
     paragraphs = [
@@ -167,10 +180,37 @@ def readme(panel: Panel, coupon_estimates: Estimates | None) -> str:
         "everything in it (stack-up, thicknesses, finish, test) holds for the panel. The netlist is that of one board: "
         "test each part by it.",
         *_notes(panel),
+        *_nubs(panel),
         *_coupon(panel, coupon_estimates),
     ]
     lines = [line for text in paragraphs for line in [*wrap(text, TEXT_WIDTH, subsequent_indent="   "), ""]]
-    return "\n".join([title, "=" * len(title), "", *lines])
+    return "\n".join([title, "=" * len(title), "", *lines, *(_fingerprint(panel, files) if files else [])])
+
+
+def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
+    images = panel_images(panel.layout, files)
+    what = (
+        "Fingerprint: SHA-256 of the panel's Gerber and drill files one after another, in the order of the line below; "
+        "in the folder that holds them that line prints the same. The panel's drawing shows its first 16 digits."
+    )
+    return [*wrap(what, TEXT_WIDTH, subsequent_indent="   "), "", fingerprint(files, images), shell_line(images), ""]
+
+
+def _nubs(panel: Panel) -> Iterator[str]:
+    """What is left of the bridges on a part that was cut out."""
+    if panel.bridges:
+        beside = (
+            ", two of them at the sides of the stiffener, behind what is plugged in"
+            if panel.layout.stiffener is not None
+            else ""
+        )
+        yield (
+            f"Where a bridge was cut, a nub up to {mm(_bridge(panel))} mm wide is left on the part's edge: at the red "
+            f"circles of the drawing{beside}; none at the contacts and none in the bend zone. Nubs carry no copper: "
+            "cut as near to the edge as you can, and file off what is left or shave it with a blade, along the edge "
+            "and never across it. Nubs beside the stiffener must go where the connector's housing takes in more of the "
+            "part than the contacts."
+        )
 
 
 def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:

@@ -9,8 +9,9 @@ from sitscad.layout.board import Layout
 from sitscad.layout.thickness import is_opened, tail_layers
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
-from sitscad.writers._drawing import TEXT, THIN, artwork_hash, new_sheet, paragraph, spread, table
+from sitscad.writers._drawing import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
 from sitscad.writers._fabrication_files import fabrication_path, stack_names
+from sitscad.writers._fingerprint import board_images, on_drawing
 from sitscad.writers._flex_facts import bend_text, finish_text, laminate_text, thickness_texts
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Sheet
@@ -21,13 +22,15 @@ TAIL, JOINT, BODY = 24.0, 92.0, 160.0
 """Where the sections begin and end along the paper (mm): the tail's end, where tail and body meet, the body's end."""
 TOP, ROOM = 182.0, 92.0
 """Where the sections begin on paper, and the height that they may take (mm)."""
+CAPTION, CAPTIONS = 116.0, 140.0
+"""Width of a layer's caption and height of all of them (mm)."""
 OPEN = 30.0
 """Length of the contacts in the tail's section (mm)."""
 
 
 def render(layout: Layout, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash."""
-    sheet = drawing(layout, artwork_hash(files))
+    sheet = drawing(layout, on_drawing("board", files, board_images(files)))
     return {
         fabrication_path(layout, "stackup.svg"): sheet.svg().encode("utf-8"),
         fabrication_path(layout, "stackup.pdf"): pdf([sheet]),
@@ -44,7 +47,7 @@ def drawing(layout: Layout, artwork: str) -> Sheet:
     _body_section(sheet, layout, scale)
     rows = [["place", "finished thickness (least to most)"], *map(list, thickness_texts(layout).items())]
     low = table(sheet, 16.0, 72.0, (34.0, 80.0), rows)
-    paragraph(sheet, 16.0, low - 2.0, 140.0, list(_notes(layout)), 2.3)
+    fitting_paragraph(sheet, 16.0, low - 2.0, 150.0, MARGIN + 3.0, list(_notes(layout)), 2.3)
     return sheet
 
 
@@ -65,12 +68,18 @@ def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
         y -= height
     if layout.vias and copper:
         _barrel(sheet, copper[0], copper[0] - copper[-1])
-    captions = spread([-m for m in middles], 1.4 * TEXT)
-    for layer, name, middle, place in zip(layers, stack_names(layout), middles, captions, strict=True):
+    texts = []
+    for layer, name in zip(layers, stack_names(layout), strict=True):
+        material = f", {layer.material}" if layer.material != name else ""
+        texts.append(wrapped(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
+    most = max(map(len, texts))
+    size = min(TEXT, TEXT * CAPTIONS / (1.4 * TEXT * most * len(texts)))
+    captions = spread([-m for m in middles], 1.4 * size * most)
+    for lines, middle, place in zip(texts, middles, captions, strict=True):
         sheet.line(BODY, middle, BODY + 4.0, middle, THIN)
         sheet.line(BODY + 4.0, middle, BODY + 10.0, -place, THIN)
-        material = f", {layer.material}" if layer.material != name else ""
-        sheet.text(BODY + 11.0, -place - 0.9, f"{show(layer.thickness, 'm')}  {name}{material}", TEXT)
+        for row, line in enumerate(lines):
+            sheet.text(BODY + 11.0, -place - 0.35 * size - 1.4 * size * (row - (len(lines) - 1) / 2), line, size)
     sheet.text((JOINT + BODY) / 2, TOP + 3.0, "body with the coils", TEXT, "middle")
 
 
@@ -114,8 +123,4 @@ def _notes(layout: Layout) -> Iterator[str]:
     yield finish_text(layout)
     if layout.bend_zone is not None:
         yield bend_text(layout)
-    yield f"Stack-up from: {_short(stackup.source)}" if stackup.source else "Stack-up as written in the spec."
-
-
-def _short(text: str, most: int = 330) -> str:
-    return text if len(text) <= most else f"{text[:most].rpartition(' ')[0]} ..."
+    yield f"Stack-up from: {stackup.source}" if stackup.source else "Stack-up as written in the spec."

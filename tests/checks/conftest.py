@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from sitscad.checks import RULES
-from sitscad.checks.rules import Subject, apply_rule
+from sitscad.checks.rules import Subject, apply_rule, outcomes
+from sitscad.checks.trials import Trials
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.finding import Finding, NotChecked
 from sitscad.layout.board import Layout
@@ -109,6 +110,15 @@ def judge(*arguments: Any) -> list[Finding]:
     return verdicts(*arguments)[0]
 
 
+def advised(rule_id: str, spec: SensorSpec, layout: Layout | None = None) -> list[Finding]:
+    """Findings of one rule with their hints, which this rule alone was tried for."""
+    rule = next(rule for rule in RULES if rule.id == rule_id)
+    subject = Subject(spec, layout)
+    found, _ = outcomes(rule, subject)
+    trials = Trials(subject, [rule], found)
+    return [trials.advised(outcome) for outcome in found]
+
+
 # Test modules cannot import a conftest, so the helpers reach them as fixtures of the same names.
 
 
@@ -130,3 +140,8 @@ def _verdicts():
 @pytest.fixture(name="judge")
 def _judge():
     return judge
+
+
+@pytest.fixture(name="advised")
+def _advised():
+    return advised

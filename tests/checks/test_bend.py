@@ -39,32 +39,32 @@ def bench():
     return lay_out(spec())
 
 
-def test_what_lies_in_the_bend(judge, bench):
-    (note,) = judge("SIT123", bench.spec, bench)
+def test_what_lies_in_the_bend(advised, bench):
+    (note,) = advised("SIT123", bench.spec, bench)
     start, end = bench.bend_zone
     assert note.severity is Severity.NOTE and start < note.place.x < end
     assert note.measured == pytest.approx(end - note.place.x) and note.measured > note.limit > 0
     middle = Point((start + end) / 2, 0.0)
     via = replace(bench, vias=(*bench.vias, Via(middle, 0.2 * MM, 0.45 * MM, "C1")))
-    found = [f for f in judge("SIT123", bench.spec, via) if f.severity is Severity.ERROR]
+    found = [f for f in advised("SIT123", bench.spec, via) if f.severity is Severity.ERROR]
     assert len(found) == 1 and "via of C1" in found[0].message and found[0].place.x == middle.x
     pad = replace(bench, pads=(*bench.pads, Pad(middle, (1 * MM, 0.3 * MM), 1, "C2", "C2.A", 9)))
-    assert any("contact C2.A" in f.message for f in judge("SIT123", bench.spec, pad))
+    assert any("contact C2.A" in f.message for f in advised("SIT123", bench.spec, pad))
     outline = Region(rectangle(end - 0.5 * MM, -1e-3, end + 4e-3, 1e-3))
     plate = replace(bench, stiffener=replace(bench.stiffener, outline=outline))
-    (stiff,) = [f for f in judge("SIT123", bench.spec, plate) if f.severity is Severity.ERROR]
+    (stiff,) = [f for f in advised("SIT123", bench.spec, plate) if f.severity is Severity.ERROR]
     assert "stiffener" in stiff.message and stiff.measured == pytest.approx(0.5 * MM)
 
 
-def test_a_bend_without_straight_tracks_is_a_warning(judge, bench):
+def test_a_bend_without_straight_tracks_is_a_warning(advised, bench):
     start, _ = bench.bend_zone
-    (found,) = judge("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
+    (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
     assert found.severity is Severity.WARNING and "long enough (it was tried)" in found.hint
 
 
-def short(judge, changed):
+def short(advised, changed):
     """The finding of a tail too short for its bend, if any."""
-    found = [f for f in judge("SIT123", changed, lay_out(changed)) if f.severity is Severity.WARNING]
+    found = [f for f in advised("SIT123", changed, lay_out(changed)) if f.severity is Severity.WARNING]
     assert len(found) <= 1 and all(f.measured < f.limit for f in found)
     return found[0] if found else None
 
@@ -86,34 +86,34 @@ SHORT_TAILS = {
 
 
 @pytest.mark.parametrize(("tail", "coil", "rest"), SHORT_TAILS.values(), ids=SHORT_TAILS)
-def test_a_tail_too_short_for_its_bend_names_a_length_that_does(judge, tail, coil, rest):
+def test_a_tail_too_short_for_its_bend_names_a_length_that_does(advised, tail, coil, rest):
     """Told with the length; laid out again with it the finding is gone, and half a millimetre less brings it back."""
-    found = short(judge, spec(tail, coil, rest))
+    found = short(advised, spec(tail, coil, rest))
     (named,) = re.findall(r"fpc\.tail\.length: ([\d.]+) mm is long enough", found.hint)
 
     def of_length(length):
         return spec(re.sub(r"length: \d+", f"length: {length}", tail, count=1), coil, rest)
 
-    assert short(judge, of_length(named)) is None
-    assert short(judge, of_length(float(named) - 0.5)) is not None
+    assert short(advised, of_length(named)) is None
+    assert short(advised, of_length(float(named) - 0.5)) is not None
 
 
-def test_a_tail_as_long_as_its_bend_needs_is_not_told(judge):
-    assert short(judge, spec("length: 18, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")) is None
+def test_a_tail_as_long_as_its_bend_needs_is_not_told(advised):
+    assert short(advised, spec("length: 18, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")) is None
 
 
-def test_a_bend_longer_than_any_tail_names_no_length(judge, bench):
+def test_a_bend_longer_than_any_tail_names_no_length(advised, bench):
     """A fabricator who asks a thousand times the thickness, of a tail that is thick: there is no such tail."""
     rules = replace(bench.spec.fpc.rules, static_bend_ratio={2: 30_000.0})
     far = replace(bench.spec, fpc=replace(bench.spec.fpc, rules=rules))
-    (found,) = judge("SIT123", far, bench)
+    (found,) = advised("SIT123", far, bench)
     assert found.severity is Severity.WARNING and "mm is long enough" not in found.hint and "none" in found.hint
 
 
-def test_no_room_to_bend_is_told_even_where_no_radius_is_stated(judge):
+def test_no_room_to_bend_is_told_even_where_no_radius_is_stated(advised):
     here = spec("length: 1, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")
     silent = replace(here, fpc=replace(here.fpc, rules=replace(here.fpc.rules, dynamic_bend_ratio={})))
-    (found,) = judge("SIT123", silent, lay_out(silent))
+    (found,) = advised("SIT123", silent, lay_out(silent))
     assert found.severity is Severity.WARNING and found.measured == found.limit == 0.0 and "mm is long" in found.hint
     assert "needs" not in found.message
 
@@ -122,11 +122,11 @@ GRID = "array: {pattern: grid, count: [2, 2], pitch: 8}"
 
 
 @pytest.mark.parametrize("rest", [GRID, "array: {pattern: line, count: 2, pitch: 8}"])
-def test_the_order_says_to_bend_where_the_check_says(judge, rest):
+def test_the_order_says_to_bend_where_the_check_says(advised, rest):
     """Notes, both drawings and the KiCad board name the stretch of straight tracks, not all that is free of vias."""
     here = spec("length: 30, bend: static", "turns: 8, layers: 2", rest)
     layout = lay_out(here)
-    (note,) = judge("SIT123", here, layout)
+    (note,) = advised("SIT123", here, layout)
     start, end = bend_stretch(layout)
     assert note.severity is Severity.NOTE and f"from x = {show(start, 'm', 4)}" in note.message
     assert start == note.place.x > layout.bend_zone[0] and end - start == pytest.approx(note.measured)

@@ -103,6 +103,17 @@ def test_sliver_in_a_narrow_turn_back(judge, bench, apart, fires):
         assert found[0].measured == pytest.approx(apart * MM - 100 * UM) and found[0].place.layer == 1
 
 
+def test_a_gap_that_the_spec_asks_for_is_said_to_be_the_specs(judge, bench):
+    """Turns nearer to each other than the fabricator's spacing are a finding of their own (SIT102)."""
+    legs = polyline([Point(0.0, 0.0), Point(0.15 * MM, 0.0), Point(0.15 * MM, 0.15 * MM), Point(0.0, 0.15 * MM)])
+    (found,) = judge("SIT121", bench.spec, only(bench, legs))
+    assert "generic-flex asks 100 um" in found.message and "coil.trace_spacing" not in found.source
+    narrow = replace(bench.spec, coil=replace(bench.spec.coil, trace_spacing=80 * UM))
+    (found,) = judge("SIT121", narrow, only(bench, legs))
+    assert "the spec (coil.trace_spacing) asks 80 um" in found.message and found.limit == pytest.approx(80 * UM)
+    assert found.source == "coil.trace_spacing in the spec"
+
+
 def test_no_sliver_in_a_rounded_right_angle(judge, bench):
     bend = Arc(Point(0.0, 0.0), Point(0.12 * MM, 0.12 * MM), Point(0.0, 0.12 * MM))
     legs = Path((*polyline([Point(-1 * MM, 0.0), bend.start]), bend, *polyline([bend.end, Point(0.12 * MM, 1 * MM)])))

@@ -49,10 +49,11 @@ def with_rules(layout, **figures):
 def test_trace_width_and_spacing(judge, design):
     (width,) = judge("SIT101", design(coil__trace_width="75 um"))
     assert (width.severity, width.limit) == (Severity.ERROR, 76e-6)
-    assert width.measured == pytest.approx(75e-6) and width.key == "coil.trace_width" and "1 um" in width.hint
+    assert width.measured == pytest.approx(75e-6) and width.key == "coil.trace_width"
     assert width.source and "3 mil" in width.source
     (spacing,) = judge("SIT102", design(coil__trace_spacing="60 um"))
-    assert spacing.limit == 76e-6 and "6.75 turns" in spacing.hint
+    assert spacing.limit == 76e-6 and spacing.key == "coil.trace_spacing"
+    assert not re.search(r"\d", width.hint + spacing.hint)
     assert (
         judge("SIT101", design(coil__trace_width="76 um")) == judge("SIT102", design(coil__trace_spacing="3 mil")) == []
     )
@@ -248,14 +249,14 @@ def test_coverlay_beside_the_contacts_of_one_coil(judge, design, connector, web)
 @pytest.mark.parametrize("connector", ["zif-0.5mm", "zif-0.3mm", "solder-pads"])
 @pytest.mark.parametrize("edge", ["0.2 mm", "0.35 mm", "0.6 mm", "0.7 mm", "1 mm"])
 @pytest.mark.parametrize("count", [1, 2])
-def test_tracks_at_the_plug_name_a_connector_that_leaves_them_room(judge, design, connector, edge, count):
+def test_tracks_at_the_plug_name_a_connector_that_leaves_them_room(advised, design, connector, edge, count):
     """A smaller coil mends nothing there. Pads that wires are soldered to have no width of their own and always fit."""
 
     def board(name):
         rules = {"based_on": "generic-fine", "copper_to_edge": edge}
         array = {"pattern": "line", "count": count, "pitch": 6.5}
         spec = design(fpc__rules=rules, fpc__tail__connector=name, array=array)
-        return judge("SIT109", spec, lay_out(spec))
+        return advised("SIT109", spec, lay_out(spec))
 
     found = board(connector)
     assert connector != "solder-pads" or found == []
@@ -294,6 +295,11 @@ def test_part_size(judge, good):
     small = replace(layout, outline=rectangle(0, 0, 9e-3, 6e-3))
     (found,) = judge("SIT116", spec, small)
     assert (found.measured, found.limit) == (9e-3, 10e-3)
+    assert found.severity is Severity.NOTE and "it is put in a panel" in found.message
+    assert f"send fpc/{spec.name}-order.zip" in found.hint
+    alone = replace(spec, fpc=replace(spec.fpc, panel=replace(spec.fpc.panel, wish="none")))
+    (found,) = judge("SIT116", alone, replace(small, spec=alone))
+    assert found.severity is Severity.WARNING and "fpc.panel: auto" in found.hint
     assert judge("SIT116", spec, replace(layout, outline=rectangle(0, 0, 5e-3, 10e-3))) == []
 
 
@@ -374,4 +380,38 @@ def test_loop_lines_are_those_of_the_coils_copper(judge, good):
     found = judge("SIT103", good[0])
     assert [f.limit for f in found] == pytest.approx([203.2e-6] * 2)
     assert all("at 35 um copper" in f.message and "35 um" in f.source for f in found)
-    assert all("fewer turns lower L and Rp" in f.hint for f in found)
+    assert all("lowers L and Rp" in f.hint and "does not make it binding" in f.message for f in found)
+
+
+THICK = """sitscad: 1
+name: thick
+coil: {{shape: circle, outer_diameter: 12, turns: 8, layers: 2, trace_width: 140 um, trace_spacing: 140 um}}
+fpc:
+  rules: {{based_on: generic-flex, {written}}}
+  stackup:
+    - {{coverlay: 27.5 um}}
+    - {{copper: 70 um}}
+    - {{dielectric: 25 um, material: polyimide}}
+    - {{copper: 70 um}}
+    - {{coverlay: 27.5 um}}
+"""
+
+
+@pytest.mark.parametrize(("written", "unknown"), [("trace_width", "SIT102"), ("trace_spacing", "SIT101")])
+def test_rules_that_give_one_of_width_and_spacing_leave_the_other_unknown_in_thick_copper(judge, written, unknown):
+    """What is not written comes from lines for thinner copper: that is told, and not taken as if it held."""
+    spec = load_text(THICK.format(written=f"{written}: 120 um"), "thick.yaml")
+    known = {"SIT101", "SIT102"} - {unknown}
+    assert [judge(rule, spec) for rule in known] == [[]]
+    (found,) = judge(unknown, spec)
+    assert "no figure for" in found.message and (found.measured, found.limit) == pytest.approx((70e-6, 35e-6))
+
+
+def test_rules_that_write_one_minimum_of_coils_do_not_make_the_others_binding(judge):
+    spec = load_text(THICK.format(written="coil_trace_spacing: 250 um"), "thick.yaml")
+    found = {f.key: f for f in judge("SIT103", spec)}
+    assert found["coil.trace_spacing"].severity is Severity.ERROR
+    assert found["coil.trace_width"].severity is Severity.WARNING
+    assert "the profile that yours is based on" in found["coil.trace_width"].message
+    both = load_text(THICK.format(written="coil_trace_spacing: 250 um, coil_rule_binding: true"), "thick.yaml")
+    assert {f.severity for f in judge("SIT103", both)} == {Severity.ERROR}

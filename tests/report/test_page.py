@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 import re
 from html.parser import HTMLParser
 
@@ -10,8 +11,11 @@ import pytest
 
 import sitscad
 from sitscad.finding import Finding, NotChecked, Place, Severity
+from sitscad.layout.contacts import contacts
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.report.page import _findings, render
+from sitscad.spec import templates
+from sitscad.spec.unverified import unverified_figures
 
 SPEC = """\
 sitscad: 1
@@ -165,3 +169,16 @@ def test_places_are_numbered_as_in_the_pictures():
     assert "<b>Place 1</b> in the pictures: x = 1.500 mm, y = 0.250 mm</p>" in text
     assert "<b>Place 2</b> in the pictures: x = 2.000 mm, y = -1.000 mm, layer 2, nets C1, C2</p>" in text
     assert text.count("in the pictures") == 2 and text.index("near") < text.index("sharp")
+
+
+def test_contacts_and_unverified_figures_are_listed(design):
+    spec, estimates, found = design
+    wiring = contacts(sitscad.lay_out(spec))
+    page = render(found, spec, estimates, {}, {}, wiring)
+    assert [contact.pin for contact in wiring] == ["C1.A", "C1.B", "C2.A", "C2.B"]
+    assert all(f">{contact.pin}<" in page and f">{contact.converter_pin}<" in page for contact in wiring)
+    figures = unverified_figures(spec)
+    assert all(html.escape(figure.what) in page for figure in figures)
+    assert {"generic-flex hole_to_hole", "generic-flex drill_to_copper"} <= {figure.what for figure in figures}
+    grasper = unverified_figures(sitscad.load_text(templates.read("grasper_4layer"), "spec.yaml"))
+    assert {"jaw generic-5mm width", "connector zif-0.5mm contact_width"} <= {figure.what for figure in grasper}

@@ -17,10 +17,22 @@ from kicad_oracle import needs_kicad, write
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
+from sitscad.layout.panel import plan
 from sitscad.layout.thickness import Where, finished_thickness
-from sitscad.spec import presets
+from sitscad.readout import ldc1614, registers
+from sitscad.spec import channels, presets
 from sitscad.spec.load import load_text
-from sitscad.writers import _drawing, board_drawing, drill_map, kicad, order_archive, stackup_drawing
+from sitscad.spec.sensor import PanelSpec
+from sitscad.writers import (
+    _contact_sheet,
+    _drawing,
+    board_drawing,
+    drill_map,
+    kicad,
+    order_archive,
+    panel_drawing,
+    stackup_drawing,
+)
 from sitscad.writers._sheet import Label, Sheet, text_width
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -82,33 +94,115 @@ def test_the_drawing_of_a_real_board_is_legible(rest):
     test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(layout)
 
 
+def assert_legible(sheet):
+    """Texts stay on the sheet and off each other."""
+    width, height = sheet.size
+    boxes = []
+    for item in sheet.items:
+        if isinstance(item, Label):
+            long = text_width(item.text, item.size)
+            back = {"start": 0.0, "middle": long / 2, "end": long}[item.anchor]
+            x, y = item.at
+            box = (x - back, y, x - back + long, y + 0.7 * item.size)
+            if item.angle:
+                box = (x - 0.7 * item.size, y - back, x, y - back + long)
+            boxes.append((box, item.text))
+    for (x0, y0, x1, y1), text in boxes:
+        assert x0 > 5 and x1 < width - 5 and y0 > 5 and y1 < height - 5, text
+    for i, (a, one) in enumerate(boxes):
+        for b, other in boxes[i + 1 :]:
+            apart = a[2] <= b[0] + 0.05 or b[2] <= a[0] + 0.05 or a[3] <= b[1] + 0.05 or b[3] <= a[1] + 0.05
+            assert apart, (one, other)
+
+
 def test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(board):
-    for sheet in (board_drawing.drawing(board, "x" * 60), stackup_drawing.drawing(board, "x" * 60)):
-        width, height = sheet.size
-        boxes = []
-        for item in sheet.items:
-            if isinstance(item, Label):
-                long = text_width(item.text, item.size)
-                back = {"start": 0.0, "middle": long / 2, "end": long}[item.anchor]
-                x, y = item.at
-                box = (x - back, y, x - back + long, y + 0.7 * item.size)
-                if item.angle:
-                    box = (x - 0.7 * item.size, y - back, x, y - back + long)
-                boxes.append((box, item.text))
-        for (x0, y0, x1, y1), text in boxes:
-            assert x0 > 5 and x1 < width - 5 and y0 > 5 and y1 < height - 5, text
-        for i, (a, one) in enumerate(boxes):
-            for b, other in boxes[i + 1 :]:
-                apart = a[2] <= b[0] + 0.05 or b[2] <= a[0] + 0.05 or a[3] <= b[1] + 0.05 or b[3] <= a[1] + 0.05
-                assert apart, (one, other)
+    drawn = [board_drawing.drawing(board, "x" * 60), stackup_drawing.drawing(board, "x" * 60)]
+    for sheet in (*drawn, *filter(None, [_contact_sheet.contact_sheet(board, "x" * 60)])):
+        assert_legible(sheet)
+
+
+@pytest.mark.parametrize("rest", REAL.values(), ids=REAL)
+def test_a_detail_is_larger_than_the_whole_and_every_contact_is_numbered(rest):
+    text = (
+        "sitscad: 1\nname: real\ncoil: {shape: circle, outer_diameter: 4, turns: 5, layers: 2, trace_width: 0.1, "
+        f"trace_spacing: 0.1}}\narray: {{pattern: {rest}\n"
+    )
+    layout = lay_out(load_text(text))
+    (scales,) = {
+        item.text
+        for item in board_drawing.drawing(layout, "").items
+        if isinstance(item, Label) and item.text.endswith("seen from the top")
+    }
+    whole, detail = (float(number) for number in re.findall(r"([\d.]+):1", scales))
+    assert detail > whole
+    labels = {item.text for item in _contact_sheet.contact_sheet(layout, "").items if isinstance(item, Label)}
+    assert {f"{pad.number}: {pad.pin}" for pad in layout.pads} <= labels
+    pins = {pad.net: f"IN{order % 4}" for order, net in enumerate(layout.nets) for pad in layout.pads if pad.net == net}
+    assert {pins[pad.net] + pad.pin[-1] for pad in layout.pads} <= labels
+
+
+def test_the_converters_of_the_contact_table_are_the_readouts():
+    assert ldc1614.limit("channels") == channels.CHANNELS
+    assert [int(address, 16) for address in channels.ADDRESSES] == list(registers.I2C_ADDRESSES)
+
+
+def test_long_names_of_materials_and_sources_stay_on_the_stackup_drawing(board):
+    stackup = board.spec.fpc.stackup
+    layers = tuple(
+        replace(layer, material=layer.material + " of a maker with a long name" * 6) for layer in stackup.layers
+    )
+    long = replace(stackup, layers=layers, source="a long story without end " * 40 + "x" * 300)
+    spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=long))
+    sheet = stackup_drawing.drawing(replace(board, spec=spec), "")
+    for item in sheet.items:
+        if isinstance(item, Label) and item.anchor == "start":
+            assert item.at.x + text_width(item.text, item.size) < sheet.size[0] - 8.0, item.text
+            assert item.at.y > 8.0, item.text
+    written = " ".join(item.text for item in sheet.items if isinstance(item, Label))
+    assert written.count("a long story without end") == 40
 
 
 def test_the_title_block_names_the_files_by_their_hash(board):
     files = layouts.order_set(board)
-    named = sorted(path for path in files if path.endswith(".gbr")), sorted(p for p in files if p.endswith(".drl"))
-    digest = hashlib.sha256(b"".join(files[path] for group in named for path in group)).hexdigest()[:16]
+    named = sorted(path for path in files if path.endswith((".gbr", ".drl")))
+    digest = hashlib.sha256(b"".join(files[path] for path in named)).hexdigest()[:16]
     for path in (path for path in files if path.endswith((".pdf", "drawing.svg", "stackup.svg"))):
         assert digest.encode() in files[path], path
+
+
+@pytest.mark.parametrize("size", [4, 7, 12])
+@pytest.mark.parametrize("parts", [(1, 1), (1, 4), (2, 2)])
+def test_the_panels_drawing_is_legible_and_tells_where_every_part_lies(size, parts):
+    text = (
+        f"sitscad: 1\nname: x\ncoil: {{shape: circle, outer_diameter: {size}, turns: 5, layers: 2, trace_width: 0.1, "
+        f"trace_spacing: 0.1}}\narray: {{pattern: line, count: 2, pitch: {size + 1}}}\n"
+        f"fpc: {{tail: {{length: 20}}, panel: {{parts: {list(parts)}}}}}\n"
+    )
+    panel = plan(lay_out(load_text(text)))
+    sheet = panel_drawing.drawing(panel, "x" * 60)
+    assert_legible(sheet)
+    labels = {item.text for item in sheet.items if isinstance(item, Label)}
+    assert {_drawing.mm(x) for at in (*panel.parts, *panel.coupons) for x in at} <= labels
+
+
+@pytest.mark.parametrize("wish", ["none", "always"])
+def test_the_fingerprint_can_be_had_from_the_archive_alone(board, tmp_path, wish):
+    """With the shell line of the readme that lies in it, whatever the fabricator's names are."""
+    spec = replace(board.spec, fpc=replace(board.spec.fpc, panel=PanelSpec(wish, (1, 2))))
+    layout = replace(board, spec=spec)
+    files = layouts.order_set(layout, plan(layout))
+    archive(files).extractall(tmp_path)
+    own = "" if wish == "none" else f"{layout.spec.name}-panel-"
+    lines = (tmp_path / f"{own}readme.txt").read_text().splitlines()
+    (at,) = (i for i, line in enumerate(lines) if line.endswith("| sha256sum"))
+    printed = subprocess.run(["sh", "-c", lines[at]], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert printed.split()[0] == lines[at - 1]
+    drawing = "fpc/two-coils-drawing.svg" if wish == "none" else "fpc/panel/two-coils-panel-drawing.svg"
+    assert lines[at - 1][:16].encode() in files[drawing]
+    if wish == "always":
+        single = (tmp_path / "readme.txt").read_text()
+        assert "whose files are not in the archive" in " ".join(single.split())
+        assert lines[at - 1] not in single and lines[at - 1][:16].encode() not in files["fpc/two-coils-drawing.svg"]
 
 
 def test_a_date_stands_only_where_source_date_epoch_names_one(board, monkeypatch):

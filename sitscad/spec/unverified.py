@@ -1,0 +1,69 @@
+"""Which figures of a design stand on a source that nobody has seen: what the data mark so, and the design uses."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from sitscad.record import record
+from sitscad.spec import presets
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+MARK = "unverified: "
+WRITTEN = "the spec"
+"""Where a figure comes from that the user wrote."""
+
+_OF_A_FOIL = re.compile(r"_\d+um$")
+"""Rows for foils that the design may not have: the figure that holds stands without its foil."""
+
+
+@record
+class UnverifiedFigure:
+    """A figure in words: whose it is, its value as far as it is one, and what its source says."""
+
+    what: str
+    value: str
+    source: str
+
+
+def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
+    """The unverified figures of the design rules, stack-up, connector, chip, jaw and materials that a spec uses."""
+    return (*_of_rules(spec.fpc.rules), *_of_presets(spec))
+
+
+def is_unverified(rules: DesignRules, field: str) -> bool:
+    """Whether one figure of the fabricator's rules stands on a source that was not seen."""
+    return rules.sources.get(field, "").startswith(MARK)
+
+
+def _of_rules(rules: DesignRules) -> Iterator[UnverifiedFigure]:
+    for field, source in rules.sources.items():
+        if source.startswith(MARK) and not _OF_A_FOIL.search(field):
+            value = getattr(rules, field, None)
+            text = show(value, "m") if isinstance(value, float) else _sides(value)
+            yield UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(MARK))
+
+
+def _sides(value: object) -> str:
+    return " x ".join(show(side, "m") for side in value) if isinstance(value, tuple) else str(value or "")
+
+
+def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
+    fpc, mount = spec.fpc, spec.mount
+    jaw = mount.jaw if mount is not None else None
+    metals = [part.material for part in (spec.target, spec.shield, jaw) if part is not None]
+    soft = [part.material for part in (spec.elastomer, spec.encapsulation) if part is not None]
+    used = [
+        ("stackup", fpc.stackup.name),
+        *(("connector", tail.connector.name) for tail in (fpc.tail,) if tail is not None),
+        *(("chip", chip.name) for chip in (spec.readout.chip,) if chip is not None),
+        *(("jaw", each.name) for each in (jaw,) if each is not None and each.source != WRITTEN),
+        *(("conductor", name) for name in dict.fromkeys(m.name for m in metals if m.source != WRITTEN)),
+        *(("elastomer", name) for name in dict.fromkeys(m.name for m in soft if m.source != WRITTEN)),
+        *(("dielectric", name) for name in dict.fromkeys(layer.material for layer in fpc.stackup.layers)),
+    ]
+    for kind, name in used:
+        for field, value, source in presets.unverified_rows(kind, name):
+            yield UnverifiedFigure(f"{kind} {name} {field}".strip(), value, source)

@@ -1,0 +1,170 @@
+"""Hints that name what to write: written into the spec, each mends its finding and breaks nothing new."""
+
+import json
+import re
+
+import pytest
+import yaml
+
+from sitscad.checks import check
+from sitscad.finding import Severity
+from sitscad.spec import templates
+from sitscad.spec.load import load_text
+from sitscad.spec.rules import SpecError
+
+NAMED = re.compile(
+    r"((?:coil|fpc|readout)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
+    r"(?= with | and |;|,| instead| is enough| mends| makes| fits| leaves| \(|$)"
+)
+
+
+def written(document, key, value):
+    """A document with one dotted key changed to a value as it stands in a hint."""
+    changed = json.loads(json.dumps(document))
+    *parents, last = key.split(".")
+    place = changed
+    for parent in parents:
+        place = place.setdefault(parent, {})
+    place[last] = yaml.safe_load(value)
+    return changed
+
+
+def alternatives(hint):
+    """What a hint says was tried and mends: lists of keys and values to be written together."""
+    promised, tried, _ = re.sub(r"\(tried[^)]*(\([^)]*\)[^)]*)*\)", "", hint).partition("(it was tried)")
+    parts = re.split(r"; or |; ", promised) if tried else []
+    return [NAMED.findall(part) for part in parts if NAMED.findall(part)]
+
+
+def complaints(findings):
+    return [f for f in findings if f.severity is not Severity.NOTE]
+
+
+def errors(findings):
+    return [f.rule for f in findings if f.severity is Severity.ERROR]
+
+
+def followed(document):
+    """Every alternative of every hint followed: rule, what was written, and what is then wrong."""
+    found = check(load_text(json.dumps(document), "spec.yaml")).findings
+    for finding in complaints(found):
+        for changes in alternatives(finding.hint):
+            changed = document
+            for key, value in changes:
+                changed = written(changed, key, value)
+            try:
+                after = check(load_text(json.dumps(changed), "spec.yaml")).findings
+            except SpecError as error:
+                yield finding.rule, changes, [f.message for f in error.findings]
+                continue
+            wrong = [rule for rule in errors(after) if errors(after).count(rule) > errors(found).count(rule)]
+            wrong += [f.rule for f in complaints(after) if (f.rule, f.key) == (finding.rule, finding.key)]
+            yield finding.rule, changes, wrong
+
+
+TAIL = {"length": 30, "connector": "zif-0.5mm", "layers": 2}
+
+
+def design(shape, size, turns, layers, width, spacing, rules, **more):
+    coil = {"shape": shape, "outer_diameter": size, "turns": turns, "layers": layers}
+    coil |= {"trace_width": f"{width} um", "trace_spacing": f"{spacing} um"}
+    return {"sitscad": 1, "name": "tried", "coil": coil, "fpc": {"rules": rules, "tail": TAIL}, **more}
+
+
+SQUARES = {
+    "sitscad": 1,
+    "name": "squares",
+    "coil": {
+        "shape": "square", "outer_diameter": 5, "turns": 3.5, "layers": 4, "trace_width": "100 um",
+        "trace_spacing": "100 um",
+    },
+    "array": {"pattern": "line", "count": 3, "pitch": 5.8},
+}  # fmt: skip
+"""A lead of its layout leaves a corner at 45 degrees."""
+
+BINDING = {"based_on": "generic-flex", "coil_rule_binding": True}
+
+QUICK = {
+    "circle, both too narrow": (design("circle", 6, 9, 2, 80, 80, "generic-flex"), {"SIT101", "SIT102"}),
+    "hexagon, binding loop lines": (design("hexagon", 7, 6, 2, 100, 100, BINDING), {"SIT103"}),
+    "too few turns": (design("circle", 6, 3, 2, 100, 100, "generic-flex"), {"SIT203"}),
+    "octagon with no room inside": (design("octagon", 6, 13.25, 2, 100, 100, "generic-flex"), {"SIT112"}),
+    "too fast a tank": (
+        design("circle", 6, 12, 2, 100, 100, "generic-flex", readout={"capacitance": "47 pF"}), {"SIT202"},
+    ),
+    "too slow a scan": (
+        design("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}), {"SIT210"},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_what_a_hint_says_was_tried_mends_the_finding_when_it_is_written(name):
+    document, rules = QUICK[name]
+    tried = list(followed(document))
+    assert rules <= {rule for rule, _, _ in tried}
+    assert [entry for entry in tried if entry[2]] == []
+
+
+RACETRACK = design(
+    "racetrack", [11, 4.4], 4.5, 2, 100, 100, "generic-flex", mount={"kind": "grasper-pad", "jaw": "generic-5mm"}
+)
+"""Its leads pass beside the coil, which makes the body wider than the jaw."""
+
+
+def test_a_body_too_wide_for_the_jaw_names_its_leads_and_a_width_that_fits(judge):
+    (found, port) = judge("SIT301", load_text(json.dumps(RACETRACK), "spec.yaml"))
+    assert "coils 4.4 mm, board's edges 400 um, and 400 um for leads and vias" in found.message
+    assert "the body decides" in port.hint
+
+
+@pytest.mark.slow
+def test_the_width_that_fits_the_jaw_fits_it():
+    tried = [entry for entry in followed(RACETRACK) if entry[0] == "SIT301"]
+    assert tried == [("SIT301", [("coil.outer_diameter", "[11, 4]")], [])]
+
+
+def test_a_corner_that_the_layout_drew_is_not_blamed_on_the_spec(judge):
+    (found,) = judge("SIT120", load_text(json.dumps(SQUARES), "spec.yaml"))
+    assert "the layout drew this, it is no fault of the spec" in found.hint
+
+
+@pytest.mark.slow
+def test_what_draws_a_corner_otherwise_was_tried():
+    tried = list(followed(SQUARES))
+    assert "SIT120" in {rule for rule, _, _ in tried}
+    assert [entry for entry in tried if entry[2]] == []
+
+
+VARIANTS = {
+    "as it is": {},
+    "narrower": {"coil.trace_width": "70 um", "coil.trace_spacing": "70 um"},
+    "only the gap narrower": {"coil.trace_spacing": "70 um"},
+    "few turns": {"coil.turns": "3"},
+    "two layers": {"coil.layers": "2"},
+    "binding loop lines": {"fpc.rules": "{based_on: generic-flex, coil_rule_binding: true}"},
+    "fast": {"readout.capacitance": "47 pF", "requirements.bandwidth": "400 Hz"},
+}
+
+
+CASES = [(name, "few turns") for name in templates.names()]
+CASES += [(name, variant) for name in ("racetrack_jaw", "three_axis_triangle") for variant in VARIANTS]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("template", "variant"), dict.fromkeys(CASES))
+def test_hints_of_all_templates_and_variants_of_them_mend_what_they_are_for(template, variant):
+    document = yaml.safe_load(templates.read(template))
+    for key, value in VARIANTS[variant].items():
+        document = written(document, key, value)
+    assert [entry for entry in followed(document) if entry[2]] == []
+
+
+def test_turns_that_do_not_end_at_a_side_are_led_to_some_that_fit(tmp_path):
+    document = design("racetrack", [11, 4], 12.3, 2, 80, 80, "generic-fine")
+    with pytest.raises(SpecError) as raised:
+        load_text(json.dumps(document), "spec.yaml")
+    named = {f.rule: f.limit for f in raised.value.findings}
+    assert named["SIT015"] <= 12.0
+    document["coil"]["turns"] = named["SIT015"]
+    load_text(json.dumps(document), "spec.yaml")
