@@ -18,8 +18,8 @@ from sitscad.layout.lanes import Exit
 from sitscad.layout.patience import Patience
 from sitscad.record import record
 
-TRIALS = 1_000
-"""The search of one coil gives up after it has tried this many branches: ways found took up to 660 (1,000 coils)."""
+TRIALS = 2_000
+"""The search of one coil gives up after it has tried this many branches: ways found took up to 1,100 (1,000 coils)."""
 
 STEP_BACK = 1e-3
 """How far back on the ring (rad) its direction is taken."""
