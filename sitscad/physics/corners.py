@@ -39,6 +39,10 @@ LEAST_TURN = 1e-3
 MOST_TURN = math.radians(120.0)
 """Angle (rad) up to which an arc between sides rounds a corner; beyond, it is a curve of its own."""
 
+OPEN = 1.3
+"""Radius, in widths, from which on an arc between sides is one for alternating current too; from TIGHT on to
+it the inner edge draws the current together faster than the modes of a slender arc can tell."""
+
 NEAR = 4.0
 """Distance, in widths, up to which a loop counts as spread out and a side as wide; beyond, a dipole and a filament."""
 
@@ -115,6 +119,40 @@ def mitred(track: BentTrack) -> BentTrack:
             kept[bend.piece] = False
             ends[bend.piece - 1] = starts[bend.piece + 1] = bend.corner
     return replace(track, starts=starts[kept], ends=ends[kept], turns=track.turns[kept])
+
+
+def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], tuple[BentTrack, ...]]:
+    """Tracks with every arc between sides that is neither a corner nor open made a corner, and made open; and which
+    share (0 to 1) of the second they are, by their mean radius. Where the sides are too short for open arcs, 0.
+    """
+    between = [[b for b in _bends(track) if b.is_between_sides and TIGHT[-1] <= b.radius < OPEN] for track in tracks]
+    radii = [bend.radius for bends in between for bend in bends]
+    if not radii:
+        return 0.0, tuple(tracks), tuple(tracks)
+    share = (float(np.mean(radii)) - TIGHT[-1]) / (OPEN - TIGHT[-1])
+    cornered = tuple(_rounded(t, bends, TIGHT[-1] * (1.0 - 1e-9)) for t, bends in zip(tracks, between, strict=True))
+    wide = tuple(_rounded(t, bends, OPEN) for t, bends in zip(tracks, between, strict=True))
+    forwards = all(_keeps_its_sides(*pair) for pair in zip(tracks, wide, strict=True))
+    return (share, cornered, wide) if forwards else (0.0, cornered, cornered)
+
+
+def _rounded(track: BentTrack, bends: Sequence[_Bend], radius: float) -> BentTrack:
+    # The track with some of its bends rounded with another radius (widths).
+    starts, ends = track.starts.copy(), track.ends.copy()
+    for bend in bends:
+        k, corner = bend.piece, np.array(bend.corner)
+        onwards = radius * track.width * math.tan(0.5 * abs(bend.turn))
+        one, other = corner - track.starts[k - 1], track.ends[k + 1] - corner
+        ends[k - 1] = starts[k] = corner - onwards * one / np.hypot(*one)
+        starts[k + 1] = ends[k] = corner + onwards * other / np.hypot(*other)
+    return replace(track, starts=starts, ends=ends)
+
+
+def _keeps_its_sides(track: BentTrack, changed: BentTrack) -> bool:
+    # Whether every straight side still runs forwards.
+    straight = track.turns == 0.0
+    steps = [(t.ends - t.starts)[straight] for t in (track, changed)]
+    return bool(np.all(np.sum(steps[0] * steps[1], axis=1) > 0.0))
 
 
 def corner_inductance(tracks: Sequence[BentTrack]) -> float:

@@ -12,8 +12,11 @@ from sitscad.estimates import estimate
 from sitscad.estimates.leads import estimate_leads
 from sitscad.estimates.losses import Strip, bent_track, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.windings import winding_geometry
+from sitscad.geometry.path import Point, rounded_polyline
 from sitscad.layout import lay_out
+from sitscad.layout.board import Winding
 from sitscad.physics.bent_tracks import bent_winding_loss
+from sitscad.physics.corners import mitred, opened
 from sitscad.physics.proximity import Resolution, winding_loss
 from sitscad.physics.resistance import bend_squares, conductivity_at
 from sitscad.physics.track_modes import ModeSet
@@ -197,3 +200,49 @@ def test_corners_hardly_rounded_have_the_inductance_and_the_bound_of_sharp_ones(
         for shape in ("square", f"square, corner_radius: {radius}")
     )
     assert rounded == sharp
+
+
+ROUNDED = """
+sitscad: 1
+name: rounded
+coil: {{shape: {0}, outer_diameter: 8, turns: {1}, layers: 2, trace_width: 0.3, trace_spacing: 0.1, corner_radius: {2},
+       sense: {3}}}
+"""
+
+
+def rounded_coil(shape, turns, radius, sense="counter-clockwise"):
+    return losses(lay_out(load_text(ROUNDED.format(shape, turns, radius, sense), "test.yaml")))
+
+
+@pytest.mark.parametrize("turns", [4.5, 5])
+def test_a_rounded_coil_of_layers_loses_what_its_mirror_image_does(turns):
+    """Half of the sides once stood for all: 1.41 ohm, and 1.55 ohm for the same coil wound clockwise."""
+    found = [rounded_coil("square", turns, 1, sense) for sense in ("counter-clockwise", "clockwise")]
+    resistance = [loss.direct * loss.resistance_ratio(9e6) for loss in found]
+    assert resistance[0] == pytest.approx(resistance[1], rel=1e-6)
+    assert [loss.inductance_change(9e6) for loss in found] == pytest.approx([found[0].inductance_change(9e6)] * 2)
+
+
+@pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
+def test_a_corner_opens_steadily_with_its_radius(shape):
+    """At 0.7 track widths R once jumped by a tenth, or had no number at all."""
+    found = [rounded_coil(shape, 5, radius) for radius in (0.15, 0.209, 0.211, 0.3, 0.389, 0.391, 1.0)]
+    assert all(loss.is_resolved(1e7) for loss in found)
+    resistance = np.array([loss.direct * loss.resistance_ratio(9e6) for loss in found])
+    assert np.all(np.diff(resistance) < 3e-3 * resistance[0])
+    inductance = np.array([loss.inductance_change(9e6) for loss in found])
+    for before, after in ((1, 2), (4, 5)):  # where one model passes into the other
+        assert resistance[after] == pytest.approx(resistance[before], rel=1e-3)
+        assert inductance[after] == pytest.approx(inductance[before], rel=2e-3)
+
+
+def test_sides_too_short_for_open_arcs_stay_corners():
+    """Arcs of 0.3 mm between sides of 0.1 mm: wider ones have no place, so they count as corners."""
+    side, radius, width = 0.7e-3, 0.3e-3, 0.3e-3
+    corners = [Point(0, 0), Point(side, 0), Point(side, side), Point(0, side), Point(0, 3e-3)]
+    path = rounded_polyline(corners, radius)
+    winding = Winding(1, 0.0, 18e-6, 0.0, 1, True, path)
+    track = bent_track(winding, width)
+    share, cornered, wide = opened([track])
+    assert share == 0.0 and cornered == wide and not np.any(mitred(cornered[0]).turns)
+    assert opened([mitred(track)])[0] == 0.0
