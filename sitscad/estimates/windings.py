@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from sitscad.estimates.inductance_bounds import Crowding, error_bound
-from sitscad.geometry.path import Arc, Line, Path, Point
+from sitscad.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.layout.board import Coil
+from sitscad.physics.corners import MOST_TURN
 from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.rings import ring_winding_inductance
 from sitscad.physics.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
@@ -75,19 +76,29 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
 
 
 def mitred_path(path: Path, width: float) -> Path:
-    """The path with arcs of less than half a width (m) between sides replaced by the corners that the copper has there:
+    """The path with arcs of less than half a width (m) replaced by the corners that the copper has there:
     its inner edge cannot be rounded, and outside hardly any current runs.
     """
     segments = list(path.segments)
-    for k in range(len(segments) - 2, 0, -1):
-        one, arc, other = segments[k - 1 : k + 2]
-        if isinstance(arc, Line) or isinstance(one, Arc) or isinstance(other, Arc) or arc.radius >= 0.5 * width:
+    for k in range(len(segments) - 1, -1, -1):
+        arc = segments[k]
+        if isinstance(arc, Line) or arc.radius >= 0.5 * width or abs(arc.sweep) > MOST_TURN:
             continue
-        onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / one.length
-        corner = Point(arc.start.x + onwards * (one.end.x - one.start.x),
-                       arc.start.y + onwards * (one.end.y - one.start.y))  # fmt: skip
-        segments[k - 1 : k + 2] = [Line(one.start, corner), Line(corner, other.end)]
+        before, after = segments[k - 1] if k else arc, segments[k + 1] if k + 1 < len(segments) else arc
+        corner = _where_tangents_meet(arc, before)
+        low, high = k - isinstance(before, Line), k + 1 + isinstance(after, Line)
+        segments[low:high] = [Line(segments[low].start, corner), Line(corner, segments[high - 1].end)]
     return Path(tuple(segments))
+
+
+def _where_tangents_meet(arc: Arc, before: Segment) -> Point:
+    if isinstance(before, Line):
+        onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / before.length
+        return Point(arc.start.x + onwards * (before.end.x - before.start.x),
+                     arc.start.y + onwards * (before.end.y - before.start.y))  # fmt: skip
+    onwards = math.tan(0.5 * arc.sweep)  # in radii
+    return Point(arc.start.x - onwards * (arc.start.y - arc.centre.y),
+                 arc.start.y + onwards * (arc.start.x - arc.centre.x))  # fmt: skip
 
 
 def _pieces(path: Path, width: float) -> list[Side | Bend]:

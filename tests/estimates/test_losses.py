@@ -246,3 +246,12 @@ def test_sides_too_short_for_open_arcs_stay_corners():
     share, cornered, wide = opened([track])
     assert share == 0.0 and cornered == wide and not np.any(mitred(cornered[0]).turns)
     assert opened([mitred(track)])[0] == 0.0
+
+
+@pytest.mark.parametrize("radius", [0.5, 1.0, 1.5])
+def test_a_short_side_between_two_arcs_leaves_no_arc_tighter_than_the_track(radius):
+    """The octagon's inductance was not a number: a strand ran inside an arc's centre."""
+    coil = "{shape: octagon, outer_diameter: 5, turns: 1.75, trace_width: 0.8, trace_spacing: 0.3, corner_radius: R}"
+    coil = coil.replace("R}", f"{radius}}}")
+    found = estimate(lay_out(load_text(f"sitscad: 1\nname: short\ncoil: {coil}", "test.yaml"))).coils[0]
+    assert found.winding_inductance == pytest.approx(10.35e-9, rel=0.01) and 0.03 < found.resistance_ac < 0.06
