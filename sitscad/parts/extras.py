@@ -24,7 +24,16 @@ def require(package: str) -> ModuleType:
             text = f"{package} is installed without {error.name}, which it needs: {_MEND}"
         raise MissingExtra(text, name=package) from error
     except (ImportError, OSError) as error:
+        if _was_interrupted(error):
+            raise KeyboardInterrupt from error
         raise MissingExtra(
             f"{package} cannot be loaded ({error}): {_MEND}; on Debian also apt-get install {_SYSTEM_LIBRARIES}",
             name=package,
         ) from error
+
+
+def _was_interrupted(error: BaseException | None) -> bool:
+    # Compiled packages turn a Ctrl-C that comes while they load into an ImportError.
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None

@@ -59,3 +59,17 @@ def test_a_package_that_lacks_a_package_of_its_own_says_which(monkeypatch):
     monkeypatch.setattr(extras, "import_module", broken)
     with pytest.raises(MissingExtra, match=r"build123d is installed without OCP.*pip install"):
         extras.require("build123d")
+
+
+def test_an_interruption_while_a_package_loads_is_one(monkeypatch):
+    """A Ctrl-C within a compiled package's start came out as "cannot be loaded: pip install ..."."""
+
+    def interrupted(package):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise ImportError("initialization failed") from error
+
+    monkeypatch.setattr(extras, "import_module", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        extras.require("build123d")

@@ -242,3 +242,13 @@ def test_loading_imports_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT)
     heavy = {"numpy", "scipy", "pydantic", "email", "importlib.metadata", "build123d", "matplotlib", "shapely"}
     assert not heavy & set(done.stdout.split())
+
+
+@pytest.mark.parametrize("coefficient", ["-0.005 1/K", "0.012 1/K"])
+@pytest.mark.parametrize("temperature", ["-60 degC", "200 degC"])
+def test_every_metal_that_can_be_written_conducts_at_every_temperature(coefficient, temperature):
+    """A coefficient of 2 % a kelvin left no resistivity at -40 degC: an internal error of the estimate."""
+    metal = f"{{name: x, conductivity: 58 MS/m, temperature_coefficient: {coefficient}}}"
+    spec = loaded(f"target: {{size: 8, material: {metal}}}", f"requirements: {{temperature: {temperature}}}")
+    warmth = spec.requirements.temperature - 20.0
+    assert 1.0 + spec.target.material.temperature_coefficient * warmth > 0.0
