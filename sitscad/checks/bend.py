@@ -94,9 +94,13 @@ def _longer(subject: Subject, left: Left) -> str:
 
 
 def _length_that_does(subject: Subject) -> float | None:
-    """A length (m) of the tail with which its bend has room, found by laying the board out with it; None if none."""
+    """A length (m) of the tail with which its bend has room, found by laying the board out with it; None if none, or
+    where leads or vias found no room: that search is long, and as vain with any tail.
+    """
     from sitscad.layout import lay_out  # only where a bend lacks room
 
+    if subject.layout.findings:
+        return None
     spec, tail = subject.spec, subject.spec.fpc.tail
     assert tail is not None
     shorter, length = subject, subject.layout.tail_length

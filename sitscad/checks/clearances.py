@@ -20,6 +20,7 @@ from sitscad.checks.copper import (
 )
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
+from sitscad.checks.steep_spiral import nearer_by, spacing_in_words, tried_spacing
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Trace, Via
@@ -285,16 +286,26 @@ def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) 
     what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
     more = f" (and in {places - 1} more)" if places > 1 else ""
     who, source = gap_asked_by(subject, asked)
+    missing, spec = asked - near.gap, subject.spec
+    is_steep = _is_of_the_turns(near) and missing <= nearer_by(spec)
+    room = "fewer turns, a narrower pitch or a larger coil give the room"
     return Complaint(
         f"{what} {how} on layer {near.layer}{more}; {who} asks {um(asked)}",
-        f"{um(asked - near.gap)} are missing: fewer turns, a narrower pitch or a larger coil give the room",
-        key,
+        f"{um(missing)} are missing: {spacing_in_words(spec, missing) if is_steep else room}",
+        "coil.trace_spacing" if is_steep else key,
         near.gap,
         asked,
         "m",
         source=source,
         place=Place(near.x, near.y, near.layer, near.nets),
+        advice=(lambda left: f"{um(missing)} are missing: {tried_spacing(spec, missing, left)}") if is_steep else None,
     )
+
+
+def _is_of_the_turns(near: Nearness) -> bool:
+    """Whether a turn comes near another one of its coil, or what goes on where that ends."""
+    kinds = {_kind(near.one), _kind(near.other)}
+    return near.one.net == near.other.net and Role.WINDING in kinds <= {Role.WINDING, Role.STUB, Role.LEAD}
 
 
 def _kind(item: Item) -> str:

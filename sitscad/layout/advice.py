@@ -8,9 +8,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from sitscad.finding import Finding
-from sitscad.geometry.path import Point
 from sitscad.layout import remedies
-from sitscad.layout.clearance import Hole, hole_keep_out
+from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.spec.presets import connector, names
 from sitscad.spec.sensor import SensorSpec
 
@@ -109,7 +108,7 @@ def _too_near(spec: SensorSpec, finding: Finding, near: float, more: float, hint
 def _lead_room(spec: SensorSpec) -> float:
     """What a via and a lead want beyond the gap between two coils (m), a track's pitch at least."""
     rules, pitch = spec.fpc.rules, spec.coil.trace_width + spec.fpc.rules.trace_spacing
-    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    hole = joined_hole(rules, spec.coil.trace_width)
     gap = (remedies.nearest_distance(spec) or 0.0) - spec.coil.size[0]
     return max(2.0 * hole_keep_out(hole, rules, rules.trace_spacing) + pitch - gap, pitch)
 

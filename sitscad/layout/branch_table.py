@@ -69,7 +69,7 @@ class BranchTable:
         need = around.keep_out + around.bus.width / 2 - 1e-9
         if not math.isnan(other.angle[row]):
             near |= self._meet(other.centre[row], other.angle[row], other.beside[row], need)
-            apart = hole_distance(around.hole, around.hole, around.spec.fpc.rules, around.bus.spacing) - 1e-9
+            apart = hole_distance(around.joined, around.joined, around.spec.fpc.rules, around.bus.spacing) - 1e-9
             near |= np.hypot(*(self.centre - other.centre[row]).T) < apart
         near |= self._met_by(other, row, need)
         return _as_set(~near)

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Winding
-from sitscad.layout.clearance import Hole, Track, hole_keep_out
+from sitscad.layout.clearance import Hole, Track, hole_keep_out, joined_hole
 from sitscad.layout.lanes import Bus
 from sitscad.layout.ring import Ring
 from sitscad.record import record
@@ -46,9 +46,14 @@ class Surroundings:
         return Hole(Point(0.0, 0.0), self.spec.fpc.rules.via_pad, self.spec.fpc.rules.via_drill)
 
     @cached_property
+    def joined(self) -> Hole:
+        """Such a via with the ends of the leads that meet there."""
+        return joined_hole(self.spec.fpc.rules, self.bus.width)
+
+    @cached_property
     def keep_out(self) -> float:
         """From a via's centre to the edge of copper that is not joined to it (m)."""
-        return hole_keep_out(self.hole, self.spec.fpc.rules, self.bus.spacing)
+        return hole_keep_out(self.joined, self.spec.fpc.rules, self.bus.spacing)
 
     @cached_property
     def ring(self) -> Ring:
@@ -62,7 +67,7 @@ class Surroundings:
 
     def via_places(self) -> Iterator[Hole]:
         """Holes where the outline has room: next outside the coil, and farther out so that the ring road stays free."""
-        limit = self.half_width - self.hole.pad / 2 - self.spec.fpc.rules.copper_to_edge + 1e-9
+        limit = self.half_width - self.joined.pad / 2 - self.spec.fpc.rules.copper_to_edge + 1e-9
         for place, angle, distance in self._around_coil:
             hole = Hole(place.shifted(*self.placement.centre), self.hole.pad, self.hole.drill)
             if abs(hole.centre.y) <= limit:

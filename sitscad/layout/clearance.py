@@ -154,6 +154,13 @@ def _met(copper: _Copper, centres: Floats, keep: Floats) -> Indices:
     return hole[gaps < keep[hole] + copper.half_width[piece] - SLACK]
 
 
+def joined_hole(rules: DesignRules, width: float) -> Hole:
+    """The fabricator's smallest via, not yet placed, with the ends of the tracks of some width (m) that it joins: as
+    large as its pad or, where they are wider, as their round ends.
+    """
+    return Hole(Point(0.0, 0.0), max(rules.via_pad, width), rules.via_drill)
+
+
 def hole_keep_out(hole: Hole, rules: DesignRules, spacing: float) -> float:
     """Distance (m) from a hole's centre to the edge of any copper that is not joined to it."""
     return max(hole.pad / 2 + spacing, hole.drill / 2 + rules.drill_to_copper)

@@ -100,7 +100,9 @@ def place_inner_vias(
     keep = hole_keep_out(hole, rules, spacing)
     places = _clear_places(inside, joins[0][0].point, copper, keep, width)
     if inside.longer > 1e-9 and len(places):  # the grid along a long coil reaches into its corners, beyond round ones
-        places = places[np.all([_is_round(places, _innermost(w, n)) for w, n in zip(windings, turns, strict=True)], 0)]
+        closed = [_innermost(w, count) for w, count in zip(windings, turns, strict=True) if count > 1.0 - 1e-9]
+        for turn in closed:  # less than a turn goes round nothing
+            places = places[_is_round(places, turn)]
     room = _StubRoom(copper, ways, width + spacing, width + min(turn_spacing, rules.trace_spacing))
     options = [_Candidates(_candidates(ends, places, room, hole)) for ends in joins]
     return _at_once(options, rules, spacing, width) or _choose(options, rules, spacing, width)

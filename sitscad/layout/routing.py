@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from sitscad.geometry.path import Point
 from sitscad.geometry.spiral import outer_boundary
 from sitscad.layout.branches import OuterEnd, Surroundings, outer_ends
-from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out
+from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out, joined_hole
 from sitscad.layout.escape import Escape, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.patience import TRIALS_OF_A_WAVE, Patience
@@ -44,8 +44,8 @@ def in_line(spec: SensorSpec) -> bool:
 def front_of(spec: SensorSpec, bus: Bus) -> float:
     """Where along x all coils, their vias and leads lie behind: from here on only lanes run."""
     rules = spec.fpc.rules
-    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
-    reach = hole_keep_out(hole, rules, bus.spacing) + rules.via_pad / 2
+    hole = joined_hole(rules, bus.width)
+    reach = hole_keep_out(hole, rules, bus.spacing) + hole.pad / 2
     lanes = (len(spec.array.placements) - 1) // 2 + 1
     ends = (p.centre[0] + Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
     return max(ends) + reach + lanes * bus.pitch
@@ -58,8 +58,8 @@ def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
     beside the coils than the lanes take, room for a track, or room for a via.
     """
     rules = spec.fpc.rules
-    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
-    via_room = hole_keep_out(hole, rules, bus.spacing) + rules.via_pad / 2
+    hole = joined_hole(rules, bus.width)
+    via_room = hole_keep_out(hole, rules, bus.spacing) + hole.pad / 2
     passing = len(spec.array.placements) // 2
     boards = []
     for base in (0.0, bus.pitch, via_room) if passing else (0.0,):
@@ -213,11 +213,11 @@ def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
     There is room outside the coils for a track, for a via, or for a via and a track beside it.
     """
     rules = spec.fpc.rules
-    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    hole = joined_hole(rules, bus.width)
     keep_out = hole_keep_out(hole, rules, bus.spacing)
     widths = sorted({width for _, width in boards(spec, bus)})[-2:]
     widths.append(round(widths[-1] + keep_out + bus.width, 9))
-    bases = (0.0, bus.pitch, keep_out + rules.via_pad / 2)
+    bases = (0.0, bus.pitch, keep_out + hole.pad / 2)
     return [(replace(bus, base=base), width) for width in widths for base in bases]
 
 

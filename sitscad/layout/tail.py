@@ -25,7 +25,7 @@ END_GAP = 0.2e-3
 """Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance."""
 
 CHIP_ROOM = 0.3e-3
-"""Between a capacitor's pads and the vias behind and the bends before them (m): the opening's edge and its distance."""
+"""Between a capacitor's pads and the vias behind and the bends before them (m), at least."""
 
 CHIP_OPENING = 0.05e-3
 """How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)."""
@@ -66,6 +66,10 @@ class TailFrame:
     turn: float = 0.0
     outermost: float = 0.0
     """How far from the axis (m) the outermost of the pairs enters the funnel that part in it."""
+    covered: float = 0.0
+    """How far (m) a via at the contacts keeps from an opening of the coverlay, beyond `CAP`."""
+    chip_room: float = CHIP_ROOM
+    """Between a capacitor's pads and the vias behind and the bends before them (m)."""
 
     @property
     def pad_start(self) -> float:
@@ -113,7 +117,9 @@ class TailFrame:
     @property
     def fan_end(self) -> float:
         """Up to where the vias stand; behind them are the capacitors, if any."""
-        return self.chip_end - (self.chip.pad_across + 2.0 * CHIP_ROOM if self.chip else 0.0)
+        if self.chip:
+            return self.chip_end - self.chip.pad_across - 2.0 * self.chip_room
+        return min(self.chip_end, self.pad_start - self.covered)
 
     @property
     def chip_end(self) -> float:
@@ -187,7 +193,7 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     turn = turn_length(spec.fpc.tail, half_width)
     laid = TailFrame(
         connector, body_end, funnel, start, start, body_half_width, half_width, plug, outer_contact, inner, end_gap,
-        width, bus.width, fan, edge, chip_of(spec, bus), turn,
+        width, bus.width, fan, edge, chip_of(spec, bus), turn, 0.0, _covered(spec), _chip_room(spec),
     )  # fmt: skip
     needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
     if turn:
@@ -212,6 +218,16 @@ def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
 def chip_of(spec: SensorSpec, bus: Bus) -> Chip | None:
     """What stands across every pair before its contacts; nothing without a tail, or where pairs lie side by side."""
     return spec.readout.chip if spec.fpc.tail is not None and bus.is_stacked else None
+
+
+def _covered(spec: SensorSpec) -> float:
+    """What a via, with `CAP` behind its pad, still lacks of the distance to an opening of the coverlay (m)."""
+    return max(0.0, spec.fpc.rules.coverlay_opening_to_trace - CAP)
+
+
+def _chip_room(spec: SensorSpec) -> float:
+    """Room before and behind capacitors' pads (m): their opening keeps its web and its distance from the vias."""
+    return max(CHIP_ROOM, CHIP_OPENING + max(_covered(spec), spec.fpc.rules.coverlay_web))
 
 
 def _beside_via(spec: SensorSpec, bus: Bus) -> float:

@@ -299,3 +299,15 @@ def test_no_via_stands_outside_the_round_corners_of_a_long_coil():
     layout = lay_out(spec)
     assert layout.findings == ()
     assert clashes(layout, 99e-6) == []
+
+
+@pytest.mark.parametrize("turns", ["0.5", "0.25", "[0.5, 3.5]", "[3.5, 0.5]"])
+def test_a_long_coil_with_less_than_a_turn_on_a_layer_has_its_inner_via(turns):
+    """Less than a turn goes round no place, so that it must not be asked to go round the via's."""
+    spec = load_text(
+        "sitscad: 1\nname: short\n"
+        f"coil: {{shape: rectangle, outer_diameter: [9, 6], turns: {turns}, layers: 2, trace_width: 100 um, "
+        "trace_spacing: 100 um}\n",
+        "short.yaml",
+    )
+    assert_sound(lay_out(spec))

@@ -1,0 +1,71 @@
+"""SIT108 on a round spiral of wide pitch: it names the spacing with which the turns keep their distance."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import pytest
+
+from sitscad.checks.steep_spiral import nearer_by
+from sitscad.layout import lay_out
+from sitscad.spec.load import load_text
+
+
+def wide(width=1.2, spacing=0.1, turns=1.35, shape="circle"):
+    return load_text(
+        "sitscad: 1\nname: wide\n"
+        f"coil: {{shape: {shape}, outer_diameter: 10, turns: {turns}, layers: 2, trace_width: {width}, "
+        f"trace_spacing: {spacing}}}\n",
+        "wide.yaml",
+    )
+
+
+def nearest_turns(spec):
+    """Copper to copper (m) of two turns of r = r0 - p theta / 2 pi, from the formula by trying all their points."""
+    coil = spec.coil
+    outer, total = (coil.size[0] - coil.trace_width) / 2, 2 * math.pi * coil.turns
+    slope, count = coil.pitch / (2 * math.pi), 4000
+
+    def at(theta):
+        radius = outer - slope * theta
+        return radius * math.cos(theta), radius * math.sin(theta)
+
+    theta = [total * i / count for i in range(count + 1)]
+    return (
+        min(
+            math.dist(at(one), at(one - 2 * math.pi + turned))
+            for one in theta[:: count // 200]
+            if one >= 2 * math.pi
+            for turned in [0.5 * (k / 1000 - 0.5) for k in range(1001)]
+            if one - 2 * math.pi + turned >= 0.0
+        )
+        - coil.trace_width
+    )
+
+
+def test_the_gap_that_is_found_is_the_true_one_of_the_spiral(judge):
+    """It is not an error of how the spiral is drawn: the formula itself, tried point by point, has the same gap."""
+    spec = wide()
+    found = judge("SIT108", spec, lay_out(spec))
+    gap = min(finding.measured for finding in found)
+    assert gap == pytest.approx(nearest_turns(spec), abs=0.2e-6)
+    assert 0.0 < spec.coil.trace_spacing - gap <= nearer_by(spec)
+
+
+@pytest.mark.parametrize(("width", "turns"), [(1.2, 1.35), (0.8, 2.5)])
+def test_the_spacing_that_is_named_gives_the_turns_their_distance(advised, judge, width, turns):
+    spec = wide(width, turns=turns)
+    hints = {finding.hint for finding in advised("SIT108", spec, lay_out(spec))}
+    assert hints and all("it was tried" in hint for hint in hints)
+    named = max(float(re.search(r"coil\.trace_spacing: ([\d.]+) um", hint)[1]) for hint in hints)
+    mended = replace(spec, coil=replace(spec.coil, trace_spacing=named * 1e-6))
+    assert judge("SIT108", mended, lay_out(mended)) == []
+    assert 0.101 <= named * 1e-3 <= 0.104
+
+
+def test_turns_of_a_polygon_and_narrow_ones_lie_as_they_are_spaced(judge):
+    assert nearer_by(wide(shape="square", turns=1)) == 0.0
+    assert nearer_by(wide(0.1, 0.1, 5)) < 0.1e-6
+    assert judge("SIT108", wide(0.1, 0.1, 5), lay_out(wide(0.1, 0.1, 5))) == []
