@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import time
+import zipfile
 
 import pytest
 
@@ -131,6 +132,14 @@ def test_the_summary_says_what_was_not_so(package, capsys):
         f"differs: {count - 1} of {count} files against the manifest, "
         "the copper of the Gerber files is not that of nets C1, C2, the panel is not made of the single board"
     )
+
+
+def test_every_drawing_of_a_forced_package_is_stamped_in_the_archive_too(whole):
+    with zipfile.ZipFile(whole / "fpc/small-part-order.zip") as archive:
+        drawings = [name for name in archive.namelist() if name.endswith(".pdf")]
+        assert len(drawings) == 3
+        for name in drawings:
+            assert b"MADE IN SPITE OF ERRORS, NOT FOR ORDER" in archive.read(name), name
 
 
 @pytest.mark.slow
