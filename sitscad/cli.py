@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -277,15 +277,31 @@ def schema() -> int:
 def verify(directory: str) -> int:
     """Read a finished package back.
 
-    Its files are held against the manifest, its copper's nets against the intended ones.
+    Its files are held against the manifest, its copper's nets against the intended ones, every board of its panel
+    against the single board.
     Exit code: 0 equal, 1 something differs, 2 not a package, or unreadable.
     """
     found = sitscad.verify(directory)
     for difference in found.differences:
         _print(difference)
-    nets = "no Gerber files" if found.nets is None else f"nets {', '.join(found.nets)} read back from the Gerber files"
-    _print(f"{'ok' if found.ok else 'differs'}: {found.files} files against the manifest, {nets}")
+    _print(f"{'ok' if found.ok else 'differs'}: {', '.join(_looked_at(found))}")
     return 0 if found.ok else 1
+
+
+def _looked_at(found: Any) -> Iterator[str]:
+    """What a package was held against, and where it failed."""
+    there = f"{found.files - found.missing} of {found.files}" if found.missing else str(found.files)
+    yield f"{there} files against the manifest"
+    if found.nets is None:
+        yield "no Gerber files"
+    elif found.wrong_nets:
+        yield f"the copper of the Gerber files is not that of nets {', '.join(found.nets)}"
+    else:
+        yield f"nets {', '.join(found.nets)} read back from the Gerber files"
+    if found.wrong_boards:
+        yield "the panel is not made of the single board"
+    elif found.panel_boards is not None:
+        yield f"{found.panel_boards} boards on the panel equal to the single board"
 
 
 def _checked(path: str) -> CheckedSpec:

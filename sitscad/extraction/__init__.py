@@ -1,6 +1,7 @@
 """Nets out of finished files: what the copper that the Gerber and drill files draw really joins.
 
 `extract` reads a directory of finished files, `compare` holds the nets found against the nets that the same files name,
+`compare_panel` holds every copy of a panel against the single board,
 `copper_resistance` solves for the resistance of the extracted copper. Nothing here knows how the files were written.
 """
 
@@ -12,6 +13,7 @@ from sitscad.extraction.artwork import Artwork, ExtractionError, Flash, Hole
 from sitscad.extraction.differences import Difference, Kind, compare
 from sitscad.extraction.intent import Mark, Source
 from sitscad.extraction.nets import Contact, ExtractedBoard, ExtractedNet, Loop, Piece, extract
+from sitscad.extraction.panel import compare_panel
 
 if TYPE_CHECKING:
     from sitscad.extraction.resistance import copper_resistance
@@ -31,6 +33,7 @@ __all__ = [
     "Piece",
     "Source",
     "compare",
+    "compare_panel",
     "copper_resistance",
     "extract",
 ]

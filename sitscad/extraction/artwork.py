@@ -80,12 +80,12 @@ def read_artwork(directory: Path) -> Artwork:
 
     Raises ExtractionError when a file cannot be read or the copper layers are not complete.
     """
-    functions = dict(sorted(_file_functions(directory)))
+    functions = dict(sorted(file_functions(directory)))
     sources = _copper_files(directory, functions)
     copper, flashes = [], []
     for layer, source in enumerate(sources, start=1):
         objects = _gerber(source).objects
-        copper.append(_area(objects))
+        copper.append(area_of(objects))
         flashes += [_flash(layer, thing) for thing in objects if isinstance(thing, FlashedObject)]
     holes = [
         hole
@@ -94,12 +94,13 @@ def read_artwork(directory: Path) -> Artwork:
         for hole in _holes(path, fields, len(sources))
     ]
     openings = {
-        fields[1]: _area(_gerber(path).objects) for path, fields in functions.items() if fields[0] == "Soldermask"
+        fields[1]: area_of(_gerber(path).objects) for path, fields in functions.items() if fields[0] == "Soldermask"
     }
     return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources)
 
 
-def _file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
+def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
+    """The Gerber and drill files of a directory, and the fields of what each says that it is."""
     if not directory.is_dir():
         raise ExtractionError(f"{directory} is not a directory")
     for path in directory.iterdir():
@@ -166,7 +167,7 @@ def _flash(layer: int, thing: Any) -> Flash:
     return Flash(layer, x, y, _shape(thing))
 
 
-def _area(objects: list[Any]) -> BaseGeometry:
+def area_of(objects: list[Any]) -> BaseGeometry:
     """What is left dark when the objects are drawn one over the other, clear ones taking away what lies below them."""
     area: BaseGeometry = Polygon()
     for dark, group in groupby(objects, key=lambda thing: bool(thing.polarity_dark)):

@@ -122,8 +122,9 @@ def _off_pad(hole: Hole, copper: BaseGeometry) -> str:
 
 def _vias_without_hole(board: ExtractedBoard) -> Iterator[Difference]:
     plated = [hole for hole in board.artwork.holes if hole.is_plated]
-    places = dict.fromkeys((mark.net, mark.x, mark.y) for mark in board.marks if mark.is_via)
-    for net, x, y in places:
+    # every layer and the netlist mark the same via, this one to a micrometre
+    vias = {(mark.net, round(mark.x, 6), round(mark.y, 6)): (mark.x, mark.y) for mark in board.marks if mark.is_via}
+    for (net, *_), (x, y) in vias.items():
         point = shapely.Point(x, y)
         if not any(shapely.intersects(hole.shape, point) for hole in plated):
             yield Difference(Kind.NO_HOLE, f"the via of {net} at {_place(x, y, None)} is not drilled", (net,), x, y)

@@ -111,20 +111,20 @@ def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
     directory = Path(directory)
     directory = directory / "fpc" if (directory / "fpc").is_dir() else directory
     artwork = read_artwork(directory)
-    marks = read_marks(directory, artwork.sources)
-    pieces = [
-        Piece(layer, shape)
-        for layer, area in enumerate(artwork.copper, start=1)
-        for shape in _polygons(area.buffer(growth) if growth else area)
-    ]
-    return _joined(artwork, marks, pieces)
+    return nets_of(artwork, read_marks(directory, artwork.sources), growth)
 
 
 def _polygons(area: BaseGeometry) -> list[Polygon]:
     return [part for part in shapely.get_parts(area) if isinstance(part, Polygon) and not part.is_empty]
 
 
-def _joined(artwork: Artwork, marks: tuple[Mark, ...], pieces: list[Piece]) -> ExtractedBoard:
+def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> ExtractedBoard:
+    """The nets of some artwork, its copper grown by ``growth`` (m) on every side before it is joined."""
+    pieces = [
+        Piece(layer, shape)
+        for layer, area in enumerate(artwork.copper, start=1)
+        for shape in _polygons(area.buffer(growth) if growth else area)
+    ]
     holes = [hole for hole in artwork.holes if hole.is_plated]
     trees = {layer: _LayerTree(layer, pieces) for layer in range(1, len(artwork.copper) + 1)}
     parts = _DisjointSets(len(pieces) + len(holes))

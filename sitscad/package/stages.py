@@ -378,10 +378,11 @@ def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
         for number, finding in numbered_places(design.checked.findings)
         if finding.place is not None
     ]
+    layers = stackup_drawing.drawing(layout, "see the package", not design.checked.ok)
     drawn = {
         "The part that lies on the jaw, seen from the top, to scale.": picture(layout, None, layout.body, marks),
         "The whole board, to scale.": picture(layout, None, None, marks),
-        "The board's layers; heights to scale, lengths not.": stackup_drawing.drawing(layout, "see the package").svg(),
+        "The board's layers; heights to scale, lengths not.": layers.svg(),
     }
     solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}

@@ -1,8 +1,11 @@
-"""Reading a finished package back: every file against the manifest, and the copper's nets against the intended ones."""
+"""Reading a finished package back: every file against the manifest, the copper's nets against the intended ones, every
+board of the panel against the single board.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from sitscad.package.folder import explained
@@ -12,12 +15,21 @@ from sitscad.record import record
 
 @record
 class Verification:
-    """What reading a package back found: every difference in one sentence, and what was looked at."""
+    """What reading a package back found: every difference in one sentence, and what was looked at.
+
+    ``files`` counts those that the manifest names, ``missing`` those of them that are not there; ``nets`` are the
+    layout's, None where the package has no Gerber files; ``panel_boards`` is how many boards were held against the
+    single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either.
+    """
 
     directory: Path
     differences: tuple[str, ...]
     files: int
     nets: tuple[str, ...] | None
+    missing: int = 0
+    wrong_nets: int = 0
+    panel_boards: int | None = None
+    wrong_boards: int = 0
 
     @property
     def ok(self) -> bool:
@@ -26,9 +38,8 @@ class Verification:
 
 
 def verify(directory: str | Path) -> Verification:
-    """Compare a package with its manifest, and the nets in its finished Gerber and drill files with the intended ones.
-
-    ``nets`` of the result is None where the package has no Gerber files.
+    """Compare a package with its manifest, the nets in its finished Gerber and drill files with the intended ones, and
+    every board of its panel with the single board.
 
     Raises
     ------
@@ -40,12 +51,28 @@ def verify(directory: str | Path) -> Verification:
     folder = Path(directory)
     with explained(f"cannot read {folder}"):
         manifest = read_manifest(folder)
-        differences = list(_file_differences(folder, manifest))
-        has_gerbers = any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files)
-        if not has_gerbers:
-            return Verification(folder, tuple(differences), len(manifest.files), None)
-        differences += _net_differences(folder, manifest.nets)
-        return Verification(folder, tuple(differences), len(manifest.files), tuple(sorted(manifest.nets)))
+        files = list(_file_differences(folder, manifest))
+        missing = sum(not (folder / name).exists() for name in manifest.files)
+        if not any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
+            return Verification(folder, tuple(files), len(manifest.files), None, missing)
+        with _readers():
+            nets = tuple(dict.fromkeys(_net_differences(folder, manifest.nets)))
+            boards, panel = _panel_differences(folder, manifest)
+    differences = (*files, *nets, *panel)
+    names = tuple(sorted(manifest.nets))
+    return Verification(folder, differences, len(manifest.files), names, missing, len(nets), boards, len(panel))
+
+
+@contextmanager
+def _readers() -> Iterator[None]:
+    """What reading Gerber files needs and is not installed, said in words."""
+    from sitscad.parts import MissingExtra
+
+    try:
+        yield
+    except ImportError as error:
+        missing = (error.name or "a package").partition(".")[0]
+        raise MissingExtra(f"reading Gerber files back needs {missing}: pip install 'sitscad[all]'") from error
 
 
 def _file_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
@@ -61,15 +88,10 @@ def _file_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
     """Differences of the copper from the files' own net names, and of these from the nets that the layout had."""
-    from sitscad.parts import MissingExtra
+    import sitscad.extraction as extraction
 
     try:
-        import sitscad.extraction as extraction
-
         board = extraction.extract(folder)
-    except ImportError as error:
-        missing = (error.name or "a package").partition(".")[0]
-        raise MissingExtra(f"reading Gerber files back needs {missing}: pip install 'sitscad[all]'") from error
     except extraction.ExtractionError as error:
         yield f"the Gerber files do not make up a board: {error}"
         return
@@ -84,6 +106,19 @@ def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> I
             yield f"coil {name} does not lead from one contact to another: the layout found no way out for it"
         if wanted != there:
             yield f"net {name} joins {_names(there)} where the layout joins {_names(wanted)}"
+
+
+def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tuple[str, ...]]:
+    """How many boards the panel has, each of them compared, and its differences from the single board; None without."""
+    if not any(name.startswith("fpc/panel/") for name in manifest.files):
+        return None, ()
+    import sitscad.extraction as extraction
+
+    try:
+        boards, differences = extraction.compare_panel(folder / "fpc", folder / "fpc" / "panel")
+    except extraction.ExtractionError as error:
+        return 0, (f"the panel's files do not make up a panel: {error}",)
+    return boards, tuple(dict.fromkeys(differences))
 
 
 def _names(pins: set[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from sitscad.spec import presets
@@ -18,6 +19,8 @@ from sitscad.units import show
 _DEFAULT_STACKUP = {1: "flex-2l-18um", 2: "flex-2l-18um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
 _LARGEST_STACKUP = "flex-8l"
 _WRITTEN = "written out"
+USUAL_PLATING, PLATING_SIGMA = 12e-6, 2e-6
+"""As in the presets: plating adds 8 to 15 um to the outer copper (wellerpcba.com), and one sigma of that (m)."""
 _TURN_RADIUS = 2e-3
 
 
@@ -61,10 +64,13 @@ def _panel(document: str | PanelDocument, remarks: Remarks) -> PanelSpec:
 
 
 def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
-    if isinstance(document.stackup, str):
-        return presets.stackup(document.stackup)
+    if isinstance(document.stackup, list):
+        return _plated(_written_stackup(document.stackup, remarks), document.plating, remarks)
+    if document.plating is not None:
+        message = "a preset's plating is its own"
+        remarks.flaw("SIT009", "fpc.plating", message, "leave it out, or write the layers of fpc.stackup out")
     if document.stackup is not None:
-        return _written_stackup(document.stackup, remarks)
+        return presets.stackup(document.stackup)
     name = _DEFAULT_STACKUP.get(max(coil.layers), _LARGEST_STACKUP)
     layers = f"{len(coil.layers)} coil layer{'s' if len(coil.layers) > 1 else ''}"
     remarks.default("fpc.stackup", name, f"the default for {layers}")
@@ -88,6 +94,32 @@ def _written_stackup(layers: list[LayerDocument], remarks: Remarks) -> Stackup:
             message = "two copper layers touch"
             remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "put a dielectric between them")
     return Stackup(_WRITTEN, tuple(found), "the spec")
+
+
+def _plated(stackup: Stackup, plating: float | None, remarks: Remarks) -> Stackup:
+    """The stack-up with its holes plated and the spread that plating gives to its outer copper, as the presets have it.
+
+    One copper layer has no holes and is not plated.
+    """
+    copper = stackup.copper
+    if len(copper) < 2:
+        if plating is not None:
+            remarks.flaw("SIT009", "fpc.plating", "one copper layer has no plated holes", "leave it out")
+        return stackup
+    is_stated = plating is not None
+    outer = min(copper[0].thickness, copper[-1].thickness)
+    if plating is None:
+        if outer <= USUAL_PLATING:
+            return replace(stackup, copper_thickness_sigma=PLATING_SIGMA)
+        plating = USUAL_PLATING
+        remarks.default("fpc.plating", show(plating, "m"), "part of the outer copper")
+    elif plating >= outer:
+        message = f"the outer copper, {show(outer, 'm')} finished, contains the plating of {show(plating, 'm')}"
+        facts = {"measured": plating, "limit": outer, "unit": "m"}
+        remarks.flaw("SIT009", "fpc.plating", message, "write foil and plating together as the copper", **facts)
+    return replace(
+        stackup, plating_thickness=plating, copper_thickness_sigma=PLATING_SIGMA, is_plating_stated=is_stated
+    )
 
 
 def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer:

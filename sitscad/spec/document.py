@@ -199,6 +199,11 @@ class FpcDocument(Section):
     """The flexible printed circuit."""
 
     stackup: str | list[LayerDocument] | None = key(StackupChoice, "a preset, or the layers from top to bottom", None)
+    plating: float | None = key(
+        Quantity("length", "1 um", "100 um"),
+        "in the holes of a stackup that is written out, part of its outer copper (and off the foil): 12 um if left out",
+        None,
+    )
     rules: str | RulesDocument = key(
         RulesChoice, "a fabricator's design rules: a preset, a profile file, or written out", "generic-flex"
     )

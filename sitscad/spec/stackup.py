@@ -40,7 +40,8 @@ class Stackup:
     """The flexible circuit's layers from top to bottom.
 
     Thicknesses are finished ones. `plating_thickness` (m) is the copper in the via barrels, part of the outer copper
-    layers' thickness already; `copper_thickness_sigma` (m) is one sigma of the outer copper's thickness.
+    layers' thickness already, and `is_plating_stated` is False where it is only what is usual: then no foil counts as
+    thinner for it; `copper_thickness_sigma` (m) is one sigma of the outer copper's thickness.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Stackup:
     source: str = ""
     plating_thickness: float = 0.0
     copper_thickness_sigma: float | None = None
+    is_plating_stated: bool = True
 
     @property
     def thickness(self) -> float:
@@ -70,8 +72,9 @@ class Stackup:
         plating, by which fabricators list their widths. Only the outer layers are plated.
         """
         copper = self.copper
+        plating = self.plating_thickness if self.is_plating_stated else 0.0
         foils = [
-            layer.thickness - (self.plating_thickness if layer.number in (1, len(copper)) else 0.0)
+            layer.thickness - (plating if layer.number in (1, len(copper)) else 0.0)
             for layer in copper
             if layer.number in layers
         ]

@@ -4,6 +4,8 @@ where each leads.
 
 from __future__ import annotations
 
+import math
+
 from sitscad.geometry.path import Path, bounding_box, rectangle
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.contacts import HEAD, contacts
@@ -11,34 +13,41 @@ from sitscad.writers._clipping import Box, parts_inside
 from sitscad.writers._drawing import (
     CHAIN,
     HIDDEN,
+    TEXT,
     THICK,
     THIN,
     View,
     detail_scale,
+    mm,
     new_sheet,
+    outer_span,
     paragraph,
     placed,
     scale_text,
+    span,
     table,
 )
+from sitscad.writers._flex_facts import contact_row, contact_text, stiffener_text
 from sitscad.writers._sheet import Pen, Sheet, text_width
 
-ROOM = (22.0, 52.0, 112.0, 132.0)
+ROOM = (26.0, 54.0, 104.0, 126.0)
 """Room for the contacts on paper: left, low, width, height (mm)."""
 AROUND = 0.6e-3
 """So much of the board (m) is drawn about the contacts."""
+STAND = 5.0
+"""Of a dimension line from the view (mm)."""
 COPPER, CONTACT = "#d8b08c", "#e6c200"
 COLUMNS = (16.0, 18.0, 16.0, 16.0, 28.0, 20.0, 20.0)
 
 
-def contact_sheet(layout: Layout, artwork: str) -> Sheet | None:
+def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet | None:
     """The sheet; None for a board without contacts."""
     if not layout.pads:
         return None
     x0, y0, x1, y1 = bounding_box([_shape(pad) for pad in layout.pads])
     box = (x0 - AROUND, y0 - AROUND, x1 + AROUND, y1 + AROUND)
     scale = detail_scale((box[2] - box[0], box[3] - box[1]), ROOM[2:])
-    sheet = new_sheet(layout.spec.name, "flexible circuit, contacts", f"{scale_text(scale)}", artwork)
+    sheet = new_sheet(layout.spec.name, "flexible circuit, contacts", f"{scale_text(scale)}", artwork, forced)
     view = placed(box, scale, ROOM)
     _draw(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8
@@ -65,8 +74,43 @@ def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     for piece in parts_inside(layout.outline, box):
         sheet.draw(view.path(piece), THICK)
     sheet.draw(view.path(rectangle(*box)), CHAIN)
+    _dimensions(sheet, layout, view, box)
     for pad in layout.pads:
         _number(sheet, pad, view)
+
+
+def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
+    """Width and length of the last contact of the row, and the pitch to the one before, round the view."""
+    row, pitch = contact_row(layout)
+    (w, h), (x, y) = row[-1].size, row[-1].centre
+    left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
+    names = ("length", "width") if w >= h else ("width", "length")
+    xs, ys = (view.x(x - w / 2), view.x(x + w / 2)), (view.y(y - h / 2), view.y(y + h / 2))
+    _along_x(sheet, xs, ys[1], high + STAND, f"{names[0]} {mm(w)}")
+    _along_y(sheet, ys, xs[0], left - STAND, f"{names[1]} {mm(h)}")
+    if pitch is None:
+        return
+    before = row[-2].centre
+    if abs(before.x - x) > abs(before.y - y):
+        _along_x(sheet, (view.x(before.x), view.x(x)), ys[0], low - STAND, f"pitch {mm(pitch)}")
+    else:
+        _along_y(sheet, (view.y(before.y), view.y(y)), xs[1], right + STAND, f"pitch {mm(pitch)}")
+
+
+def _along_x(sheet: Sheet, ends: tuple[float, float], start: float, level: float, text: str) -> None:
+    """A dimension along x at a height of the paper, led there from `start`; between the ends where there is room."""
+    for x in ends:
+        sheet.line(x, start, x, level + math.copysign(1.0, level - start), THIN)
+    is_wide = ends[1] - ends[0] > text_width(text, TEXT) + 5.0
+    (span if is_wide else outer_span)(sheet, (ends[0], level), (ends[1], level), text)
+
+
+def _along_y(sheet: Sheet, ends: tuple[float, float], start: float, level: float, text: str) -> None:
+    """The same along y at an x of the paper."""
+    for y in ends:
+        sheet.line(start, y, level + math.copysign(1.0, level - start), y, THIN)
+    is_wide = ends[1] - ends[0] > text_width(text, TEXT) + 5.0
+    (span if is_wide else outer_span)(sheet, (level, ends[0]), (level, ends[1]), text)
 
 
 def _number(sheet: Sheet, pad: Pad, view: View) -> None:
@@ -86,6 +130,8 @@ def _notes(layout: Layout) -> list[str]:
     named = f" of {connector.name}" if connector is not None else ""
     return [
         f"Contacts{named} seen from the top, where they are bare. Each is marked with its number and its pin.",
+        f"{contact_text(layout).capitalize()}.",
+        *([f"Stiffener below them: {stiffener_text(layout)}."] if layout.stiffener is not None else []),
         "Both contacts of a coil are one net: they are joined through its winding.",
         "Coils are wired to the channels in their order; which end is A and which is B is of no matter to the reading.",
     ]

@@ -10,10 +10,13 @@ from sitscad.writers._fabrication_files import creation_date
 from sitscad.writers._sheet import BLACK, Pen, Sheet, text_width
 
 MARGIN = 8.0
+FORCED = "MADE IN SPITE OF ERRORS, NOT FOR ORDER"
+"""What is stamped on the drawings of a package that does not meet its own checks."""
+RED = "#b00000"
 BLOCK = (118.0, 30.0)
 """The title block at the lower right, millimetres on paper."""
 
-SCALES = (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
+SCALES = (50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1)
 DETAIL_SCALES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0)
 """Of details, which have finer steps, so that they are larger than the whole."""
 THICK, THIN, HIDDEN = Pen(0.5), Pen(0.18), Pen(0.18, BLACK, (1.2, 0.8))
@@ -25,8 +28,10 @@ INDENT = 3.0
 """Of a paragraph's lines after the first (mm)."""
 
 
-def new_sheet(name: str, what: str, scale: str, artwork: str) -> Sheet:
-    """An A4 sheet with its frame and title block; ``artwork`` says which finished files it belongs to."""
+def new_sheet(name: str, what: str, scale: str, artwork: str, forced: bool = False) -> Sheet:
+    """An A4 sheet with its frame and title block; ``artwork`` says which finished files it belongs to,
+    ``forced`` stamps it.
+    """
     sheet = Sheet(f"{name}: {what}")
     width, height = sheet.size
     sheet.draw(rectangle(MARGIN, MARGIN, width - MARGIN, height - MARGIN), Pen(0.5))
@@ -40,15 +45,18 @@ def new_sheet(name: str, what: str, scale: str, artwork: str) -> Sheet:
         ("Files", artwork),
         ("Made by", f"sitscad {__version__}"),
     ]
+    if forced:
+        rows.insert(0, ("Stop", FORCED))
     step = BLOCK[1] / len(rows)
     for i, (label, text) in enumerate(rows):
         y = low + BLOCK[1] - (i + 1) * step
         if i:
             sheet.line(left, y + step, left + BLOCK[0], y + step, THIN)
-        sheet.text(left + 1.5, y + 1.5, label, 2.0)
+        sheet.text(left + 1.5, y + 0.3 * step, label, 2.0)
         room = BLOCK[0] - 17.0
-        size = 3.2 if i == 0 else TEXT
-        sheet.text(left + 15.0, y + 1.4, text, min(size, size * room / max(text_width(text, size), 1e-9)))
+        size = 3.2 if label in ("Design", "Stop") else TEXT
+        size = min(size, size * room / max(text_width(text, size), 1e-9))
+        sheet.text(left + 15.0, y + 0.28 * step, text, size, colour=RED if label == "Stop" else BLACK)
     return sheet
 
 
@@ -158,6 +166,23 @@ def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], tex
         sheet.text(middle[0], middle[1] + 0.8, text, TEXT, "middle")
     else:
         sheet.text(middle[0] - 0.8, middle[1], text, TEXT, "middle", 90.0)
+
+
+def outer_span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str) -> None:
+    """A dimension of a short stretch, from the lower or left point on: arrows from outside, the text beyond them."""
+    reach, tip = 5.0, 2.0
+    level = abs(other[1] - one[1]) < 1e-9
+
+    def at(point: tuple[float, float], along: float, aside: float = 0.0) -> Point:
+        return Point(point[0] + along, point[1] + aside) if level else Point(point[0] + aside, point[1] + along)
+
+    begin, end = at(one, -reach), at(other, reach)
+    sheet.line(begin.x, begin.y, end.x, end.y, THIN)
+    for point, way in ((one, -1.0), (other, 1.0)):
+        corners = [at(point, 0.0), at(point, way * tip, 0.4), at(point, way * tip, -0.4)]
+        sheet.draw(closed_polygon(corners), None, BLACK)
+    place = at(other, reach + 1.0, -0.35 * TEXT if level else 0.35 * TEXT)
+    sheet.text(place.x, place.y, text, TEXT, "start", 0.0 if level else 90.0)
 
 
 def table(

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 from functools import cache
+from itertools import pairwise
 
+from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_stretch
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Layout, Pad
 from sitscad.layout.thickness import FinishedThickness, Where, finished_thickness, tail_copper
 from sitscad.spec.presets import DATA
 from sitscad.spec.stackup import LayerKind
@@ -29,7 +31,8 @@ def finish_name(layout: Layout) -> str:
 def finish_text(layout: Layout) -> str:
     """Finish of the bare contacts, foil and plating."""
     row, stackup = _finishes()[layout.spec.fpc.finish], layout.spec.fpc.stackup
-    plating = f", holes plated {show(stackup.plating_thickness, 'm')} nominal" if stackup.plating_thickness else ""
+    is_plated = layout.vias and stackup.plating_thickness
+    plating = f", holes plated {show(stackup.plating_thickness, 'm')} nominal" if is_plated else ""
     return f"Finish on bare contacts: {row['words']}. Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
 
 
@@ -70,6 +73,47 @@ def turn_text(layout: Layout) -> str:
         else f"runs {show(abs(tail.offset), 'm')} to the {side}"
     )
     return f"The tail {how} before its contacts; inner edges there have a radius of {show(tail.turn_radius, 'm')}."
+
+
+def contact_row(layout: Layout) -> tuple[tuple[Pad, ...], float | None]:
+    """The contacts in the order of their places along their row, and their pitch (m); None where there is no one row
+    with one pitch.
+    """
+    xs, ys = [pad.centre.x for pad in layout.pads], [pad.centre.y for pad in layout.pads]
+    across = max(xs) - min(xs) > max(ys) - min(ys)
+    row = tuple(sorted(layout.pads, key=lambda pad: pad.centre.x if across else pad.centre.y))
+    steps = [(b.centre.x - a.centre.x, b.centre.y - a.centre.y) for a, b in pairwise(row)]
+    pitches = {round((dx if across else dy) * 1e9) for dx, dy in steps}
+    beside = {round((dy if across else dx) * 1e9) for dx, dy in steps}
+    return row, pitches.pop() * 1e-9 if len(pitches) == 1 and beside == {0} else None
+
+
+def contact_text(layout: Layout) -> str:
+    """Width, length and pitch of the contacts: lengths lie across the row; empty without contacts."""
+    if not layout.pads:
+        return ""
+    _, pitch = contact_row(layout)
+    width, length = contact_size(layout.pads[0])
+    apart = f", pitch {show(pitch, 'm')}" if pitch is not None else ""
+    return f"contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
+
+
+def contact_size(pad: Pad) -> tuple[float, float]:
+    """Width and length (m) of a contact: its shorter and its longer side."""
+    width, length = sorted(pad.size)
+    return width, length
+
+
+def stiffener_text(layout: Layout) -> str:
+    """The stiffener's material, size (along the tail first) and thickness; empty without one."""
+    plate = layout.stiffener
+    if plate is None:
+        return ""
+    x0, y0, x1, y1 = bounding_box([plate.outline.outline])
+    tail = layout.spec.fpc.tail
+    along, across = (y1 - y0, x1 - x0) if tail is not None and tail.turn != "none" else (x1 - x0, y1 - y0)
+    size = f"{show(along, 'm')} along the tail, {show(across, 'm')} across"
+    return f"{plate.material}, {size}, {show(plate.thickness, 'm')} thick with its adhesive"
 
 
 def laminate_text(layout: Layout) -> str:

@@ -74,9 +74,18 @@ class Sheet:
         """Add a straight line."""
         self.draw(Path((Line(Point(x0, y0), Point(x1, y1)),)), pen or Pen())
 
-    def text(self, x: float, y: float, text: str, size: float = 3.0, anchor: str = "start", angle: float = 0.0) -> None:
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: float = 3.0,
+        anchor: str = "start",
+        angle: float = 0.0,
+        colour: str = BLACK,
+    ) -> None:
         """Add a text whose base line begins (or ends, or has its middle) at (x, y)."""
-        self.items.append(Label(Point(x, y), text, size, anchor, angle))
+        self.items.append(Label(Point(x, y), text, size, anchor, angle, colour))
 
     def svg(self) -> str:
         """The sheet as self-contained SVG, in millimetres."""

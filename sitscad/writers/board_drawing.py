@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from sitscad.geometry.path import Path, bounding_box, circle, polyline, rectangle
+from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
 from sitscad.layout.bending import bend_stretch
 from sitscad.layout.board import Coil, Layout
 from sitscad.units import show
@@ -38,35 +38,35 @@ from sitscad.writers._drill_map import SYMBOLS, tool_table
 from sitscad.writers._excellon_text import DrilledHole, millimetres, on_grid
 from sitscad.writers._fabrication_files import fabrication_path
 from sitscad.writers._fingerprint import board_images, on_drawing
-from sitscad.writers._flex_facts import bend_text, finish_text, thickness_texts, turn_text
+from sitscad.writers._flex_facts import bend_text, finish_text, stiffener_text, thickness_texts, turn_text
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet, text_width
 
 COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"
-WHOLE = (40.0, 132.0, 225.0, 44.0)
+WHOLE = (40.0, 132.0, 225.0, 47.0)
 """Room for the whole board on paper: left, low, width, height (mm); dimensions stand around it."""
 DETAIL = (36.0, 32.0, 112.0, 70.0)
 
 
-def render(layout: Layout, files: Mapping[str, bytes]) -> dict[str, bytes]:
+def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """The drawing as PDF and its sheets as SVG by their paths in the package; ``files`` has the images whose
-    fingerprint it states.
+    fingerprint it states. Where ``forced`` is not empty every sheet is stamped.
     """
     artwork = on_drawing("board", files, board_images(files))
-    sheets = {"drawing.svg": drawing(layout, artwork)}
-    if (details := contact_sheet(layout, artwork)) is not None:
+    sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
+    if (details := contact_sheet(layout, artwork, bool(forced))) is not None:
         sheets["contacts.svg"] = details
     made = {fabrication_path(layout, name): sheet.svg().encode("utf-8") for name, sheet in sheets.items()}
     return made | {fabrication_path(layout, "drawing.pdf"): pdf(list(sheets.values()))}
 
 
-def drawing(layout: Layout, artwork: str) -> Sheet:
+def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: the whole board, its body larger, the holes' table and the notes."""
     box = bounding_box([layout.outline])
     detail = detail_scale(layout.body_size, DETAIL[2:])
     whole = min(scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:]), next_below(detail))
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
-    sheet = new_sheet(layout.spec.name, "flexible circuit, board", scales, artwork)
+    sheet = new_sheet(layout.spec.name, "flexible circuit, board", scales, artwork, forced)
     _whole(sheet, layout, placed(box, whole, WHOLE))
     _detail(sheet, layout, placed(layout.body, detail, DETAIL))
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
@@ -89,7 +89,8 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     span(sheet, (view.x(x0), high + 6.0), (view.x(x1), high + 6.0), f"{mm(x1 - x0)} +/- {_outline(layout)}")
     for x in (x0, x1):
         sheet.line(view.x(x), high + 1.0, view.x(x), high + 7.0, THIN)
-    span(sheet, (view.x(x1) + 7.0, low), (view.x(x1) + 7.0, high), mm(y1 - y0))
+    side = view.x(x1) + (12.0 if layout.pads else 7.0)  # beyond the numbers of the contacts
+    span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {_outline(layout)}")
 
 
 def _stations(layout: Layout) -> Iterator[float]:
@@ -220,13 +221,21 @@ def _marks(sheet: Sheet, layout: Layout, view: View, limit: float = float("inf")
         sheet.draw(view.path(outline), CHAIN)
         for dx, dy in ((w / 2, 0.0), (0.0, h / 2)):
             sheet.line(view.x(x - dx), view.y(y - dy), view.x(x + dx), view.y(y + dy), CHAIN)
+    tools = sorted({on_grid(via.drill) for via in layout.vias})
     for via in layout.vias:
         if via.centre.x <= limit:
-            sheet.draw(view.path(circle(via.centre, via.drill / 2)), THIN, "#ffffff")
+            at, radius = Point(view.x(via.centre.x), view.y(via.centre.y)), view.length(via.drill / 2)
+            _hole(sheet, at, radius, tools.index(on_grid(via.drill)))
     x, y = view.x(0.0), view.y(0.0)
     sheet.draw(circle(view.path(polyline([(0.0, 0.0), (1e-3, 0.0)])).start, 1.2), Pen(0.25, "#b00000"))  # type: ignore[list-item]
     for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
         sheet.line(x - dx, y - dy, x + dx, y + dy, Pen(0.25, "#b00000"))
+
+
+def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
+    """A hole in its size on paper, with the symbol of its tool, which can be seen at any size."""
+    sheet.draw(circle(at, radius), THIN, "#ffffff")
+    sheet.draw(SYMBOLS[tool % len(SYMBOLS)](at, max(1.5 * radius, 0.6)), Pen(0.13))
 
 
 def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
@@ -242,7 +251,7 @@ def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
     step = (top - low) / len(rows)
     for order in range(len(tool_table(holes, ()))):
         at = polyline([(left + 4.0, top - (order + 1.55) * step), (0.0, 0.0)]).start  # type: ignore[list-item]
-        sheet.draw(SYMBOLS[order % len(SYMBOLS)](at, 1.2), Pen(0.25))
+        _hole(sheet, at, 0.8, order)
     return low
 
 
@@ -262,9 +271,7 @@ def notes(layout: Layout) -> Iterator[str]:
     )
     yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if layout.stiffener is not None:
-        plate = layout.stiffener
-        thickness = show(plate.thickness, "m")
-        yield f"{next(number)}. Stiffener below the contacts: {plate.material}, {thickness} with adhesive."
+        yield f"{next(number)}. Stiffener below the contacts: {stiffener_text(layout)}."
     if layout.bend_zone is not None:
         yield f"{next(number)}. {bend_text(layout)}"
     if turn := turn_text(layout):

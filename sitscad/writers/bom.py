@@ -15,6 +15,7 @@ from sitscad.parts.stack import MOUNT_PIECES, seat_spans
 from sitscad.record import record
 from sitscad.spec.sensor import Mount, SensorSpec
 from sitscad.units import show
+from sitscad.writers._flex_facts import contact_text, stiffener_text
 
 CHANNELS = 4
 """Channels of one LDC1614 (data sheet SNOSCY9A)."""
@@ -77,7 +78,9 @@ def _circuit(layout: Layout) -> Iterator[Item]:
     count = layout.copper_layers
     note = "order from fpc/"
     if layout.stiffener is not None:
-        note += f"; with a stiffener of {layout.stiffener.material}, {_mm(layout.stiffener.thickness)} mm"
+        note += f"; with a stiffener of {stiffener_text(layout)}"
+    if layout.pads:
+        note += f"; {len(layout.pads)} {contact_text(layout)}"
     yield Item(
         "flexible printed circuit",
         1,

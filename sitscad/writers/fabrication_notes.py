@@ -24,7 +24,15 @@ from sitscad.writers._fabrication_files import (
     stack_names,
 )
 from sitscad.writers._fingerprint import board_images, fingerprint, shell_line
-from sitscad.writers._flex_facts import bend_text, finish_text, laminate_text, thickness_texts, turn_text
+from sitscad.writers._flex_facts import (
+    bend_text,
+    contact_text,
+    finish_text,
+    laminate_text,
+    stiffener_text,
+    thickness_texts,
+    turn_text,
+)
 
 TEXT_WIDTH = 100
 
@@ -123,6 +131,8 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Stiffener", _stiffener(layout)
     if fpc.tail is not None and fpc.tail.connector.insertion_thickness > 0.0:
         yield "Contacts", _contacts(layout)
+    elif layout.pads:
+        yield "Contacts", f"{len(layout.pads)} {contact_text(layout)}, for solder"
     if layout.capacitors:
         names = ", ".join(each.reference for each in layout.capacitors)
         yield (
@@ -190,7 +200,7 @@ def _stiffener(layout: Layout) -> str:
     assert plate is not None
     x0, y0, x1, y1 = bounding_box([plate.outline.outline])
     where = f"x = {show(x0, 'm')} to {show(x1, 'm')}, y = {show(y0, 'm')} to {show(y1, 'm')}"
-    return f"{plate.material}, {show(plate.thickness, 'm')} with its adhesive, on the bottom face, {where}"
+    return f"{stiffener_text(layout)}, on the bottom face, {where}"
 
 
 def _contacts(layout: Layout) -> str:
@@ -200,7 +210,7 @@ def _contacts(layout: Layout) -> str:
     made, wanted = finished_thickness(layout, Where.CONTACT).nominal, connector.insertion_thickness
     allowed = connector.insertion_thickness_tolerance
     text = (
-        f"{connector.name}: {len(layout.pads)} contacts, {show(connector.pitch, 'm')} pitch, thickness at the contacts "
+        f"{connector.name}: {len(layout.pads)} {contact_text(layout)}, thickness at the contacts "
         f"{show(wanted, 'm')} +/- {show(allowed, 'm')}; the stack-up and stiffener above give {show(made, 'm')}"
     )
     if abs(made - wanted) > allowed + 1e-9:

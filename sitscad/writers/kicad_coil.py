@@ -85,7 +85,7 @@ class _Footprint:
                 '(layer "F.Cu")',
                 self._property("Reference", "REF**", -high - 1e-3),
                 self._property("Value", f"{self.layout.spec.name} {self.coil.name}", -low + 1e-3),
-                f"(descr {quoted(self._description())})",
+                f"(descr {quoted(self._description(len(pads)))})",
                 '(tags "coil inductor net-tie")',
                 "(attr exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)",
                 f"(net_tie_pad_groups {quoted(tied)})",
@@ -98,11 +98,15 @@ class _Footprint:
             + "\n"
         )
 
-    def _description(self) -> str:
+    def _description(self, pads: int) -> str:
         spec = self.layout.spec.coil
         layers = ", ".join(self.names[number - 1] for number in spec.layers)
+        inside = {2: "", 3: "; pad 3 is inside the coil: connect nothing to it"}.get(
+            pads, f"; pads 3 to {pads} are inside the coil: connect nothing to them"
+        )
         each = "" if spec.unequal_turns else "each of "
         return (
+            f"pads 1 and 2 are the ends of the winding{inside}; "
             f"{spec.shape} coil, {spec.turns_in_words} turns on {each}{layers}, "
             f"tracks {show(spec.trace_width, 'm')}, gaps {show(spec.trace_spacing, 'm')} (the board's rules must allow "
             f"them); its inductance holds for stack-up {self.layout.spec.fpc.stackup.name}"

@@ -70,13 +70,15 @@ class Estimates(Protocol):
         """Its one coil."""
 
 
-def render(panel: Panel | None, coupon_estimates: Estimates | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The papers by their paths in the package; none where there is no panel."""
+def render(
+    panel: Panel | None, coupon_estimates: Estimates | None, forced: str, files: Mapping[str, bytes]
+) -> dict[str, bytes]:
+    """The papers by their paths in the package; none where there is no panel; stamped where ``forced`` is not empty."""
     if panel is None:
         return {}
     layout = panel.layout
     images = panel_images(layout, files)
-    sheet = drawing(panel, on_drawing("panel", files, images))
+    sheet = drawing(panel, on_drawing("panel", files, images), bool(forced))
     return {
         panel_path(layout, "-drawing.svg"): sheet.svg().encode("utf-8"),
         panel_path(layout, "-drawing.pdf"): pdf([sheet]),
@@ -84,10 +86,10 @@ def render(panel: Panel | None, coupon_estimates: Estimates | None, files: Mappi
     }
 
 
-def drawing(panel: Panel, artwork: str) -> Sheet:
+def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: frame, cuts with their bridges, marks, and the first part's place."""
     scale = scale_for(panel.size, ROOM[2:])
-    sheet = new_sheet(panel.layout.spec.name, "panel", scale_text(scale), artwork)
+    sheet = new_sheet(panel.layout.spec.name, "panel", scale_text(scale), artwork, forced)
     view = placed((0.0, 0.0, *panel.size), scale, ROOM)
     width, height = panel.size
     sheet.draw(view.path(rectangle(0.0, 0.0, width, height)), THICK)

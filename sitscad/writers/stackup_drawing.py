@@ -28,21 +28,23 @@ OPEN = 30.0
 """Length of the contacts in the tail's section (mm)."""
 
 
-def render(layout: Layout, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash."""
-    sheet = drawing(layout, on_drawing("board", files, board_images(files)))
+def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash;
+    where ``forced`` is not empty it is stamped.
+    """
+    sheet = drawing(layout, on_drawing("board", files, board_images(files)), bool(forced))
     return {
         fabrication_path(layout, "stackup.svg"): sheet.svg().encode("utf-8"),
         fabrication_path(layout, "stackup.pdf"): pdf([sheet]),
     }
 
 
-def drawing(layout: Layout, artwork: str) -> Sheet:
+def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: the sections, a caption for every layer, finished thicknesses and what the films are."""
     stackup = layout.spec.fpc.stackup
     scale = ROOM / max(stackup.thickness, _tail_height(layout))
     words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
-    sheet = new_sheet(layout.spec.name, f"stack-up {stackup.name}", words, artwork)
+    sheet = new_sheet(layout.spec.name, f"stack-up {stackup.name}", words, artwork, forced)
     _tail_section(sheet, layout, scale)
     _body_section(sheet, layout, scale)
     rows = [["place", "finished thickness (least to most)"], *map(list, thickness_texts(layout).items())]

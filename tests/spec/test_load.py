@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from sitscad.estimates.uncertainty import sigmas
 from sitscad.spec import presets, templates
 from sitscad.spec.load import load, load_text
 from sitscad.spec.positions import gap, named
-from sitscad.spec.rules import SPEC_RULES
+from sitscad.spec.rules import SPEC_RULES, SpecError
 from sitscad.spec.turns import is_whole, most_turns, nearest_turns
 
 COIL = "coil: {shape: circle, outer_diameter: 3.5, turns: 6.5, trace_width: 100 um, trace_spacing: 100 um}\n"
@@ -106,6 +107,45 @@ def test_a_stackup_can_be_written_out():
     assert spec.fpc.stackup.layers[:-1] == presets.stackup("flex-2l-35um").layers[:-1]
     assert spec.fpc.stackup.layers[-1].relative_permittivity == 3
     assert spec.source.locate("fpc.stackup.1.copper") == (7, 16)
+
+
+ROWS = "[{coverlay: 27.5 um}, {copper: %s}, {dielectric: 25 um}, {copper: %s}, {coverlay: 27.5 um}]"
+
+
+def test_a_written_stackup_is_plated_like_the_presets():
+    preset = presets.stackup("flex-2l-35um")
+    spec = loaded("fpc:", f"  stackup: {ROWS % ('35 um', '35 um')}")
+    own = spec.fpc.stackup
+    assert (own.plating_thickness, own.copper_thickness_sigma) == (12e-6, preset.copper_thickness_sigma)
+    assert own.foil_thickness((1, 2)) == 35e-6, "what nobody stated makes no rule for thinner foil hold"
+    assert "fpc.plating: 12 um, part of the outer copper" in spec.source.defaults
+    thick = loaded("fpc:", f"  stackup: {ROWS % ('35 um', '35 um')}", "  plating: 20 um").fpc.stackup
+    assert (thick.plating_thickness, thick.foil_thickness((1, 2))) == (20e-6, pytest.approx(15e-6))
+    thin = loaded("fpc:", f"  stackup: {ROWS % ('9 um', '35 um')}").fpc.stackup
+    assert (thin.plating_thickness, thin.copper_thickness_sigma) == (0.0, preset.copper_thickness_sigma)
+    bare = loaded("fpc:", "  stackup: [{copper: 35 um}, {dielectric: 25 um}]").fpc.stackup
+    assert (bare.plating_thickness, bare.copper_thickness_sigma) == (0.0, None)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        (f"  stackup: {ROWS % ('18 um', '18 um')}", "  plating: 18 um"),
+        ("  stackup: [{copper: 35 um}, {dielectric: 25 um}]", "  plating: 12 um"),
+        ("  stackup: flex-4l", "  plating: 12 um"),
+        ("  plating: 12 um",),
+    ],
+)
+def test_plating_that_cannot_be_is_named(lines):
+    with pytest.raises(SpecError) as stop:
+        loaded("fpc:", *lines)
+    assert [(finding.rule, finding.key) for finding in stop.value.findings] == [("SIT009", "fpc.plating")]
+
+
+def test_the_scatter_of_a_written_stackup_is_that_of_the_preset_it_repeats():
+    preset = loaded("fpc: {stackup: flex-2l-35um}")
+    own = loaded("fpc:", f"  stackup: {ROWS % ('35 um', '35 um')}")
+    assert sigmas(own) == sigmas(preset)
 
 
 def test_rules_can_be_written_out_over_a_preset():

@@ -62,7 +62,9 @@ def test_everything_of_a_full_spec_is_there():
     assert rows["capacitor"]["quantity"] == "2" and rows["capacitor"]["part"] == "330 pF"
     assert rows["clock"]["part"] == "40 MHz oscillator"
     assert rows["cable"]["size"] == "300 mm" and rows["cable"]["quantity"] == "2"
-    assert "0.2 mm" in rows["flexible printed circuit"]["note"]
+    made = rows["flexible printed circuit"]["note"]
+    assert "stiffener of polyimide, 5 mm along the tail, 2.5 mm across, 200 um thick" in made
+    assert "4 contacts 300 um wide and 3 mm long, pitch 500 um" in made
 
 
 def test_outline_and_thickness_of_the_circuit():

@@ -53,6 +53,15 @@ def layout(request):
     return laid_out(request.param)
 
 
+def test_the_description_says_which_pads_are_ends(layout):
+    for name, text in coil_footprints(layout).items():
+        pads = len(set(re.findall(r'pad "(\d+)"', text)))
+        words = re.search(r'descr "([^"]*)"', text)[1]
+        assert "pads 1 and 2 are the ends of the winding" in words, name
+        inside = {2: "the winding; ", 3: "pad 3 is inside"}.get(pads, f"pads 3 to {pads} are inside")
+        assert inside in words
+
+
 def own_board(layout, name: str = "coil-C1") -> dict[str, bytes]:
     """A user's board of 24 mm x 24 mm: the footprint placed, and each end led to a contact by the user's own tracks."""
     files = {path: data for path, data in kicad.render(layout).items() if "J1" not in path}

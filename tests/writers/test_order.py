@@ -26,8 +26,10 @@ from sitscad.spec.sensor import PanelSpec
 from sitscad.writers import (
     _contact_sheet,
     _drawing,
+    _flex_facts,
     board_drawing,
     drill_map,
+    fabrication_notes,
     kicad,
     order_archive,
     panel_drawing,
@@ -139,6 +141,77 @@ def test_a_detail_is_larger_than_the_whole_and_every_contact_is_numbered(rest):
     assert {f"{pad.number}: {pad.pin}" for pad in layout.pads} <= labels
     pins = {pad.net: f"IN{order % 4}" for order, net in enumerate(layout.nets) for pad in layout.pads if pad.net == net}
     assert {pins[pad.net] + pad.pin[-1] for pad in layout.pads} <= labels
+
+
+SIX = """
+sitscad: 1
+name: six
+coil: {shape: circle, outer_diameter: 10, turns: 13, layers: 2, trace_width: 0.155, trace_spacing: 0.155}
+array: {pattern: grid, count: [3, 2], pitch: 11}
+fpc: {tail: {length: 40, connector: zif-0.5mm, bend: static, layers: 2}}
+"""
+
+
+def test_a_board_of_some_70_mm_is_enlarged_and_its_contact_numbers_stand_clear_of_the_dimensions():
+    layout = lay_out(load_text(SIX))
+    sheet = board_drawing.drawing(layout, "", forced=True)
+    assert_legible(sheet)
+    (block,) = {item.text for item in sheet.items if isinstance(item, Label) and "(whole)" in item.text}
+    assert block.startswith("1.5:1 (whole)")
+    (twelve,) = (item for item in sheet.items if isinstance(item, Label) and item.text == "12" and item.size == 2.3)
+    upright = [x.at.x for x in sheet.items if isinstance(x, Label) and x.angle == 90.0 and "+/-" in x.text]
+    assert len(upright) == 1 and upright[0] - 0.7 * _drawing.TEXT > twelve.at.x + text_width("12", 2.3) + 1.0
+
+
+def test_the_width_has_the_outlines_tolerance_like_the_length(board):
+    x0, y0, x1, y1 = bounding_box([board.outline])
+    texts = [item.text for item in board_drawing.drawing(board, "").items if isinstance(item, Label)]
+    tolerance = _drawing.mm(board.spec.fpc.rules.outline_tolerance)
+    assert {f"{_drawing.mm(side)} +/- {tolerance}" for side in (x1 - x0, y1 - y0)} <= set(texts)
+
+
+def test_holes_are_drawn_as_in_their_table(board):
+    """A circle with its tool's symbol, both in the views and in the table."""
+    symbols = [
+        item
+        for item in board_drawing.drawing(board, "").items
+        if not isinstance(item, Label) and item.pen is not None and item.pen.width == 0.13
+    ]
+    rows = len({round(via.drill, 9) for via in board.vias})
+    in_body = sum(via.centre.x <= board.body[2] + 0.05 * (board.body[2] - board.body[0]) for via in board.vias)
+    assert board.vias and len(symbols) == len(board.vias) + in_body + rows
+
+
+def test_plating_is_named_only_where_there_are_holes(board):
+    assert "holes plated 12 um nominal" in _flex_facts.finish_text(lay_out(load_text(SIX)))
+    bare = replace(board, vias=())
+    assert not bare.vias and "plated" not in _flex_facts.finish_text(bare)
+
+
+@pytest.mark.parametrize("turn", ["none", "left"])
+def test_contacts_and_stiffener_are_measured_on_their_sheet_and_in_the_readme(turn):
+    layout = lay_out(load_text(SIX.replace("layers: 2}}", f"layers: 2, turn: {turn}}}}}")))
+    sheet = _contact_sheet.contact_sheet(layout, "")
+    assert_legible(sheet)
+    texts = {item.text for item in sheet.items if isinstance(item, Label)}
+    assert {"width 0.30", "length 3.00", "pitch 0.50"} <= texts
+    words = " ".join(fabrication_notes.readme(layout).split())
+    for part in ("contacts 300 um wide and 3 mm long, pitch 500 um", "5 mm along the tail, 6.5 mm across"):
+        assert part in words
+        assert any(part in text.lower() or part in text for text in texts)
+
+
+def test_the_drawings_of_a_forced_package_are_stamped(board):
+    for stamped in (False, True):
+        sheets = [
+            board_drawing.drawing(board, "x", stamped),
+            stackup_drawing.drawing(board, "x", stamped),
+            _contact_sheet.contact_sheet(board, "x", stamped),
+        ]
+        for sheet in sheets:
+            texts = [item.text for item in sheet.items if isinstance(item, Label)]
+            assert texts.count("MADE IN SPITE OF ERRORS, NOT FOR ORDER") == int(stamped)
+            assert_legible(sheet)
 
 
 def test_the_converters_of_the_contact_table_are_the_readouts():

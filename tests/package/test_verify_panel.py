@@ -1,0 +1,152 @@
+"""`verify` reads back what is ordered: every board on the panel, its coupons and its frame, whatever the hashes say."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shutil
+import time
+import zipfile
+
+import pytest
+
+import sitscad
+from sitscad.cli import main
+
+pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
+from sitscad.extraction import ExtractionError, compare_panel
+
+SPEC = """
+sitscad: 1
+name: small-part
+coil: {shape: circle, outer_diameter: 3.5, turns: 6.5, layers: 2, trace_width: 0.1, trace_spacing: 0.1}
+array: {pattern: line, count: 2, pitch: 4}
+fpc:
+  tail: {length: 30, connector: zif-0.5mm}
+  panel: {parts: %s}
+"""
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    spec = sitscad.load_text(SPEC % "[2, 3]", "small.yaml")
+    return sitscad.build(spec, tmp_path_factory.mktemp("panel"), ["gerber"], force=True).directory
+
+
+@pytest.fixture
+def package(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / whole.name)
+
+
+def changed(package, name, change):
+    """What is found of the panel once one of its files is changed."""
+    path = package / "fpc/panel" / f"small-part-panel{name}"
+    text = path.read_text()
+    path.write_text(change(text))
+    assert path.read_text() != text
+    try:
+        return "\n".join(compare_panel(package / "fpc", package / "fpc/panel")[1])
+    except ExtractionError as error:
+        return str(error)
+
+
+def without(number, pattern):
+    """A change that takes away the n-th line that matches."""
+
+    def change(text):
+        found = list(re.finditer(pattern, text, re.MULTILINE))
+        return text[: found[number].start()] + text[found[number].end() :]
+
+    return change
+
+
+def drawn(commands):
+    return lambda text: text.replace("M02*", f"%ADD99C,0.2*%\nD99*\nG01*\n{commands}\nM02*")
+
+
+def test_a_whole_panel_is_equal(whole):
+    found = sitscad.verify(whole)
+    assert (found.differences, found.panel_boards) == ((), 6)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("-PTH.drl", without(2, r"^X.*\n"), ["PTH.drl, board 1 is not as the single board", "1 objects missing"]),
+        ("-PTH.drl", without(-1, r"^X.*\n"), ["PTH.drl, coupon 2 is not as the first coupon"]),
+        ("-PTH.drl", lambda t: t.replace("T1C0.200", "T1C0.150"), ["board 1", "board 6"]),
+        ("-B_Cu.gbr", without(-9, r"^X.*D01\*\n"), ["B_Cu.gbr"]),
+        ("-F_Cu.gbr", without(40, r"^X.*D01\*\n"), ["F_Cu.gbr, board 1 is not as the single board"]),
+        ("-F_Mask.gbr", without(0, r"^X.*D01\*\n"), ["F_Mask.gbr, board 1 is not as the single board"]),
+        ("-F_Cu.gbr", drawn("X5000000Y20000000D02*\nX80000000Y20000000D01*"), ["belong to no board"]),
+        ("-NPTH.drl", lambda t: t.replace("M30", "X30.0Y21.0\nM30"), ["NPTH.drl, board 3"]),
+        ("-Part_Cuts.gbr", drawn("X30000000Y15000000D02*\nX31000000Y15000000D01*"), ["Part_Cuts.gbr"]),
+        ("-Part_Cuts.gbr", lambda t: t.replace("D01*", "D02*"), ["coupon is not cut out"]),
+        (".json", lambda t: re.sub(r",\s+\[\s+51.504,\s+27.65\s+\]", "", t), ["belong to no board"]),
+    ],
+)
+def test_what_is_changed_on_the_panel_alone_is_found(package, name, change, words):
+    said = changed(package, name, change)
+    assert all(word in said for word in words), said
+
+
+def test_a_hole_that_is_not_on_the_panel_is_found_though_every_hash_agrees(package):
+    said = changed(package, "-PTH.drl", without(2, r"^X.*\n"))
+    name = "fpc/panel/small-part-panel-PTH.drl"
+    manifest = json.loads((package / "manifest.json").read_text())
+    manifest["files"][name]["sha256"] = hashlib.sha256((package / name).read_bytes()).hexdigest()
+    (package / "manifest.json").write_text(json.dumps(manifest))
+    found = sitscad.verify(package)
+    assert found.differences == tuple(said.splitlines())
+    assert (found.wrong_nets, found.wrong_boards) == (0, len(found.differences))
+
+
+def test_a_coupon_that_is_wrong_in_every_place_is_found(package):
+    """Its holes taken from both coupons: they are like each other still, but no coil."""
+    boards, coupons = 4 * 6, 1
+    text = (package / "fpc/panel/small-part-panel-PTH.drl").read_text()
+    holes = re.findall(r"^X.*\n", text, re.MULTILINE)
+    assert len(holes) > boards + coupons
+    said = changed(package, "-PTH.drl", lambda t: t.replace("".join(holes[boards:]), ""))
+    assert "the panel's coupon: no-hole" in said and "the panel's coupon: open" in said
+
+
+def test_a_file_of_the_panel_that_is_gone_is_found(package):
+    (package / "fpc/panel/small-part-panel-B_Mask.gbr").unlink()
+    said = "\n".join(compare_panel(package / "fpc", package / "fpc/panel")[1])
+    assert "the panel has nothing like small-part-B_Mask.gbr" in said
+
+
+def test_the_summary_says_what_was_not_so(package, capsys):
+    hole = package / "fpc/small-part-PTH.drl"
+    hole.write_text(without(0, r"^X.*\n")(hole.read_text()))
+    (package / "estimate.json").unlink()
+    with pytest.raises(SystemExit) as stop:
+        main(["verify", str(package)])
+    lines = capsys.readouterr().out.splitlines()
+    count = len(json.loads((package / "manifest.json").read_text())["files"])
+    assert stop.value.code == 1
+    assert len([line for line in lines if line.startswith("no-hole")]) == 1
+    assert lines[-1] == (
+        f"differs: {count - 1} of {count} files against the manifest, "
+        "the copper of the Gerber files is not that of nets C1, C2, the panel is not made of the single board"
+    )
+
+
+def test_every_drawing_of_a_forced_package_is_stamped_in_the_archive_too(whole):
+    with zipfile.ZipFile(whole / "fpc/small-part-order.zip") as archive:
+        drawings = [name for name in archive.namelist() if name.endswith(".pdf")]
+        assert len(drawings) == 3
+        for name in drawings:
+            assert b"MADE IN SPITE OF ERRORS, NOT FOR ORDER" in archive.read(name), name
+
+
+@pytest.mark.slow
+def test_hundreds_of_boards_take_seconds(tmp_path):
+    spec = sitscad.load_text(SPEC % "[10, 50]", "small.yaml")
+    folder = sitscad.build(spec, tmp_path, ["gerber"], force=True).directory
+    began = time.process_time()
+    found = sitscad.verify(folder)
+    assert (found.ok, found.panel_boards) == (True, 500)
+    assert time.process_time() - began < 15.0
