@@ -132,7 +132,9 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
             )
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
-            "the target's best length is known for two coils in a line only; that it covers a coil was checked"
+            "the target's best length is known for two coils in a line only; of this array it was checked only that "
+            "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
+            "coil feels where a normal force is required)"
         )
 
 
