@@ -123,8 +123,9 @@ class CoilEstimate:
 
 @record
 class ReadoutEstimate:
-    """How the converter is set: tank capacitor (F) and why, one drive code for all coils and working states, clocks
-    (Hz), counts, the time on one coil (s) and the complete scans a second that follow.
+    """How the converter is set: tank capacitor (F) and why, the drive code for all coils and working states, clocks
+    (Hz), counts, the time on one coil (s) and the complete scans a second that follow. Where channels have codes of
+    their own `drive_codes` holds one a coil, and `drive_code` and `drive_current` are the strongest of them.
 
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
     at 400 kHz; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the part's,
@@ -151,6 +152,11 @@ class ReadoutEstimate:
     read_back_time: float | None = None
     supply_current: float | None = None
     conversion_capacitance: float | None = None
+    drive_codes: tuple[int, ...] = ()
+
+    def code_of(self, coil: int) -> int | None:
+        """The drive code of the coil of that number, from 0."""
+        return self.drive_codes[coil] if self.drive_codes else self.drive_code
 
     @property
     def readable_rate(self) -> float | None:
@@ -329,6 +335,7 @@ def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
         "capacitance_reason": readout.capacitance_reason,
         "conversion_capacitance_F": _number(readout.conversion_capacitance),
         "drive_code": readout.drive_code,
+        "drive_codes": list(readout.drive_codes) or None,
         "drive_current_A": _number(readout.drive_current),
         "reference_divider": readout.reference_divider,
         "reference_frequency_Hz": _number(readout.reference_frequency),

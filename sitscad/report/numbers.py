@@ -218,6 +218,7 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
             else []
         ),
         ["drive current", f"{quantity(r.drive_current, 'A')} (code {_count(r.drive_code)})"],
+        *([["a code for every channel", _codes(estimates)]] if r.drive_codes else []),
         [
             "reference frequency f_REF",
             f"{quantity(r.reference_frequency, 'Hz')} (f_CLK {_clock(r)}, divider {r.reference_divider})",
@@ -231,6 +232,11 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
         ["high-current drive", "yes" if r.high_current else "no"],
         *([["supply current, about", quantity(r.supply_current, "A", 3)]] if r.supply_current else []),
     ]
+
+
+def _codes(estimates: Estimates) -> str:
+    pairs = zip(estimates.coils, estimates.readout.drive_codes, strict=True)
+    return ", ".join(f"{coil.name} {code}" for coil, code in pairs) + ": one for all leaves a coil below 1.2 V"
 
 
 def _clock(r: ReadoutEstimate) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
 from sitscad.readout.registers import (
@@ -46,6 +47,7 @@ class _Readout(Protocol):
     capacitance: float | None
     conversion_capacitance: float | None
     drive_code: int | None
+    drive_codes: tuple[int, ...]
     reference_divider: int | None
     reference_frequency: float | None
     input_divider: int | None
@@ -110,12 +112,13 @@ def devices(estimates: Measured) -> tuple[Device, ...]:
     if len(groups) > len(I2C_ADDRESSES):
         raise ValueError(f"{len(groups)} LDC1614 are needed, and one I2C bus has addresses for {len(I2C_ADDRESSES)}")
     return tuple(
-        Device(address, tuple(coil.name for coil in group), _registers(group, estimates.readout))
-        for address, group in zip(I2C_ADDRESSES, groups, strict=False)
+        Device(address, tuple(coil.name for coil in group), _registers(group, CHANNELS * number, estimates.readout))
+        for number, (address, group) in enumerate(zip(I2C_ADDRESSES, groups, strict=False))
     )
 
 
-def _registers(coils: Sequence[_Coil], readout: _Readout) -> tuple[Register, ...]:
+def _registers(coils: Sequence[_Coil], first: int, readout: _Readout) -> tuple[Register, ...]:
+    """What to write for the coils of one converter, the first of them being the number `first` of all."""
     channel = Channel(
         rcount=_known("rcount", readout.rcount),
         settle_count=_known("settle_count", readout.settle_count),
@@ -126,7 +129,9 @@ def _registers(coils: Sequence[_Coil], readout: _Readout) -> tuple[Register, ...
     frequencies = [state.frequency for coil in coils for state in coil.states.values() if state.frequency is not None]
     if not frequencies:
         raise ValueError("no sensor frequency is known: the converter cannot be set up")
-    return registers((channel,) * len(coils), max(frequencies), high_current=readout.high_current)
+    codes = readout.drive_codes[first : first + len(coils)] or (channel.drive_code,) * len(coils)
+    channels = tuple(replace(channel, drive_code=code) for code in codes)
+    return registers(channels, max(frequencies), high_current=readout.high_current)
 
 
 def _known(name: str, value: int | None) -> int:

@@ -26,7 +26,7 @@ SPEC = layouts.sensor_spec()
 def estimates(coils=2, **changes):
     """Estimates of a sensor at 8 MHz, 40 MHz reference, as far as the registers need them."""
     readout = {
-        "capacitance": 330e-12, "drive_code": 17, "drive_current": 2e-4, "reference_divider": 1,
+        "capacitance": 330e-12, "drive_code": 17, "drive_codes": (), "drive_current": 2e-4, "reference_divider": 1,
         "reference_frequency": 40e6, "input_divider": 1, "rcount": 2000, "settle_count": 10, "scan_rate": 500.0,
         "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
         "read_back_time": 4.9e-4, "supply_current": 2.3e-3, "conversion_capacitance": 334e-12,
