@@ -20,6 +20,7 @@ from sitscad.readout.registers import (
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
+from sitscad.writers._firmware_macros import ADDR_PIN, force_document, force_macros, result_macros
 
 HEADER, TABLE = "firmware/ldc1614_config.h", "firmware/ldc1614_config.json"
 
@@ -40,7 +41,11 @@ class _State(Protocol):
 class _Coil(Protocol):
     name: str
     centre: tuple[float, float]
-    states: Mapping[str, _State]
+
+    @property
+    def states(self) -> Mapping[str, _State]: ...
+
+    def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None: ...
 
 
 class _Readout(Protocol):
@@ -169,15 +174,21 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
                 "i2c_address": channel_place(index).address,
                 "centre_m": list(coil.centre),
                 "expected": {
-                    name: {"frequency_Hz": state.frequency, "inductance_H": state.converter_inductance}
+                    name: {
+                        "force_N": spec.requirements.normal_force if name == "pressed" else 0.0,
+                        "frequency_Hz": state.frequency,
+                        "inductance_H": state.converter_inductance,
+                    }
                     for name, state in coil.states.items()
                 },
+                **force_document(coil, spec.requirements.normal_force),
             }
             for index, coil in enumerate(estimates.coils)
         ],
         "converters": [
             {
                 "i2c_address": device.address,
+                "addr_pin": ADDR_PIN[device.address],
                 "channels": list(device.coils),
                 "registers": [
                     {"address": r.address, "name": r.name, "value": r.value, "meaning": r.meaning}
@@ -200,7 +211,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
         f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
         f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
-        *(f" * {line}".rstrip() for line in _expected(estimates)),
+        *(f" * {line}".rstrip() for line in _expected(estimates, spec.requirements.normal_force)),
         " */",
         "#ifndef LDC1614_CONFIG_H",
         "#define LDC1614_CONFIG_H",
@@ -211,6 +222,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
         f"#define LDC1614_DEVICE_ID 0x{DEVICE_ID:04X}u",
         f"#define LDC1614_CONVERTERS {len(found)}u",
         *_conversion(spec, readout),
+        *result_macros(),
         "",
         "typedef struct {",
         "    uint8_t address;",
@@ -220,10 +232,11 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
     for number, device in enumerate(found):
         lines += _device(number, device)
     lines += _coils(estimates.coils)
+    lines += force_macros(estimates.coils, spec.requirements.normal_force)
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _expected(estimates: Measured) -> list[str]:
+def _expected(estimates: Measured, force: float | None) -> list[str]:
     """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
     readout = estimates.readout
     parts = (
@@ -252,6 +265,10 @@ def _expected(estimates: Measured) -> list[str]:
             )
     if any(name != "free" for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
+    if force and any("pressed" in coil.states for coil in estimates.coils):
+        lines.append(
+            f"Free and rest are without force, pressed is with {show(force, 'N')} on the middle of the target."
+        )
     return [
         *lines,
         "",
@@ -316,7 +333,7 @@ def _device(number: int, device: Device) -> list[str]:
     channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
     lines = [
         "",
-        f"/* Converter {number}: {channels}. */",
+        f"/* Converter {number}, its pin ADDR {ADDR_PIN[device.address]} (SNOSCY9A 8.5.1): {channels}. */",
         f"#define LDC1614_{number}_I2C_ADDRESS 0x{device.address:02X}u",
         f"#define LDC1614_{number}_CHANNELS {len(device.coils)}u",
         f"static const ldc1614_register_t ldc1614_{number}_config[] = {{",

@@ -134,6 +134,10 @@ def test_sensitivity_is_the_secant_from_rest_to_pressed(mounted):
         assert document["inductance_H_per_N"] * 4.8 == pytest.approx(pressed.inductance - rest.inductance)
         assert document["frequency_Hz_per_N"] * 4.8 == pytest.approx(pressed.frequency - rest.frequency)
         assert document["inductance_H_per_N"] < 0.0 < document["frequency_Hz_per_N"]
+        read = pressed.converter_inductance - rest.converter_inductance
+        assert document["converter_inductance_H_per_N"] * 4.8 == pytest.approx(read)
+        # the formula's C lacks the coil's own capacitance, so it reads more than the contacts have
+        assert document["converter_inductance_H_per_N"] < document["inductance_H_per_N"]
     assert of(BARE.replace("SHAPE", "circle")).as_json("x")["coils"][0]["inductance_H_per_N"] is None
 
 
