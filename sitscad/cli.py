@@ -181,8 +181,25 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
 
     Inductance, resistance and frequency of every coil, free, at rest and pressed, and the readout's settings.
 
+    \b
+    Words in the tables:
+      Q              quality factor: 2 pi times the swings of the tank until its
+                     energy has fallen to 1/e. 10 and more are asked; below
+                     that the frequency follows the losses too.
+      Rp             parallel resistance, what the tank's losses are to the drive:
+                     1 kohm and more are asked, usual are 1 to 10.
+      step           smallest difference of inductance that the converter can
+                     tell at this scan rate, usually 10 to 400 pH; at half the
+                     rate about half. Quantisation noise, step / sqrt 12, is the
+                     least that noise can be; real noise is larger.
+      shape factor   loaded area of the pad over its free sides, usually from 0.5
+                     (tall, soft) to 2 (flat: it cannot bulge, and is stiff);
+                     the stiffness grows with 1 + 2 S^2.
+      sigma          one standard deviation of manufacture: two boards of three lie
+                     within it.
+
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read.
-    """
+    """  # noqa: D301 - click asks for the control character itself
     show = _row(sitscad.ESTIMATE_FORMATS, format_name, "--format")
     if tolerance is not None and tolerance != tolerance:  # nan lies in no range, and click lets it through
         raise click.BadParameter("a number above 0 is wanted", param_hint="--tolerance")

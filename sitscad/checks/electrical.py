@@ -1,4 +1,4 @@
-"""SIT201 to SIT206 and SIT214: what the LDC1614 sees, over every state that exists, against what it can drive."""
+"""SIT201 to SIT203, SIT205, SIT206, SIT214: what the LDC1614 sees in every state, against what it can drive."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from sitscad.checks.readings import (
     Reading,
     failed_states,
     in_sigmas,
-    is_assembled,
     near_limit,
     nothing_estimated,
     other_states,
@@ -140,134 +139,6 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
     )
 
 
-def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
-    """The amplitude with the chosen drive code, in the states in which the sensor works."""
-    readout = subject.estimates.readout
-    if readout.high_current:
-        yield from _high_current_amplitude(subject)
-        return
-    yield from undecided(subject, "amplitude")
-    if readout.drive_code is None:
-        return
-    high, optimum = ldc1614.limit("amplitude_max"), ldc1614.limit("amplitude_optimum_min")
-    stable = ldc1614.limit("amplitude_stable_min")
-    largest, smallest = worst_of(subject, "amplitude", max, True), worst_of(subject, "amplitude", min, True)
-    if largest is not None and largest.value > high * (1.0 + 1e-9):
-        yield Complaint(
-            f"with drive code {readout.drive_code} the tank of {where(largest)} swings {show(largest.value, 'V', 3)} "
-            f"peak; above {show(high, 'V')} the input clamps and shifts the frequency{in_sigmas(largest, high, 'V')}",
-            _clamp_advice(readout.drive_code),
-            "readout",
-            largest.value,
-            high,
-            "V",
-            source=ldc1614.limits()["amplitude_max"].source,
-            sigma=sigmas_between(largest, high),
-        )
-    else:
-        hint = f"measure the amplitude of the first boards{_other_code(readout.drive_code - 1, 'weaker')}"
-        yield from near_limit(largest, high, "V", "amplitude", hint, "readout")
-        yield from _cold_amplitude(subject)
-    if smallest is not None and smallest.value < optimum:
-        below = smallest.value < stable
-        yield Complaint(
-            f"with drive code {readout.drive_code} the tank of {where(smallest)} swings only "
-            f"{show(smallest.value, 'V', 3)} peak; "
-            + (
-                f"below {show(stable, 'V')} the oscillation may stop"
-                if below
-                else f"{show(optimum, 'V')} to {show(high, 'V')} is the low-noise window"
-            )
-            + in_sigmas(smallest, stable if below else optimum, "V"),
-            "R_P changes too much between rest and pressed, or is too low: more distance from target and jaw, or more "
-            "turns",
-            "readout",
-            smallest.value,
-            stable if below else optimum,
-            "V",
-            Severity.ERROR if below else Severity.WARNING,
-            ldc1614.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
-            sigma=sigmas_between(smallest, stable if below else optimum),
-        )
-    else:
-        hint = f"measure the amplitude of the first boards{_other_code(readout.drive_code + 1, 'stronger')}"
-        yield from near_limit(smallest, optimum, "V", "amplitude", hint, "readout")
-    yield from _bare_coil_amplitude(subject)
-
-
-def _cold_amplitude(subject: Subject) -> Iterator[Verdict]:
-    """The same drive code when the sensor is switched on at room temperature."""
-    cold, high = subject.at_room_temperature, ldc1614.limit("amplitude_max")
-    largest = worst_of(cold, "parallel_resistance", max, True)
-    if cold is subject or largest is None:
-        return
-    swing = _swing(subject, largest.value)
-    if swing > high:
-        yield Complaint(
-            f"switched on at 20 degC, the tank of {where(largest)} swings {show(swing, 'V', 3)} peak with drive code "
-            f"{subject.estimates.readout.drive_code}, which is chosen for {subject.estimates.temperature:g} degC; "
-            f"above {show(high, 'V')} the input clamps and shifts the frequency",
-            f"begin with drive code {ldc1614.drive_code(largest.value)}, and change when the sensor is warm",
-            "requirements.temperature",
-            swing,
-            high,
-            "V",
-            Severity.WARNING,
-            ldc1614.limits()["amplitude_max"].source,
-        )
-
-
-def _swing(subject: Subject, resistance: float) -> float:
-    # Peak amplitude (V) of a parallel resistance (ohm) at the chosen drive code.
-    code = subject.estimates.readout.drive_code
-    assert code is not None
-    return ldc1614.amplitude(resistance, code)
-
-
-def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
-    """A note for the bench, at room temperature: the coil alone may swing too far with the assembled sensor's code."""
-    bare = [r for r in readings_of(subject.at_room_temperature, "parallel_resistance") if r.state == "free"]
-    worst = max(bare, key=lambda r: r.value, default=None)
-    if worst is None or not is_assembled(subject):
-        return
-    swing = _swing(subject, worst.value)
-    if swing <= ldc1614.limit("amplitude_max"):
-        return
-    yield Complaint(
-        f"before assembly the bare coil {worst.coil} would swing {show(swing, 'V', 3)} peak with drive code "
-        f"{subject.estimates.readout.drive_code}, which is chosen for the assembled sensor",
-        f"to test a bare board, use drive code {ldc1614.drive_code(worst.value)}",
-        "readout",
-        swing,
-        ldc1614.limit("amplitude_max"),
-        "V",
-        Severity.NOTE,
-    )
-
-
-def _high_current_amplitude(subject: Subject) -> Iterator[Verdict]:
-    """TI's texts disagree on the high-current drive: say which amplitudes they lead to, and judge what is certain."""
-    low_current, high_current = ldc1614.high_current_range()
-    values = [r for r in readings_of(subject, "parallel_resistance", True)]
-    if not values:
-        yield Undecided("no parallel resistance was estimated")
-        return
-    least = 4.0 * min(r.value for r in values) * low_current / math.pi
-    most = 4.0 * max(r.value for r in values) * high_current / math.pi
-    if least < ldc1614.limit("amplitude_optimum_min") or most > ldc1614.limit("amplitude_max"):
-        yield Complaint(
-            f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
-            f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
-            "measure the amplitude at the converter's pins before trusting a reading",
-            "readout",
-            least,
-            ldc1614.limit("amplitude_optimum_min"),
-            "V",
-            Severity.WARNING,
-            ldc1614.limits()["high_current_max"].source,
-        )
-
-
 def quality_factor(subject: Subject) -> Iterator[Verdict]:
     """The smallest Q over all coils and states."""
     yield from undecided(subject, "quality_factor")
@@ -348,16 +219,6 @@ def _distance_advice(subject: Subject, worst: Reading) -> str:
     return f"{mount} a thicker elastomer takes less of it away"
 
 
-def _other_code(code: int, how: str) -> str:
-    return f"; drive code {code} is the next {how}" if 0 <= code <= 31 else f"; there is no {how} drive"
-
-
-def _clamp_advice(code: int) -> str:
-    if code == 0:
-        return "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
-    return f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
-
-
 ELECTRICAL_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT201", "inductance-floor", Severity.ERROR,
@@ -387,18 +248,6 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "jaw.",
         source_of_limit("parallel_resistance_driveable") + "; " + source_of_limit("parallel_resistance_min"),
         apply=parallel_resistance,
-    ),
-    Rule(
-        "SIT204", "drive-amplitude", Severity.ERROR,
-        "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works: an "
-        "error above 1.8 V and below 0.6 V, a warning below 1.2 V, a note where a limit is kept by less than two "
-        "sigma of manufacture. A warning, too, if a sensor made for the heat swings beyond 1.8 V when switched on at "
-        "20 degC, and in the high-current mode where TI's figures for its current leave the window open.",
-        "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
-        "stop. The code is the highest that stays below 1.8 V with the target at its farthest. For an assembled sensor "
-        "the bare coil is not a working state and earns a note only.",
-        "A coil whose R_P changes less between rest and pressed; then the code that suits it.",
-        source_of_limit("amplitude_optimum_min"), apply=drive_amplitude,
     ),
     Rule(
         "SIT205", "quality-factor", Severity.WARNING,

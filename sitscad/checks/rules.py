@@ -157,6 +157,7 @@ SEVERITIES: dict[str, str] = {
     "SIT304": "warning, error beyond 50 %",
     "SIT305": "warning, error below 1 skin depth",
     "SIT308": "note, warning or error by layers and bend",
+    "SIT312": "note where only the softest case passes, warning",
 }
 """The rules whose findings differ in severity, in words; all others have one."""
 

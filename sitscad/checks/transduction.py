@@ -132,7 +132,9 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
             )
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
-            "the target's best length is known for two coils in a line only; that it covers a coil was checked"
+            "the target's best length is known for two coils in a line only; of this array it was checked only that "
+            "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
+            "coil feels where a normal force is required)"
         )
 
 
@@ -168,14 +170,15 @@ def target_rotation(subject: Subject) -> Iterator[Verdict]:
 
 
 def elastomer_shear(subject: Subject) -> Iterator[Verdict]:
-    """How far the required shear force moves the target, against half the coils' distance."""
+    """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
     pad, force, pitch = pad_of(subject), subject.spec.requirements.shear_force, subject.spec.array.pitch
     assert force is not None
+    strain = elastomer.shear_strain(force, _loaded(subject).area, pad.material.shear_modulus)
+    yield from _shear_strain(subject, force, strain)
     if pitch is None:
         yield Undecided("no pitch: the coils have no common distance")
         return
-    area = _loaded(subject).area
-    travel = force * pad.thickness / (pad.material.shear_modulus * area)
+    travel = strain * pad.thickness
     if travel > pitch / 2.0:
         yield Complaint(
             f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
@@ -189,6 +192,30 @@ def elastomer_shear(subject: Subject) -> Iterator[Verdict]:
             pitch / 2.0,
             "m",
         )
+
+
+def _shear_strain(subject: Subject, force: float, strain: float) -> Iterator[Verdict]:
+    """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
+    material, area, limit = pad_of(subject).material, _loaded(subject).area, elastomer.VALID_SHEAR
+    softest = _softest(material.shear_modulus_sigma)
+    if strain / softest <= limit:
+        return
+    beyond = strain > limit
+    enough = _rounded_up(material.shear_modulus * strain / softest / limit)
+    yield Complaint(
+        f"{show(force, 'N')} of shear move the target by {100.0 * strain:.0f} % of the {material.name} pad's thickness "
+        f"({100.0 * strain / softest:.0f} % with a modulus one sigma softer); beyond {100.0 * limit:.0f} % (a "
+        "conservative figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
+        f"a shear modulus of {show(enough, 'Pa', 3)} or more known as well as this one, or a target and pad of "
+        f"{show(area * strain / softest / limit * 1e6, '', 3)} mm2 instead of {show(area * 1e6, '', 3)} mm2, keeps the "
+        "softest case within it; a thinner pad shortens the travel, not this share",
+        "elastomer.material",
+        strain if beyond else strain / softest,
+        limit,
+        None,
+        Severity.WARNING if beyond else Severity.NOTE,
+        elastomer.SHEAR_SOURCE,
+    )
 
 
 def target_gap(subject: Subject) -> Iterator[Verdict]:
@@ -298,11 +325,16 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT312", "elastomer-shear", Severity.WARNING,
-        "The required shear force moves the target by less than half the coils' distance, the pad being loaded under "
-        "the target alone; arrays without a common distance are not judged.",
-        "Beyond that the target's middle has passed a coil's, and L1 - L2 turns back: two forces give one reading.",
-        "A stiffer, larger or thinner elastomer.",
-        "F = G A gamma, about linear to large strain (Brown, quoted by GlobalSpec); the limit is derived here",
+        "The required shear force moves the target by no more than the pad is thick (shear strain "
+        f"{100.0 * elastomer.VALID_SHEAR:.0f} %; a note where only a modulus one sigma softer passes that) and by "
+        "less than half the coils' distance, the pad being loaded under the target alone; that distance is not judged "
+        "for arrays without a common one.",
+        "Beyond half the distance the target's middle has passed a coil's, and L1 - L2 turns back: two forces give one "
+        "reading. Beyond the shear strain travel is no longer known, the target comes down as it goes, and the pad's "
+        "bond may peel.",
+        "A stiffer or larger elastomer under a larger target; for the travel also a thinner one.",
+        "F = G A gamma, about linear to large strain (Brown, quoted by GlobalSpec); half the distance is derived here; "
+        + elastomer.SHEAR_SOURCE,
         ("elastomer", "target", "shear force"), elastomer_shear,
     ),
     Rule(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.assembly import FREE, PRESSED, REST, Assembly, NoReflection, Reflection, assemble, warmed
 from sitscad.estimates.cross_checks import cross_checks, no_cross_check
+from sitscad.estimates.drive import driven
 from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
@@ -122,10 +123,12 @@ def estimate(
         moved = Slopes(sigmas(spec), slopes, moved_by_surroundings(spectrum, assembly, states, shares, coil.name))
         states = {name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()}
         coils.append(_coil_estimate(coil, circuit, tank, states, winding, failed, damped))
+    readout = with_margin(readout, [state for coil in coils for state in coil.states.values()])
+    driven_coils, readout = driven(coils, readout, spec.readout.drive_code)
     return Estimates(
-        coils=tuple(coils),
+        coils=driven_coils,
         inductance_matrix=tuple(tuple(float(value) for value in row) for row in matrix),
-        readout=with_margin(readout, [state for coil in coils for state in coil.states.values()]),
+        readout=readout,
         inductance_matrix_error=tuple(tuple(float(value) for value in row) for row in matrix_errors),
         compression=assembly.compression,
         compression_scatter=pressing,

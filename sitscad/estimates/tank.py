@@ -241,7 +241,6 @@ OVERDAMPED = 1e3
 class _Windows:
     highest: float
     lowest_resistance: float
-    swing: tuple[float, float]
 
 
 def _trespass(
@@ -275,7 +274,7 @@ def _trespass(
         + 1.0 * _beyond(ROBUST_CAPACITANCE, tank.capacitor)
     )
     preference = 0.02 * math.log(ceiling / max(frequencies)) if max(frequencies) < ceiling else 0.0
-    return (over + preference, over > 0.0), _Windows(max(frequencies), min(resistances), swing)
+    return (over + preference, over > 0.0), _Windows(max(frequencies), min(resistances))
 
 
 def _beyond(value: float, limit: float) -> float:
@@ -285,10 +284,7 @@ def _beyond(value: float, limit: float) -> float:
 def _reason(value: float, trespass: tuple[float, bool], windows: _Windows | None) -> str:
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
-    found = (
-        f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}, "
-        f"{windows.swing[0]:.2f} to {windows.swing[1]:.2f} V in the working states"
-    )
+    found = f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}"
     found += f"; +-{50.0 * ldc1614.limit('capacitor_tolerance'):.2g} % of frequency by its tolerance"
     if trespass[1]:
         return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({found})"
@@ -296,7 +292,10 @@ def _reason(value: float, trespass: tuple[float, bool], windows: _Windows | None
 
 
 def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
-    """Drive code, dividers and counts for all coils and states with that capacitor; None and NaN where none is left."""
+    """Dividers and counts for all coils and states with that capacitor; None and NaN where none is left.
+
+    The drive code is the strongest below 1.8 V: `drive.driven` makes it careful once the scatter is known.
+    """
     tank = Tank(capacitor, readout)
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
     if not found:
@@ -306,7 +305,8 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     # several converters scan at the same time, each its own coils; the first of them has the most
     channels = min(len(circuits), int(ldc1614.limit("channels")))
     strong = (
-        len(circuits) == 1 and min(working) < ldc1614.limit("parallel_resistance_driveable")
+        len(circuits) == 1 and readout.drive_code is None
+        and min(working) < ldc1614.limit("parallel_resistance_driveable")
         and max(working) < ldc1614.limit("parallel_resistance_min")
         and min(working) >= ldc1614.limit("parallel_resistance_high_current")
     )  # fmt: skip

@@ -103,7 +103,9 @@ class CoilEstimate:
     inductance_parts: Mapping[str, float] = field(default_factory=dict)
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
-        """Change of inductance (H/N) and of frequency (Hz/N) from rest to pressed by that force (N): the secant."""
+        """Change of inductance at the contacts (H/N) and of frequency (Hz/N) from rest to pressed by that force (N):
+        the secant.
+        """
         rest, pressed = self.states.get("rest"), self.states.get("pressed")
         if rest is None or pressed is None or not force:
             return None
@@ -120,11 +122,38 @@ class CoilEstimate:
         changes = [[after.get(c, nothing)[k] - before.get(c, nothing)[k] for c in causes] for k in range(2)]
         return math.hypot(*changes[0]) / force, math.hypot(*changes[1]) / force
 
+    def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None:
+        """Change of the inductance that the firmware's formula gives (H/N) from rest to pressed by that force (N), and
+        one sigma of it where the scatter is known.
+
+        It is larger than the one at the contacts: the formula's C lacks the coil's own capacitance. At that fixed C the
+        formula's L moves by -2 L df/f.
+        """
+        rest, pressed = self.states.get("rest"), self.states.get("pressed")
+        if rest is None or pressed is None or not force:
+            return None
+        if rest.converter_inductance is None or pressed.converter_inductance is None:
+            return None
+        change = (pressed.converter_inductance - rest.converter_inductance) / force
+        if rest.spread is None or pressed.spread is None:
+            return change, None
+        before, after = _formula_shifts(rest), _formula_shifts(pressed)
+        causes = sorted({*before, *after})
+        return change, math.hypot(*(after.get(c, 0.0) - before.get(c, 0.0) for c in causes)) / force
+
+
+def _formula_shifts(state: StateEstimate) -> dict[str, float]:
+    """By how much (H) one sigma of each cause moves the inductance that the formula makes of the frequency."""
+    assert state.spread is not None and state.converter_inductance is not None
+    scale = -2.0 * state.converter_inductance / state.frequency
+    return {cause: scale * shift for cause, (_, shift) in state.spread.shifts.items()}
+
 
 @record
 class ReadoutEstimate:
-    """How the converter is set: tank capacitor (F) and why, one drive code for all coils and working states, clocks
-    (Hz), counts, the time on one coil (s) and the complete scans a second that follow.
+    """How the converter is set: tank capacitor (F) and why, the drive code for all coils and working states, clocks
+    (Hz), counts, the time on one coil (s) and the complete scans a second that follow. Where channels have codes of
+    their own `drive_codes` holds one a coil, and `drive_code` and `drive_current` are the strongest of them.
 
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
     at 400 kHz; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the part's,
@@ -151,6 +180,11 @@ class ReadoutEstimate:
     read_back_time: float | None = None
     supply_current: float | None = None
     conversion_capacitance: float | None = None
+    drive_codes: tuple[int, ...] = ()
+
+    def code_of(self, coil: int) -> int | None:
+        """The drive code of the coil of that number, from 0."""
+        return self.drive_codes[coil] if self.drive_codes else self.drive_code
 
     @property
     def readable_rate(self) -> float | None:
@@ -260,10 +294,13 @@ def _place_document(index: int) -> dict[str, Any]:
 def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
     inductance, frequency = coil.sensitivity(force) or (None, None)
     of_inductance, of_frequency = coil.sensitivity_sigma(force) or (None, None)
+    formula, of_formula = coil.converter_sensitivity(force) or (None, None)
     return {
         "inductance_H_per_N": _number(inductance),
         "frequency_Hz_per_N": _number(frequency),
         "sigma_inductance_H_per_N": _number(of_inductance),
+        "converter_inductance_H_per_N": _number(formula),
+        "sigma_converter_inductance_H_per_N": _number(of_formula),
         "sigma_frequency_Hz_per_N": _number(of_frequency),
     }
 
@@ -329,6 +366,7 @@ def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
         "capacitance_reason": readout.capacitance_reason,
         "conversion_capacitance_F": _number(readout.conversion_capacitance),
         "drive_code": readout.drive_code,
+        "drive_codes": list(readout.drive_codes) or None,
         "drive_current_A": _number(readout.drive_current),
         "reference_divider": readout.reference_divider,
         "reference_frequency_Hz": _number(readout.reference_frequency),

@@ -21,6 +21,12 @@ from sitscad.record import record
 VALID_STRAIN = 0.30
 """Compressive strain up to which the bonded-block formula is trusted; beyond it the answer is an extrapolation."""
 
+VALID_SHEAR = 1.0
+"""Shear strain (travel over thickness) up to which F = G A gamma is trusted. A conservative figure, unverified: what
+EN 1337-3 allows laminated bearings for horizontal movement (from memory); the principal stretch is then 1.62. Soft
+silicones stretch further, but their bond to board and target peels, edges lift, and the target comes down as it goes.
+"""
+
 SHAPE_COEFFICIENT = 2.0
 """beta in Ea = E (1 + beta S^2) for square, round and moderately oblong unfilled rubber (Gent & Lindley 1959)."""
 
@@ -36,6 +42,10 @@ SOURCE = (
     "1/B; large strain F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory, unverified); a pad loaded over part "
     "of its area: the loaded part cut out, a lower bound of the stiffness by minimum potential energy (textbook; "
     "held by our finite elements)"
+)
+
+SHEAR_SOURCE = (
+    "shear strain of 100 %: EN 1337-3 for laminated bearings (from memory, unverified), taken as careful here"
 )
 
 
@@ -175,6 +185,11 @@ def press(
             "the change per newton that follows from it is the largest, too"
         )
     return replace(found, valid=not reasons, note=_note(reasons), least_strain=least, loaded_share=share)
+
+
+def shear_strain(force: float, area: float, shear_modulus: float) -> float:
+    """Travel over thickness of a bonded pad under a shear force (N): F / (G A); area in m2, modulus in Pa."""
+    return force / (shear_modulus * area)
 
 
 def force_for_strain(

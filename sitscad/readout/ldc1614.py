@@ -94,7 +94,8 @@ def amplitude(parallel_resistance: float, code: int, high_current: bool = False)
 def drive_code(parallel_resistance: float) -> int:
     """The highest code that keeps the amplitude below 1.8 V at `parallel_resistance` (ohm).
 
-    Give the largest R_P of the working range, which is the target at its greatest distance (8.1.5; SNOA950). Code 0
+    Give the largest R_P of the working range, which is the target at its greatest distance (8.1.5; SNOA950), with one
+    sigma of manufacture added where sensors are still to be made. Code 0
     when even that one drives harder; code 31 when none reaches 1.8 V: check the amplitude.
     """
     allowed = [

@@ -11,6 +11,25 @@ I2C_ADDRESSES = (0x2A, 0x2B)
 
 RCOUNT, SETTLECOUNT, CLOCK_DIVIDERS, DRIVE_CURRENT = 0x08, 0x10, 0x14, 0x1E
 ERROR_CONFIG, CONFIG, MUX_CONFIG = 0x19, 0x1A, 0x1B
+STATUS, MANUFACTURER_ID_ADDRESS, DEVICE_ID_ADDRESS = 0x18, 0x7E, 0x7F
+
+DATA_FLAGS = {
+    "ERR_UR": (0x8000, "conversion under-range"),
+    "ERR_OR": (0x4000, "conversion over-range"),
+    "ERR_WD": (0x2000, "watchdog timeout: the sensor does not oscillate"),
+    "ERR_AE": (0x1000, "amplitude outside about 1.2 to 1.8 V"),
+}
+"""Error flags in DATAx_MSB by name: mask and meaning (SNOSCY9A, 7.6.2 to 7.6.9; nominal amplitudes: STATUS, 7.6.26)."""
+
+DATA_MSB_MASK = 0x0FFF
+"""Bits 27:16 of the result in DATAx_MSB (SNOSCY9A, 7.6.2)."""
+
+
+def data_addresses(channel: int) -> tuple[int, int]:
+    """Addresses of DATAx_MSB and DATAx_LSB, to be read in this order (SNOSCY9A, 7.6.2 to 7.6.9)."""
+    _within("channel", channel, 0, CHANNELS - 1)
+    return 2 * channel, 2 * channel + 1
+
 
 _DEGLITCH = ((1.0e6, 0b001), (3.3e6, 0b100), (10.0e6, 0b101))
 _DEGLITCH_WIDEST = 0b111

@@ -81,10 +81,14 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
     found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
     force = estimates.normal_force
     sensed = [(coil.sensitivity(force), coil.sensitivity_sigma(force)) for coil in estimates.coils]
-    for place, (name, unit) in enumerate((("inductance", "H"), ("frequency", "Hz"))):
+    for place, (name, unit) in enumerate((("inductance at the contacts", "H"), ("frequency", "Hz"))):
         if any(value for value, _ in sensed):
             cells = (plus_minus(v[place], s and s[place], unit, "/N") if v else NONE for v, s in sensed)
             found.append([f"{name} per newton, rest to pressed, +- one sigma", *cells])
+    read = [coil.converter_sensitivity(force) for coil in estimates.coils]
+    if any(read):
+        name = "inductance by the header's formula per newton, rest to pressed, +- one sigma"
+        found.insert(-1, [name, *(plus_minus(pair[0], pair[1], "H", "/N") if pair else NONE for pair in read)])
     return found
 
 
@@ -126,14 +130,14 @@ READING_HEAD = (
     "L by its formula",
     "a meter's at the contacts",
     "step",
-    "noise",
+    "quantisation noise (step / sqrt 12)",
     "amplitude at the coil",
 )
 
 
 def reading_rows(estimates: Estimates) -> list[list[str]]:
     """What the converter makes of every state: L = 1 / (C (2 pi f)^2) with the readout's C, as in the firmware header;
-    beside it what a meter reads; one step and one sigma of the converter's own noise, in henries.
+    beside it what a meter reads; one step and one sigma of the noise of quantisation alone, in henries.
     """
     return [
         [
@@ -218,6 +222,7 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
             else []
         ),
         ["drive current", f"{quantity(r.drive_current, 'A')} (code {_count(r.drive_code)})"],
+        *([["a code for every channel", _codes(estimates)]] if r.drive_codes else []),
         [
             "reference frequency f_REF",
             f"{quantity(r.reference_frequency, 'Hz')} (f_CLK {_clock(r)}, divider {r.reference_divider})",
@@ -231,6 +236,11 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
         ["high-current drive", "yes" if r.high_current else "no"],
         *([["supply current, about", quantity(r.supply_current, "A", 3)]] if r.supply_current else []),
     ]
+
+
+def _codes(estimates: Estimates) -> str:
+    pairs = zip(estimates.coils, estimates.readout.drive_codes, strict=True)
+    return ", ".join(f"{coil.name} {code}" for coil, code in pairs) + ": one for all leaves a coil below 1.2 V"
 
 
 def _clock(r: ReadoutEstimate) -> str:

@@ -73,6 +73,7 @@ Offset = Quantity("length", "-500 mm", "500 mm")
 TurnRadius = Quantity("length", "0.1 mm", "100 mm")
 Angle = Quantity("angle", "-360 deg", "360 deg")
 Capacitance = Quantity("capacitance", "0 pF", "1 uF")
+DriveCode = Either("auto", Number(0, 31, whole=True))
 TankCapacitance = Either("auto", Quantity("capacitance", "1 pF", "1 uF"))
 Inductance = Quantity("inductance", "0 nH", "1 mH")
 Resistance = Quantity("resistance", "0 ohm", "1 kohm")
@@ -307,6 +308,7 @@ class ReadoutDocument(Section):
     cable: CableDocument | None = key(Part(CableDocument), "none: the tail plugs into the converter's board", None)
     clock: float = key(Clock, "reference clock", "40 MHz")
     scan_rate: float = key(Rate, "complete scans of all coils per second", "100 Hz")
+    drive_code: int | None = key(DriveCode, "of all channels; auto: the strongest one sigma below 1.8 V", "auto")
 
 
 class RequirementsDocument(Section):

@@ -240,7 +240,8 @@ class Cable:
 class ReadoutSpec:
     """The converter; ``capacitance`` in farads (None: chosen), ``scan_rate`` is complete scans of all coils per s.
 
-    ``chip`` is the land pattern of the tank capacitors on the tail's stiffener, None where they are elsewhere.
+    ``drive_code`` (0 to 31) is None where it is chosen; ``chip`` is the land pattern of the tank capacitors on the
+    tail's stiffener, None where they are elsewhere.
     """
 
     device: str
@@ -250,6 +251,7 @@ class ReadoutSpec:
     clock: float
     scan_rate: float
     chip: Chip | None = None
+    drive_code: int | None = None
 
 
 @record

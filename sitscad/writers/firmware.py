@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
 from sitscad.readout.registers import (
@@ -19,6 +20,7 @@ from sitscad.readout.registers import (
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
+from sitscad.writers._firmware_macros import ADDR_PIN, force_document, force_macros, result_macros
 
 HEADER, TABLE = "firmware/ldc1614_config.h", "firmware/ldc1614_config.json"
 
@@ -39,13 +41,18 @@ class _State(Protocol):
 class _Coil(Protocol):
     name: str
     centre: tuple[float, float]
-    states: Mapping[str, _State]
+
+    @property
+    def states(self) -> Mapping[str, _State]: ...
+
+    def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None: ...
 
 
 class _Readout(Protocol):
     capacitance: float | None
     conversion_capacitance: float | None
     drive_code: int | None
+    drive_codes: tuple[int, ...]
     reference_divider: int | None
     reference_frequency: float | None
     input_divider: int | None
@@ -110,12 +117,13 @@ def devices(estimates: Measured) -> tuple[Device, ...]:
     if len(groups) > len(I2C_ADDRESSES):
         raise ValueError(f"{len(groups)} LDC1614 are needed, and one I2C bus has addresses for {len(I2C_ADDRESSES)}")
     return tuple(
-        Device(address, tuple(coil.name for coil in group), _registers(group, estimates.readout))
-        for address, group in zip(I2C_ADDRESSES, groups, strict=False)
+        Device(address, tuple(coil.name for coil in group), _registers(group, CHANNELS * number, estimates.readout))
+        for number, (address, group) in enumerate(zip(I2C_ADDRESSES, groups, strict=False))
     )
 
 
-def _registers(coils: Sequence[_Coil], readout: _Readout) -> tuple[Register, ...]:
+def _registers(coils: Sequence[_Coil], first: int, readout: _Readout) -> tuple[Register, ...]:
+    """What to write for the coils of one converter, the first of them being the number `first` of all."""
     channel = Channel(
         rcount=_known("rcount", readout.rcount),
         settle_count=_known("settle_count", readout.settle_count),
@@ -126,7 +134,9 @@ def _registers(coils: Sequence[_Coil], readout: _Readout) -> tuple[Register, ...
     frequencies = [state.frequency for coil in coils for state in coil.states.values() if state.frequency is not None]
     if not frequencies:
         raise ValueError("no sensor frequency is known: the converter cannot be set up")
-    return registers((channel,) * len(coils), max(frequencies), high_current=readout.high_current)
+    codes = readout.drive_codes[first : first + len(coils)] or (channel.drive_code,) * len(coils)
+    channels = tuple(replace(channel, drive_code=code) for code in codes)
+    return registers(channels, max(frequencies), high_current=readout.high_current)
 
 
 def _known(name: str, value: int | None) -> int:
@@ -164,15 +174,21 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
                 "i2c_address": channel_place(index).address,
                 "centre_m": list(coil.centre),
                 "expected": {
-                    name: {"frequency_Hz": state.frequency, "inductance_H": state.converter_inductance}
+                    name: {
+                        "force_N": spec.requirements.normal_force if name == "pressed" else 0.0,
+                        "frequency_Hz": state.frequency,
+                        "inductance_H": state.converter_inductance,
+                    }
                     for name, state in coil.states.items()
                 },
+                **force_document(coil, spec.requirements.normal_force),
             }
             for index, coil in enumerate(estimates.coils)
         ],
         "converters": [
             {
                 "i2c_address": device.address,
+                "addr_pin": ADDR_PIN[device.address],
                 "channels": list(device.coils),
                 "registers": [
                     {"address": r.address, "name": r.name, "value": r.value, "meaning": r.meaning}
@@ -195,7 +211,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
         f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
         f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
-        *(f" * {line}".rstrip() for line in _expected(estimates)),
+        *(f" * {line}".rstrip() for line in _expected(estimates, spec.requirements.normal_force)),
         " */",
         "#ifndef LDC1614_CONFIG_H",
         "#define LDC1614_CONFIG_H",
@@ -206,6 +222,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
         f"#define LDC1614_DEVICE_ID 0x{DEVICE_ID:04X}u",
         f"#define LDC1614_CONVERTERS {len(found)}u",
         *_conversion(spec, readout),
+        *result_macros(),
         "",
         "typedef struct {",
         "    uint8_t address;",
@@ -215,10 +232,11 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
     for number, device in enumerate(found):
         lines += _device(number, device)
     lines += _coils(estimates.coils)
+    lines += force_macros(estimates.coils, spec.requirements.normal_force)
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _expected(estimates: Measured) -> list[str]:
+def _expected(estimates: Measured, force: float | None) -> list[str]:
     """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
     readout = estimates.readout
     parts = (
@@ -247,6 +265,10 @@ def _expected(estimates: Measured) -> list[str]:
             )
     if any(name != "free" for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
+    if force and any("pressed" in coil.states for coil in estimates.coils):
+        lines.append(
+            f"Free and rest are without force, pressed is with {show(force, 'N')} on the middle of the target."
+        )
     return [
         *lines,
         "",
@@ -311,7 +333,7 @@ def _device(number: int, device: Device) -> list[str]:
     channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
     lines = [
         "",
-        f"/* Converter {number}: {channels}. */",
+        f"/* Converter {number}, its pin ADDR {ADDR_PIN[device.address]} (SNOSCY9A 8.5.1): {channels}. */",
         f"#define LDC1614_{number}_I2C_ADDRESS 0x{device.address:02X}u",
         f"#define LDC1614_{number}_CHANNELS {len(device.coils)}u",
         f"static const ldc1614_register_t ldc1614_{number}_config[] = {{",

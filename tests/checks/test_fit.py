@@ -10,6 +10,7 @@ import pytest
 from sitscad.checks.transduction import skin_depth
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
+from sitscad.mechanics.elastomer import VALID_SHEAR
 from sitscad.units import parse_quantity
 
 
@@ -186,8 +187,9 @@ def test_a_target_on_part_of_its_pad_strains_and_shears_that_part(judge, design)
     (found,) = judge("SIT304", design(elastomer=soft, target__size=3.5))
     assert found.measured > found.limit and "19 % of the pad" in found.message and "larger target" in found.hint
     thick = {**soft, "material": "ecoflex-00-30", "thickness": 2}
-    assert judge("SIT312", design(elastomer=thick, target__size=8)) == []
-    (moved,) = judge("SIT312", design(elastomer=thick, target__size=3.5))
+    assert [f.severity for f in judge("SIT312", design(elastomer=thick, target__size=8))] == [Severity.NOTE]
+    strained, moved = judge("SIT312", design(elastomer=thick, target__size=3.5))
+    assert strained.severity is Severity.WARNING and strained.limit == VALID_SHEAR
     modulus = design(elastomer=thick).elastomer.material.shear_modulus
     assert moved.measured == pytest.approx(1.0 * 2e-3 / (modulus * 12.25e-6))
 
@@ -243,9 +245,22 @@ def test_bare_metal(judge, design):
     assert judge("SIT311", design()) == []
 
 
+def test_a_thin_pad_does_not_hide_its_shear_strain(judge, design):
+    """A pad sheared by 540 % passed: its travel was less than half the coils' distance, for it was thin."""
+    soft = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 0.3, "kerf": 0.15}
+    (found,) = judge("SIT312", design(elastomer=soft, target__size=4, requirements__shear_force="2 N"))
+    assert found.severity is Severity.WARNING and found.measured > 5.0 and "unverified" in found.source
+    wanted, unit = re.search(r"shear modulus of ([\d.]+) (\wPa)", found.hint).groups()
+    material = design(elastomer=soft).elastomer.material
+    stiff = {"name": "stiff", "uncertainty": material.shear_modulus_sigma, "shear_modulus": f"{wanted} {unit}"}
+    assert judge("SIT312", design(elastomer=soft | {"material": stiff}, target__size=4,
+                                  requirements__shear_force="2 N")) == []  # fmt: skip
+
+
 def test_elastomer_shear(judge, verdicts, design):
     soft = design(elastomer={"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15})
-    (found,) = judge("SIT312", soft)
+    strained, found = judge("SIT312", soft)
     modulus = soft.elastomer.material.shear_modulus
     assert found.measured == pytest.approx(1.0 * 2e-3 / (modulus * 16e-6)) and found.limit == pytest.approx(2.25e-3)
+    assert strained.measured == pytest.approx(1.0 / (modulus * 16e-6)) and "262 %" in strained.message
     assert "no pitch" in verdicts("SIT312", design(array=None))[1][0].reason

@@ -115,6 +115,13 @@ def test_every_help_ends_with_an_example(run, command):
     assert re.search(rf"Example:\n +sitscad {command}", done.out)
 
 
+def test_the_help_of_estimate_explains_the_words_of_its_tables(run):
+    text = run("estimate", "--help").out
+    words = re.search(r"Words in the tables:\n(.*?)\n\n", text, re.DOTALL).group(1)
+    for word in ("Q", "Rp", "step", "shape factor", "sigma"):
+        assert re.search(rf"^    {word} {{2,}}", words, re.MULTILINE), word
+
+
 def test_a_fault_of_ours_is_one_sentence_without_a_traceback(run, monkeypatch):
     def faulty(*_args, **_kwargs):
         raise ZeroDivisionError("oh")

@@ -287,6 +287,9 @@ def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
     for k in range(2):
         by_modulus = 0.5 * abs(per_newton[0][k] - per_newton[1][k])
         assert 0.9 * by_modulus < stated[k] < 2.0 * by_modulus
+    read = [e.coils[0].converter_sensitivity(4.0)[0] for e in (soft, stiff)]
+    by_modulus = 0.5 * abs(read[0] - read[1])
+    assert 0.9 * by_modulus < found.coils[0].converter_sensitivity(4.0)[1] < 2.0 * by_modulus
     document = found.as_json("x")
     assert document["coils"][0]["sigma_inductance_H_per_N"] == pytest.approx(stated[0])
     assert document["compression"]["sigma"]["strain"] == pytest.approx(scatter.strain)
@@ -312,7 +315,7 @@ def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
         assert "+-" in rows[name], name
     per_newton = [row for row in numbers.coil_rows(found) if "per newton" in row[0]]
-    assert len(per_newton) == 2 and all("+-" in cell for row in per_newton for cell in row[1:])
+    assert len(per_newton) == 3 and all("+-" in cell for row in per_newton for cell in row[1:])
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ SPEC = layouts.sensor_spec()
 def estimates(coils=2, **changes):
     """Estimates of a sensor at 8 MHz, 40 MHz reference, as far as the registers need them."""
     readout = {
-        "capacitance": 330e-12, "drive_code": 17, "drive_current": 2e-4, "reference_divider": 1,
+        "capacitance": 330e-12, "drive_code": 17, "drive_codes": (), "drive_current": 2e-4, "reference_divider": 1,
         "reference_frequency": 40e6, "input_divider": 1, "rcount": 2000, "settle_count": 10, "scan_rate": 500.0,
         "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
         "read_back_time": 4.9e-4, "supply_current": 2.3e-3, "conversion_capacitance": 334e-12,
@@ -40,7 +40,15 @@ def estimates(coils=2, **changes):
     }
     states = {"free": SimpleNamespace(frequency=8.0e6, **other), "pressed": SimpleNamespace(frequency=9.0e6, **other)}
     return SimpleNamespace(
-        coils=[SimpleNamespace(name=f"C{i + 1}", states=states, centre=(4e-3 * i, -1e-3)) for i in range(coils)],
+        coils=[
+            SimpleNamespace(
+                name=f"C{i + 1}",
+                states=states,
+                centre=(4e-3 * i, -1e-3),
+                converter_sensitivity=lambda force: (-1e-9, 2e-10) if force else None,
+            )
+            for i in range(coils)
+        ],
         readout=SimpleNamespace(**(readout | changes)),
     )
 
@@ -107,6 +115,29 @@ def test_what_cannot_be_set_up_does_not_compile(found, reason):
     header, table = rendered(found)
     assert header.startswith("#error") and reason in header and header.count("\n") == 1
     assert reason in table["refused"] and table["converters"] == []
+
+
+def test_results_flags_and_the_address_pin_are_those_of_the_data_sheet():
+    header, table = rendered(estimates(5))
+    macros = {name: int(value, 16) for name, value in re.findall(r"#define LDC1614_(\w+) 0x(\w+)u", header)}
+    assert [macros[f"DATA{n}_{word}"] for n in range(4) for word in ("MSB", "LSB")] == list(range(8))
+    assert macros["DATA_MSB_MASK"] == 0x0FFF and macros["STATUS"] == 0x18
+    assert [macros[f"ERR_{name}"] for name in ("UR", "OR", "WD", "AE")] == [1 << bit for bit in (15, 14, 13, 12)]
+    assert (macros["MANUFACTURER_ID_ADDRESS"], macros["DEVICE_ID_ADDRESS"]) == (0x7E, 0x7F)
+    assert [device["addr_pin"] for device in table["converters"]] == ["low", "high"]
+    assert "Converter 0, its pin ADDR low" in header and "Converter 1, its pin ADDR high" in header
+    assert "L_REST_H" not in header  # these hand-made coils have no such state
+
+
+def test_every_channel_has_its_own_drive_code():
+    _, table = rendered(estimates(5, drive_codes=(17, 18, 19, 20, 21)))
+    codes = [
+        row["value"] >> 11
+        for device in table["converters"]
+        for row in device["registers"]
+        if row["name"].startswith("DRIVE_CURRENT")
+    ]
+    assert codes == [17, 18, 19, 20, 21]
 
 
 def test_no_frequency_is_refused():
@@ -197,3 +228,22 @@ def test_every_coil_s_channel_and_place_are_in_header_and_json():
         assert int(row[3], 16) == coil["i2c_address"] == (0x2A, 0x2B)[index // 4]
         assert [float(row[4]), float(row[5])] == coil["centre_m"] == pytest.approx([4e-3 * index, -1e-3])
         assert table["converters"][coil["converter"]]["channels"][coil["channel"]] == coil["name"]
+
+
+PRESSED = RACETRACK.replace("CABLE", "scan_rate: 500 Hz") + "requirements: {normal_force: 4 N}\n"
+
+
+def test_forces_and_what_they_do_are_macros_and_json():
+    spec = load_text(PRESSED, "long.yaml")
+    found = estimate(lay_out(spec))
+    files = firmware.render(spec, found)
+    header, table = files[firmware.HEADER].decode(), json.loads(files[firmware.TABLE])
+    macros = {name: float(value) for name, value in re.findall(r"#define LDC1614_(\w+) ([-\d.e+]+)$", header, re.M)}
+    states, (change, sigma) = found.coils[0].states, found.coils[0].converter_sensitivity(4.0)
+    assert macros["FORCE_PRESSED_N"] == 4.0 and "pressed is with 4 N" in header
+    assert macros["COIL0_L_REST_H"] == pytest.approx(states["rest"].converter_inductance)
+    assert macros["COIL0_L_PRESSED_H"] == pytest.approx(macros["COIL0_L_REST_H"] + 4.0 * macros["COIL0_L_PER_NEWTON_H"])
+    assert (macros["COIL0_L_PER_NEWTON_H"], macros["COIL0_L_PER_NEWTON_SIGMA_H"]) == pytest.approx((change, sigma))
+    (coil,) = table["coils"]
+    assert [state["force_N"] for state in coil["expected"].values()] == [0.0, 0.0, 4.0]
+    assert (coil["inductance_H_per_N"], coil["sigma_inductance_H_per_N"]) == pytest.approx((change, sigma))

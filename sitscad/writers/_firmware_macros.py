@@ -1,0 +1,94 @@
+"""Macros of the firmware header beyond the settings: where results are read, and what forces do to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from sitscad.readout.registers import (
+    CHANNELS,
+    DATA_FLAGS,
+    DATA_MSB_MASK,
+    DEVICE_ID_ADDRESS,
+    I2C_ADDRESSES,
+    MANUFACTURER_ID_ADDRESS,
+    STATUS,
+    data_addresses,
+)
+
+ADDR_PIN = dict(zip(I2C_ADDRESSES, ("low", "high"), strict=True))
+"""Level of the ADDR pin by the 7-bit address that it selects (SNOSCY9A, 8.5.1)."""
+
+
+class Read(Protocol):
+    """What the macros need of a coil's state."""
+
+    converter_inductance: float | None
+
+
+class Felt(Protocol):
+    """What the macros need of a coil."""
+
+    name: str
+
+    @property
+    def states(self) -> Mapping[str, Read]:
+        """States by name."""
+
+    def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None:
+        """Change per newton of the inductance by the formula, and one sigma of it (H/N)."""
+
+
+def result_macros() -> list[str]:
+    """Addresses, mask and flags of the results."""
+    lines = [
+        "",
+        "/* Results: read MSB before LSB; DATA = (MSB & LDC1614_DATA_MSB_MASK) << 16 | LSB, 28 bits, 0x0000000 being",
+        " * under-range and 0xFFFFFFF over-range (SNOSCY9A 7.6.2 to 7.6.9). The flags in MSB rise only where",
+        " * ERROR_CONFIG lets them (bits 15 to 11: under-range, over-range, watchdog, amplitude high and low; 7.6.27);",
+        " * the value below leaves them off. */",
+    ]
+    for channel in range(CHANNELS):
+        for word, address in zip(("MSB", "LSB"), data_addresses(channel), strict=True):
+            lines.append(f"#define LDC1614_DATA{channel}_{word} 0x{address:02X}u")
+    lines += [
+        f"#define LDC1614_DATA_MSB_MASK 0x{DATA_MSB_MASK:04X}u",
+        *(f"#define LDC1614_{name} 0x{mask:04X}u /* {meaning} */" for name, (mask, meaning) in DATA_FLAGS.items()),
+        f"#define LDC1614_STATUS 0x{STATUS:02X}u",
+        f"#define LDC1614_MANUFACTURER_ID_ADDRESS 0x{MANUFACTURER_ID_ADDRESS:02X}u",
+        f"#define LDC1614_DEVICE_ID_ADDRESS 0x{DEVICE_ID_ADDRESS:02X}u",
+    ]
+    return lines
+
+
+def force_macros(coils: Sequence[Felt], force: float | None) -> list[str]:
+    """Expected inductance by the formula at rest and pressed, and its change per newton with one sigma."""
+    found = [(index, *row) for index, coil in enumerate(coils) for row in _expected(coil, force)]
+    if not found:
+        return []
+    return [
+        "",
+        "/* Expected inductance by the formula (H), by the coil's place in ldc1614_coils: at rest without force,",
+        " * pressed by LDC1614_FORCE_PRESSED_N on the middle of the target, and the change per newton between the two",
+        " * (H/N), a secant and no curve, with one sigma of manufacture. Estimates: calibrate every sensor. */",
+        *([f"#define LDC1614_FORCE_PRESSED_N {force:.9e}"] if force else []),
+        *(f"#define LDC1614_COIL{index}_{name} {value:.9e}" for index, name, value in found),
+    ]
+
+
+def _expected(coil: Felt, force: float | None) -> list[tuple[str, float]]:
+    names = {"rest": "L_REST_H", "pressed": "L_PRESSED_H"}
+    found = [
+        (names[state], at.converter_inductance)
+        for state, at in coil.states.items()
+        if state in names and at.converter_inductance is not None
+    ]
+    change, sigma = coil.converter_sensitivity(force) or (None, None)
+    more = (("L_PER_NEWTON_H", change), ("L_PER_NEWTON_SIGMA_H", sigma))
+    return found + [(name, value) for name, value in more if value is not None]
+
+
+def force_document(coil: Felt, force: float | None) -> dict[str, Any]:
+    """The change per newton and its sigma (H/N) for the JSON."""
+    change, sigma = coil.converter_sensitivity(force) or (None, None)
+    return {"inductance_H_per_N": change, "sigma_inductance_H_per_N": sigma}

@@ -1,0 +1,77 @@
+"""Whether every coil feels the force: designs whose coils lie beside the target are named coil by coil."""
+
+from dataclasses import replace
+
+import pytest
+
+import sitscad
+from sitscad.checks.response import FEWEST_STEPS, LEAST_SHARE, responses
+from sitscad.checks.rules import Subject
+from sitscad.finding import Severity
+
+FOUR = """
+sitscad: 1
+name: line4
+coil: {shape: circle, outer_diameter: 10, turns: 13, layers: 2, trace_width: 0.155, trace_spacing: 0.155}
+array: {pattern: line, count: 4, pitch: 11.5}
+fpc: {tail: {length: 40}}
+target: {shape: rectangle, size: [11, 10]}
+elastomer: {shape: rectangle, size: [11, 10], thickness: 1}
+mount: {kind: bench-plate}
+requirements: {normal_force: 5 N}
+"""
+
+
+def answers(estimates, spec, changes, step=1e-10):
+    """Estimates by hand whose coils change by so much (H) from rest to pressed."""
+    numbers = estimates(spec)
+    coils = []
+    for coil, change in zip(numbers.coils, changes, strict=True):
+        rest = replace(coil.states["rest"], converter_inductance=2.5e-6, quantum=step)
+        pressed = replace(coil.states["pressed"], converter_inductance=2.5e-6 + change, quantum=step)
+        coils.append(replace(coil, states=coil.states | {"rest": rest, "pressed": pressed}))
+    return replace(numbers, coils=tuple(coils))
+
+
+def test_coils_beside_the_target_are_named_with_what_mends_them():
+    spec = sitscad.load_text(FOUR, "line4.yaml")
+    result = sitscad.check(spec)
+    (found,) = [f for f in result.findings if f.rule == "SIT215"]
+    assert found.severity is Severity.WARNING and found.key == "target.size"
+    assert "coils C1 and C4 hardly feel" in found.message and "coil C2 changes" in found.message
+    assert "C2 -" not in found.message and "a target of 44.5 mm by 10 mm" in found.hint
+    assert "11.75 mm beyond" in found.hint or "11.8 mm beyond" in found.hint
+    (left,) = [n for n in result.not_checked if n.rule == "SIT306"]
+    assert "not that it stands over all of them" in left.reason and "SIT215" in left.reason
+
+
+def test_the_target_that_is_advised_reaches_every_coil():
+    wide = FOUR.replace("size: [11, 10]", "size: [44.5, 10]")
+    spec = sitscad.load_text(wide, "line4.yaml")
+    numbers = sitscad.estimate(sitscad.lay_out(spec))
+    found = responses(Subject(spec, None, numbers))
+    most = max(abs(one.change) for one in found)
+    assert all(abs(one.change) > 0.5 * most for one in found)
+
+
+def test_a_share_of_the_best_coil_is_asked_too(design, estimates, judge):
+    spec = design()
+    weak = 0.9 * LEAST_SHARE * 1e-7
+    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (-1e-7, -weak), step=1e-12))
+    assert weak / 1e-12 > FEWEST_STEPS and found.message.startswith("coil C2 hardly feels")
+    assert judge("SIT215", spec, None, answers(estimates, spec, (-1e-7, -1.1 * LEAST_SHARE * 1e-7), step=1e-12)) == []
+
+
+def test_few_steps_of_every_coil_ask_for_more_change(design, estimates, judge):
+    spec = design()
+    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (-29e-10, -29e-10)))
+    assert "coils C1 and C2 hardly feel" in found.message and "finer step" in found.hint
+    assert found.measured == pytest.approx(29.0) and found.limit == FEWEST_STEPS
+    assert judge("SIT215", spec, None, answers(estimates, spec, (-31e-10, -31e-10))) == []
+
+
+def test_what_was_not_estimated_is_said(design, estimates, verdicts):
+    spec = design()
+    found, skipped = verdicts("SIT215", spec, None, estimates(spec))
+    assert found == [] and "no change" in skipped[0].reason
+    assert "normal_force" in verdicts("SIT215", design(requirements__normal_force=None))[1][0].reason

@@ -1,0 +1,92 @@
+"""The drive code: strong, yet one sigma below 1.8 V; one for all coils where that does; the user's where one is set."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import sitscad
+from sitscad.estimates.drive import _Swing, drive_codes
+from sitscad.readout import ldc1614
+
+UNLIKE = """
+sitscad: 1
+name: six
+coil: {shape: circle, outer_diameter: 10, turns: 13, layers: 2, trace_width: 0.155, trace_spacing: 0.155}
+array: {pattern: grid, count: [3, 2], pitch: 11}
+fpc: {tail: {length: 40}}
+target: {size: 16, thickness: 0.1}
+elastomer: {size: 18, thickness: 1, material: ecoflex-00-30}
+mount: {kind: bench-plate}
+readout: {capacitance: 120 pF, scan_rate: 600 Hz, drive_code: CODE}
+requirements: {normal_force: 50 N}
+"""
+"""The coils in the middle lie under the target, the others beside it: R_P differs by half."""
+
+
+def estimated(code: str) -> sitscad.Estimates:
+    return sitscad.estimate(sitscad.lay_out(sitscad.load_text(UNLIKE.replace("CODE", code), "six.yaml")))
+
+
+@pytest.fixture(scope="module")
+def unlike():
+    return estimated("auto")
+
+
+def test_every_coil_stays_one_sigma_below_the_clamp_and_the_next_code_would_not(unlike):
+    for number, coil in enumerate(unlike.coils):
+        working = [state for name, state in coil.states.items() if name != "free"]
+        careful = max(state.amplitude + state.spread.amplitude for state in working)
+        code = unlike.readout.code_of(number)
+        assert careful < 1.8
+        assert careful * ldc1614.drive_current(code + 1) / ldc1614.drive_current(code) >= 1.8
+
+
+def test_unlike_coils_have_a_code_for_each_channel_where_one_for_all_does_not_do(unlike):
+    codes = unlike.readout.drive_codes
+    assert len(codes) == 6 and len(set(codes)) > 1 and unlike.readout.drive_code == max(codes)
+    working = [state for coil in unlike.coils for name, state in coil.states.items() if name != "free"]
+    assert min(state.amplitude for state in working) >= 1.2
+    lowest = min(state.parallel_resistance for state in working)
+    assert ldc1614.amplitude(lowest, min(codes)) < 1.2
+    assert unlike.as_json("six.yaml")["readout"]["drive_codes"] == list(codes)
+
+
+def test_states_and_current_are_those_of_the_code(unlike):
+    for number, coil in enumerate(unlike.coils):
+        for state in coil.states.values():
+            code = unlike.readout.code_of(number)
+            assert state.amplitude == pytest.approx(ldc1614.amplitude(state.parallel_resistance, code))
+            relative = state.spread.parallel_resistance / state.parallel_resistance
+            assert state.spread.amplitude == pytest.approx(relative * state.amplitude)
+    readout = unlike.readout
+    supply = ldc1614.supply_current(
+        readout.drive_current, readout.rcount, readout.settle_count, readout.reference_frequency, 4
+    )
+    assert readout.supply_current == pytest.approx(2 * supply)
+
+
+def test_a_code_that_the_spec_sets_is_taken_and_judged():
+    spec = sitscad.load_text(UNLIKE.replace("CODE", "24"), "six.yaml")
+    found = sitscad.estimate(sitscad.lay_out(spec))
+    assert found.readout.drive_code == 24 and found.readout.drive_codes == ()
+    rest = found.coils[0].states["rest"]
+    assert rest.amplitude == pytest.approx(4.0 / math.pi * 551e-6 * rest.parallel_resistance)
+    told = [f for f in sitscad.check(spec, estimates=found).findings if f.rule == "SIT204"]
+    (error,) = [f for f in told if f.severity.value == "error"]
+    assert error.limit == 1.8 and "leave readout.drive_code out" in error.hint
+    assert error.key == "readout.drive_code" and error.line
+
+
+@pytest.mark.parametrize("code", ["-1", "32", "3.5", "strong"])
+def test_codes_that_do_not_exist_are_refused(code):
+    with pytest.raises(sitscad.SpecError):
+        sitscad.load_text(UNLIKE.replace("CODE", code), "six.yaml")
+
+
+def test_one_code_is_kept_where_codes_of_their_own_do_not_help_either():
+    wide = _Swing(1000.0, 3000.0, 3100.0)
+    assert len(set(drive_codes([wide, _Swing(2000.0, 2100.0, 2200.0)]))) == 1
+    near = _Swing(2000.0, 2100.0, 2200.0)
+    assert drive_codes([near, near]) == (ldc1614.drive_code(2200.0),) * 2
