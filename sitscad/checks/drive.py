@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from sitscad.checks.readings import (
@@ -148,16 +147,17 @@ def _high_current_amplitude(subject: Subject) -> Iterator[Verdict]:
     if not values:
         yield Undecided("no parallel resistance was estimated")
         return
-    least = 4.0 * min(r.value for r in values) * low_current / math.pi
-    most = 4.0 * max(r.value for r in values) * high_current / math.pi
-    if least < ldc1614.limit("amplitude_optimum_min") or most > ldc1614.limit("amplitude_max"):
+    least = ldc1614.amplitude_at(min(r.value for r in values), low_current)
+    most = ldc1614.amplitude_at(max(r.value for r in values), high_current)
+    too_weak = least < ldc1614.limit("amplitude_optimum_min")
+    if too_weak or most > ldc1614.limit("amplitude_max"):
         yield Complaint(
             f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
             f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
             "measure the amplitude at the converter's pins before trusting a reading",
             "readout",
-            least,
-            ldc1614.limit("amplitude_optimum_min"),
+            least if too_weak else most,
+            ldc1614.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
             "V",
             Severity.WARNING,
             ldc1614.limits()["high_current_max"].source,

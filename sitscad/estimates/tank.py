@@ -304,11 +304,13 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     code = ldc1614.drive_code(max(working))
     # several converters scan at the same time, each its own coils; the first of them has the most
     channels = min(len(circuits), int(ldc1614.limit("channels")))
+    # with the least current that TI's texts give, no state may pass the limit for certain
+    most = ldc1614.amplitude_at(max(at.parallel_resistance for at in found.values()), ldc1614.high_current_range()[0])
     strong = (
         len(circuits) == 1 and readout.drive_code is None
         and min(working) < ldc1614.limit("parallel_resistance_driveable")
-        and max(working) < ldc1614.limit("parallel_resistance_min")
         and min(working) >= ldc1614.limit("parallel_resistance_high_current")
+        and most <= ldc1614.limit("amplitude_max")
     )  # fmt: skip
     divider = ldc1614.reference_divider(readout.clock, ldc1614.fewest_channels(len(circuits)))
     reference = readout.clock / divider

@@ -87,8 +87,13 @@ def high_current_range() -> tuple[float, float]:
 
 
 def amplitude(parallel_resistance: float, code: int, high_current: bool = False) -> float:
-    """Peak voltage across the tank: V_P = 4 R_P I / pi (equation 12), R_P in ohm."""
-    return 4.0 * parallel_resistance * drive_current(code, high_current) / math.pi
+    """Peak voltage across the tank of R_P (ohm), driven with a code."""
+    return amplitude_at(parallel_resistance, drive_current(code, high_current))
+
+
+def amplitude_at(parallel_resistance: float, current: float) -> float:
+    """Peak voltage across the tank: V_P = 4 R_P I / pi (equation 12), R_P in ohm, I the drive current (A)."""
+    return 4.0 * parallel_resistance * current / math.pi
 
 
 def drive_code(parallel_resistance: float) -> int:

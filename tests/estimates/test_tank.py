@@ -70,3 +70,15 @@ def test_the_input_divider_suits_fast_specimens_too(clock, divider):
     assert all(state.frequency < ceiling for state in states)
     assert any(state.frequency + 2.0 * state.spread.frequency > ceiling for state in states) == (divider == 2)
     assert found.readout.input_divider == divider
+
+
+@pytest.mark.parametrize(("diameter", "turns", "strong"), [(4.5, 4, False), (5, 4, True), (6, 5, True), (7, 8, False)])
+def test_the_high_current_drive_is_for_coils_that_it_does_not_overdrive(diameter, turns, strong):
+    """R_P of 239, 281, 385 and 518 ohm: below 250 TI allows none, above 404 even 3.5 mA pass 1.8 V."""
+    size = f"outer_diameter: {diameter}, turns: {turns}, trace_width: 0.16, trace_spacing: 0.16"
+    coil = f"{{shape: circle, layers: 2, {size}}}"
+    spec = load_text(f"sitscad: 1\nname: weak\ncoil: {coil}\nreadout: {{capacitance: 1 nF}}", "weak.yaml")
+    found = estimate(lay_out(spec))
+    assert found.readout.high_current is strong
+    swing = 4.0 * found.coils[0].states["free"].parallel_resistance * 3.5e-3 / math.pi
+    assert swing < 1.8 or not strong
