@@ -327,3 +327,23 @@ def test_the_explanations_name_the_limits_that_are_applied() -> None:
     for rule, expected in words.items():
         for word in expected:
             assert word in summaries[rule], (rule, word)
+
+
+def test_a_weak_coil_is_told_whether_its_states_or_the_coils_differ(judge, design, estimates) -> None:
+    """That R_P changes too much between rest and pressed was said of coils that differed from each other."""
+    spec = design()
+    numbers = estimates(spec, resistances={"free": 2000.0, "rest": 1500.0, "pressed": 1480.0}, drive_code=26)
+    first, second = numbers.coils
+    weaker = {
+        name: replace(state, parallel_resistance=0.7 * state.parallel_resistance, amplitude=0.7 * state.amplitude)
+        for name, state in second.states.items()
+    }
+    unlike = replace(numbers, coils=(first, replace(second, states=weaker)))
+    (found,) = (f for f in judge("SIT204", spec, None, unlike) if f.severity is Severity.WARNING)
+    assert "the coils differ" in found.hint and "1.5 kohm in coil C1" in found.hint and "rest and" not in found.hint
+    wide = estimates(spec, resistances={"free": 2000.0, "rest": 1500.0, "pressed": 1000.0}, drive_code=26)
+    (found,) = (f for f in judge("SIT204", spec, None, wide) if f.severity is Severity.WARNING)
+    assert "changes too much between its states" in found.hint
+    poor = estimates(spec, resistances={"free": 600.0, "rest": 550.0, "pressed": 540.0}, drive_code=31)
+    (found,) = (f for f in judge("SIT204", spec, None, poor) if f.severity is Severity.WARNING)
+    assert "too low even for the strongest drive" in found.hint
