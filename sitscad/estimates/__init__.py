@@ -296,7 +296,7 @@ def _reflections(
     shares: TargetShares,
 ) -> dict[str, dict[str, Reflection | NoReflection]]:
     # By coil and state; coils under alike parts of the target have one in common.
-    known: dict[tuple[str, float], Reflection | NoReflection] = {}
+    known: dict[tuple[str, tuple[float, float]], Reflection | NoReflection] = {}
     found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
     for around in assembly.states:
         nothing = spectrum is None or (around.above is None and around.below is None)

@@ -146,11 +146,20 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     return notes
 
 
+def mirror(reflector: Reflector | None) -> Reflector | None:
+    """A conductor without loss in its place: what is then lost is lost in the other."""
+    return None if reflector is None else Reflector(reflector.distance, (Plate(LOSSLESS),))
+
+
+LOSSLESS = 1e18
+"""Conductivity (S/m) of metal whose loss does not count: a hundred thousandth of copper's."""
+
+
 class Reflection:
     """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept.
 
-    `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too. `share` is
-    how much of an endless target's effect the real one has on this coil (see `finite_target`), taken for both;
+    `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too. `share`
+    says how much of an endless target's effect on inductance and on resistance the real one has (`finite_target`);
     `crowding` is what the winding's own eddy currents change of it (None: left out).
     """
 
@@ -159,7 +168,7 @@ class Reflection:
         spectrum: CurrentSpectrum,
         around: Surroundings,
         distances: Sequence[float] = (),
-        share: float = 1.0,
+        share: tuple[float, float] = (1.0, 1.0),
         crowding: CrowdingNearMetal | None = None,
     ) -> None:
         self._spectrum, self._around, self._share, self._crowding = spectrum, around, share, crowding
@@ -184,10 +193,14 @@ class Reflection:
     def _exact(self, frequencies: Array) -> ComplexArray:
         above, below = self._around.above, self._around.below
         full = self._endless(frequencies, above, below)
-        if above is None or self._share == 1.0:
+        if above is None or self._share == (1.0, 1.0):
             return full
         bare = self._endless(frequencies, None, below)
-        return np.asarray(bare + self._share * (full - bare))
+        # What the target changes of the losses behind the board and of those in the tracks themselves goes with the
+        # field, like the inductance; only its own loss has a share of its own.
+        own = reflected_inductances(self._spectrum, frequencies, above, mirror(below), self._distances)
+        share, lost = self._share
+        return np.asarray(bare + share * (full - bare) + 1j * (lost - share) * own.imag)
 
     def _endless(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         found = reflected_inductances(self._spectrum, frequencies, above, below, self._distances)

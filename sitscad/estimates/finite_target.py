@@ -15,8 +15,10 @@ from sitscad.physics.eddy_target import reflection
 from sitscad.physics.finite_plate import (
     CoaxialRings,
     Plate,
+    loss_share_error,
     magnetic_share,
     magnetic_share_error,
+    plate_loss_share,
     plate_share,
     share_error,
 )
@@ -36,16 +38,28 @@ AREA = {"circle": math.pi / 4.0, "hexagon": math.sqrt(3.0) / 2.0, "octagon": 2.0
 class TargetShares:
     """Share of an endless plate's effect by coil name and state, and what is worth saying about it.
 
-    `error` is relative, of every share.
+    `shares` are of the inductance, `losses` of the resistance; the errors are relative, of every share.
     """
 
     shares: Mapping[tuple[str, str], float]
+    losses: Mapping[tuple[str, str], float]
     notes: tuple[str, ...]
     error: float = 0.0
+    loss_error: float = 0.0
 
-    def of(self, coil: str, state: str) -> float:
-        """The share for a coil in a state: 1 where nothing is known to be smaller."""
-        return self.shares.get((coil, state), 1.0)
+    def of(self, coil: str, state: str) -> tuple[float, float]:
+        """The shares of inductance and loss for a coil in a state: 1 where nothing is known to be smaller."""
+        return self.shares.get((coil, state), 1.0), self.losses.get((coil, state), 1.0)
+
+
+@record
+class _Found:
+    # Shares of inductance and loss at the places, their relative errors, and whether the target draws the field in.
+    shares: Array
+    losses: Array
+    error: float
+    loss_error: float
+    magnetic: bool
 
 
 def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings]) -> TargetShares:
@@ -56,43 +70,54 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     """
     covered = [(state.state, state.above.distance, state.below) for state in states if state.above is not None]
     if spec.target is None or not covered:
-        return TargetShares({}, ())
+        return TargetShares({}, {}, ())
     rings = equivalent_rings(spec.coil, heights)
     places = np.array([placement.centre for placement in spec.array.placements])
     places = np.round(np.abs(places - places.mean(axis=0)), 9)
     distinct, member = np.unique(places, axis=0, return_inverse=True)
-    shares, error, magnetic = {}, 0.0, False
+    shares, losses, found = {}, {}, []
     for name, gap, below in covered:
         floor = -math.inf if below is None else -below.distance
-        found, uncertain, draws = _shares(spec.target, rings, distinct, gap, floor)
-        error, magnetic = max(error, uncertain), magnetic or draws
+        found.append(_shares(spec.target, rings, distinct, gap, floor))
         for placement, row in zip(spec.array.placements, member.ravel(), strict=True):
-            shares[placement.name, name] = float(found[row])
-    notes = _notes(spec, shares, [name for name, _, _ in covered], error, magnetic)
-    return TargetShares(shares, tuple(notes), error)
+            shares[placement.name, name] = float(found[-1].shares[row])
+            losses[placement.name, name] = float(found[-1].losses[row])
+    names, errors = [name for name, _, _ in covered], (max(f.error for f in found), max(f.loss_error for f in found))
+    notes = _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
+    return TargetShares(shares, losses, tuple(notes), *errors)
 
 
 PURE = 0.99
 """How much like a perfect conductor (1) or a perfect magnet (0, by one less this) a target must be to count as one."""
 
 
-def _shares(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> tuple[Array, float, bool]:
-    # Shares at the places, their relative error, and whether the target draws the field in rather than keeping it out.
+LOSS_OF_MAGNETS = 0.5
+"""Relative error of the share of loss where a target is no good conductor: there it is taken to be the inductance's."""
+
+
+def _shares(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> _Found:
     like = _like_a_conductor(target, float(rings.radii.mean()) + gap)
     conductor, depth = _plate(target)
     magnet = Plate(conductor.shape, target.size, target.thickness)
+    if like > 1.0 - PURE:
+        where = conductor, rings, places, gap + depth, floor
+        kept, lost = np.minimum(plate_share(*where), 1.0), plate_loss_share(*where)
+        error, loss_error = share_error(conductor, rings), loss_share_error(conductor, rings)
     if like >= PURE:
-        found = plate_share(conductor, rings, places, gap + depth, floor)
-        return np.minimum(found, 1.0), share_error(conductor, rings), False
+        return _Found(kept, lost, error, loss_error, False)
     drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
-    error = magnetic_share_error(magnet, rings)
+    magnetic_error = magnetic_share_error(magnet, rings)
     if like <= 1.0 - PURE:
-        return drawn, error, True
+        return _Found(drawn, drawn, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
     # Between the two nothing was compared: somewhere between both shares, half their distance unsure in the middle.
-    kept = np.minimum(plate_share(conductor, rings, places, gap + depth, floor), 1.0)
-    found = like * kept + (1.0 - like) * drawn
-    unsure = 2.0 * like * (1.0 - like) * float(np.max(np.abs(kept - drawn) / found))
-    return found, like * share_error(conductor, rings) + (1.0 - like) * error + unsure, like < 0.5
+    found, losses = like * kept + (1.0 - like) * drawn, like * lost + (1.0 - like) * drawn
+    unsure, unsure_loss = (
+        2.0 * like * (1.0 - like) * float(np.max(np.abs(one - drawn) / mixed))
+        for one, mixed in ((kept, found), (lost, losses))
+    )
+    error = like * error + (1.0 - like) * magnetic_error + unsure
+    loss_error = like * loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
+    return _Found(found, losses, error, loss_error, like < 0.5)
 
 
 def _like_a_conductor(target: Target, distance: float) -> float:
@@ -139,21 +164,27 @@ def _plate(target: Target) -> tuple[Plate, float]:
 
 
 def _notes(
-    spec: SensorSpec, shares: Mapping[tuple[str, str], float], states: Sequence[str], error: float, magnetic: bool
+    spec: SensorSpec,
+    states: Sequence[str],
+    shares: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]],
+    errors: tuple[float, float],
+    magnetic: bool,
 ) -> list[str]:
-    if min(shares.values()) > 0.995:
+    if min(shares[0].values()) > 0.995:
         return []
-    said = []
-    for state in states:
-        values = [share for (_, where), share in shares.items() if where == state]
-        low, high = min(values), max(values)
-        said.append(f"{low:.2f}" + (f" to {high:.2f}" if high - low > 0.005 else "") + f" {state}")
+    said, lost = (", ".join(_range(part, state) for state in states) for part in shares)
     whose = "a magnetic plate (its poles need room)" if magnetic else "a finite plate"
     notes = [
-        f"the target is {whose}: it changes a coil's inductance by {', '.join(said)} of what an endless plate "
-        f"would, each +- {100.0 * error:.0f} %; its loss is taken to scale alike, which is an approximation (currents "
-        "crowd at the edges)"
+        f"the target is {whose}: it changes a coil's inductance by {said} of what an endless plate would, each +- "
+        f"{100.0 * errors[0]:.0f} %, and adds {lost} of its loss, +- {100.0 * errors[1]:.0f} % (currents crowd at the "
+        "edges)"
     ]
     if spec.coil.shape != "circle":
         notes.append(f"for that share a {spec.coil.shape} coil counts as a round one of the same area, turn by turn")
     return notes
+
+
+def _range(shares: Mapping[tuple[str, str], float], state: str) -> str:
+    values = [share for (_, where), share in shares.items() if where == state]
+    low, high = min(values), max(values)
+    return f"{low:.2f}" + (f" to {high:.2f}" if high - low > 0.005 else "") + f" {state}"

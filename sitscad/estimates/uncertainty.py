@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import Assembly, Surroundings
+from sitscad.estimates.assembly import Assembly, Surroundings, mirror
 from sitscad.estimates.finite_target import TargetShares
 from sitscad.estimates.pressing import PAD, PAD_SIZE
 from sitscad.estimates.tank import CoilCircuit, Tank
@@ -258,29 +258,36 @@ def moved_by_surroundings(
     coil: str,
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """By how much (H, ohm) one sigma of each cause around a coil moves each state: half of one sigma less against one
-    more for the gaps; the target's share as a half width.
+    more for the gaps; the target's shares as half widths, wrong together.
     """
     found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
         return found
     for (state, cause), pair in assembly.ranges.items():
         if state in states:
-            factor = 0.5 * shares.of(coil, state)
-            found[state][cause] = _between(spectrum, states[state].frequency, pair, factor)
+            share, lost = shares.of(coil, state)
+            found[state][cause] = _between(spectrum, states[state].frequency, pair, (0.5 * share, 0.5 * lost))
     for around in assembly.states:
         if around.state in states and around.above is not None and shares.error:
-            factor = shares.error / math.sqrt(3.0) * shares.of(coil, around.state)
+            share, lost = shares.of(coil, around.state)
+            factors = share * shares.error / math.sqrt(3.0), lost * shares.loss_error / math.sqrt(3.0)
             bare = replace(around, above=None)
-            found[around.state][SHARE] = _between(spectrum, states[around.state].frequency, (around, bare), factor)
+            found[around.state][SHARE] = _between(spectrum, states[around.state].frequency, (around, bare), factors)
     return found
 
 
 def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
-             factor: float) -> tuple[float, float]:  # fmt: skip
-    one, other = (
-        reflected_impedance(spectrum, frequency, around.above, around.below)
-        if around.above is not None or around.below is not None
-        else (0.0, 0.0)
-        for around in pair
+             factors: tuple[float, float]) -> tuple[float, float]:  # fmt: skip
+    # Like `Reflection`: the first factor is of everything but the target's own loss, the second of that.
+    one, other = (_impedance(spectrum, frequency, around) for around in pair)
+    lost, other_lost = (
+        _impedance(spectrum, frequency, replace(around, below=mirror(around.below)))[1] for around in pair
     )
-    return factor * (one[0] - other[0]), factor * (one[1] - other[1])
+    share, own = factors
+    return share * (one[0] - other[0]), share * (one[1] - other[1]) + (own - share) * (lost - other_lost)
+
+
+def _impedance(spectrum: CurrentSpectrum, frequency: float, around: Surroundings) -> tuple[float, float]:
+    if around.above is None and around.below is None:
+        return 0.0, 0.0
+    return reflected_impedance(spectrum, frequency, around.above, around.below)

@@ -51,11 +51,15 @@ SHEAR_SOURCE = (
 
 @record
 class Face:
-    """A loaded face, about the same centre as any other: widths along x and y (m), an ellipse where it is `round`."""
+    """A loaded face, about the same centre as any other: widths along x and y (m), and how `round` it is.
+
+    0 is a rectangle, 1 an ellipse; between them lies what two crossing outlines have in common: of the area that an
+    ellipse lacks of its rectangle it lacks this share.
+    """
 
     width_x: float
     width_y: float
-    round: bool = False
+    round: float = 0.0
 
     @property
     def area(self) -> float:
@@ -102,16 +106,20 @@ class Compression:
         return (self.strain - self.least_strain) / math.sqrt(3.0)
 
 
-def loaded_area(width_x: float, width_y: float, circular: bool = False) -> float:
-    """Loaded area (m2) of a rectangular pad, or of an elliptic one (a disc when both widths are its diameter)."""
-    return (math.pi / 4.0 if circular else 1.0) * width_x * width_y
+def loaded_area(width_x: float, width_y: float, circular: float = False) -> float:
+    """Loaded area (m2) of a rectangular pad, or of an elliptic one (a disc when both widths are its diameter), or of a
+    face that is round (`circular` from 0 to 1, see `Face`).
+    """
+    return (1.0 - (1.0 - math.pi / 4.0) * circular) * width_x * width_y
 
 
-def shape_factor(width_x: float, width_y: float, thickness: float, circular: bool = False) -> float:
-    """Loaded area over force-free area: ab/(2h(a + b)) for a rectangle, d/(4h) for a disc (dimensionless)."""
-    if circular:
-        return loaded_area(width_x, width_y, True) / (_ellipse_perimeter(width_x, width_y) * thickness)
-    return width_x * width_y / (2.0 * thickness * (width_x + width_y))
+def shape_factor(width_x: float, width_y: float, thickness: float, circular: float = False) -> float:
+    """Loaded area over force-free area: ab/(2h(a + b)) for a rectangle, d/(4h) for a disc (dimensionless).
+
+    Of a face that is partly round the perimeter lies between both like its area (an octagon's: within 0.1 %).
+    """
+    around = (1.0 - circular) * 2.0 * (width_x + width_y) + circular * _ellipse_perimeter(width_x, width_y)
+    return loaded_area(width_x, width_y, circular) / (around * thickness)
 
 
 def apparent_modulus(shape: float, shear_modulus: float, bulk_modulus: float = math.inf) -> float:
@@ -127,7 +135,7 @@ def compress(
     shear_modulus: float,
     bulk_modulus: float,
     force: float,
-    circular: bool = False,
+    circular: float = False,
 ) -> Compression:
     """How far a bonded pad gives way under a normal force.
 
@@ -151,17 +159,45 @@ def compress(
 
 
 def loaded_face(pad: Face, target: Face | None) -> Face:
-    """The part of the pad that a target loads, all of it without one; an ellipse inside both where outlines cross."""
+    """The part of the pad that a target loads, all of it without one: what both outlines, about one centre, share."""
     if target is None:
         return pad
-    widths = min(pad.width_x, target.width_x), min(pad.width_y, target.width_y)
-    inner = [face for face in (target, pad) if (face.width_x, face.width_y) == widths]
-    for one in inner:
-        other = pad if one is target else target
-        corner = math.hypot(one.width_x / other.width_x, one.width_y / other.width_y)
-        if one.round or not other.round or corner <= 1.0:
-            return one
-    return Face(*widths, pad.round or target.round)
+    width_x, width_y = min(pad.width_x, target.width_x), min(pad.width_y, target.width_y)
+    filled = _common_area(pad, target) / (width_x * width_y)
+    return Face(width_x, width_y, min(1.0, max(0.0, (1.0 - filled) / (1.0 - math.pi / 4.0))))
+
+
+def _common_area(one: Face, other: Face) -> float:
+    # Area (m2) that two faces, each a rectangle or an ellipse, have in common.
+    if not one.round and not other.round:
+        return min(one.width_x, other.width_x) * min(one.width_y, other.width_y)
+    if one.round and other.round:
+        return _common_to_ellipses(one, other)
+    ellipse, rectangle = (one, other) if one.round else (other, one)
+    x, y = min(1.0, rectangle.width_x / ellipse.width_x), min(1.0, rectangle.width_y / ellipse.width_y)
+    if x * x + y * y <= 1.0:
+        return rectangle.area
+    # A quarter of the unit circle, cut off at x and y: below y as far as the corner is inside, below the arc beyond.
+    corner = math.sqrt(1.0 - y * y)
+    return ellipse.width_x * ellipse.width_y * (corner * y + _under_arc(x) - _under_arc(corner))
+
+
+def _under_arc(x: float) -> float:
+    # Area under the unit circle's arc from 0 to x.
+    return 0.5 * (x * math.sqrt(max(0.0, 1.0 - x * x)) + math.asin(x))
+
+
+def _common_to_ellipses(one: Face, other: Face) -> float:
+    narrow, wide = sorted((one, other), key=lambda face: (face.width_x, face.width_y))
+    if narrow.width_y <= wide.width_y:
+        return narrow.area
+    # They cross in every quadrant: the narrow one bounds what is nearer to the x axis, the other what is nearer to y.
+    across = 1.0 / narrow.width_x**2 - 1.0 / wide.width_x**2
+    up = 1.0 / wide.width_y**2 - 1.0 / narrow.width_y**2
+    x, y = math.sqrt(up), math.sqrt(across)
+    near_x = math.atan2(narrow.width_x * y, narrow.width_y * x)
+    near_y = math.atan2(wide.width_y * x, wide.width_x * y)
+    return 0.5 * (narrow.width_x * narrow.width_y * near_x + wide.width_x * wide.width_y * near_y)
 
 
 def press(
@@ -199,7 +235,7 @@ def force_for_strain(
     thickness: float,
     shear_modulus: float,
     bulk_modulus: float,
-    circular: bool = False,
+    circular: float = False,
 ) -> float:
     """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`."""
     if not 0.0 <= strain < 1.0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -138,6 +139,37 @@ def test_the_loaded_face_lies_in_both(pad: Face, target: Face) -> None:
         for outer in (pad, target):
             u, v = 2.0 * place[0] / outer.width_x, 2.0 * place[1] / outer.width_y
             assert (math.hypot(u, v) if outer.round else max(abs(u), abs(v))) <= 1.0 + 1e-9
+
+
+@given(FACES, FACES)
+def test_the_loaded_area_is_that_of_the_overlap(pad: Face, target: Face) -> None:
+    n = 400
+    x = [(i + 0.5) / n * 0.5 * min(pad.width_x, target.width_x) for i in range(n)]
+
+    def height(face: Face, at: float) -> float:
+        return 0.5 * face.width_y * (math.sqrt(1.0 - (2.0 * at / face.width_x) ** 2) if face.round else 1.0)
+
+    strips = (
+        math.fsum(min(height(pad, at), height(target, at)) for at in x) * 2.0 / n * min(pad.width_x, target.width_x)
+    )
+    assert loaded_face(pad, target).area == pytest.approx(strips, rel=1e-3)
+    assert loaded_face(target, pad).area == pytest.approx(loaded_face(pad, target).area, rel=1e-12)
+
+
+@pytest.mark.parametrize(("pad", "rounded"), [(Face(8e-3, 8e-3, True), False), (Face(8e-3, 8e-3), True),
+                                              (Face(8e-3, 5e-3, True), True)])  # fmt: skip
+def test_a_growing_target_loads_more_without_a_jump(pad: Face, rounded: bool) -> None:
+    """A square of 5.66 mm on a round pad of 8 mm loaded a fifth less than one of 5.65 mm."""
+    targets = [Face(side * 10e-6, side * 10e-6, rounded) for side in range(300, 1200)]
+    areas = [loaded_face(pad, target).area for target in targets]
+    strains = [press(pad, target, 1e-3, 60e3, BULK, 4.8).strain for target in targets]
+    assert all(-1e-15 <= b - a < 0.008 * pad.area for a, b in pairwise(areas))
+    assert all(-0.01 < b - a < 1e-12 for a, b in pairwise(strains))
+    assert areas[-1] == pytest.approx(pad.area)
+
+
+def test_a_round_target_that_nearly_covers_a_square_pad_loads_nearly_all_of_it() -> None:
+    assert press(Face(8e-3, 8e-3), Face(11.3e-3, 11.3e-3, True), 1e-3, 60e3, BULK, 4.8).loaded_share > 0.998
 
 
 @given(FACES, FACES, st.floats(0.2e-3, 5e-3), MODULI, st.floats(0.01, 50.0))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sitscad.physics.bessel import bessel_orders, j0, j1, spherical_bessel_orders
-from sitscad.physics.finite_plate import CoaxialRings, Plate, magnetic_share, plate_share
+from sitscad.physics.finite_plate import CoaxialRings, Plate, magnetic_share, plate_loss_share, plate_share
 
 COIL = CoaxialRings(np.tile(np.linspace(0.9e-3, 1.95e-3, 7), 2), np.repeat([-20e-6, -120e-6], 7), np.ones(14))
 ALONE = CoaxialRings(np.array([2e-3]), np.zeros(1), np.ones(1))
@@ -50,6 +50,29 @@ def test_a_larger_plate_does_more(make, offset):
     assert np.all(np.diff(shares) > -1e-4)
     assert 0.0 < shares[0] < 0.25
     assert shares[-1] == pytest.approx(1.0 if make(1e-3).size[1] == 1e-3 else 0.93, abs=0.02)
+
+
+@pytest.mark.parametrize("width", [1.5e-3, 2.5e-3, 4e-3])
+@pytest.mark.parametrize("gap", [0.3e-3, 2e-3])
+def test_a_thicker_plate_does_not_do_less(width, gap):
+    """10 mm of copper did less than half of what 0.2 mm did: its sheet lay 5 mm away."""
+    thicknesses = np.geomspace(0.01e-3, 10e-3, 13)
+    shares = [float(plate_share(disc(width, t), COIL, np.zeros((1, 2)), gap)[0]) for t in thicknesses]
+    assert np.all(np.diff(shares) > -1e-3 * shares[0])
+    assert shares[-1] < 1.01
+
+
+@pytest.mark.parametrize("floor", [-math.inf, -1e-3])
+@pytest.mark.parametrize("plate", [rectangle(40e-3, 40e-3), disc(40e-3)])
+def test_a_large_plate_loses_what_an_endless_one_does(plate, floor):
+    shares = plate_loss_share(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 0.8e-3, floor)
+    assert shares == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_small_plate_loses_more_than_its_share():
+    for make in (disc, lambda s: rectangle(s, s)):
+        plate, place = make(2.5e-3), np.zeros((1, 2))
+        assert plate_loss_share(plate, COIL, place, 0.3e-3) > 1.5 * plate_share(plate, COIL, place, 0.3e-3)
 
 
 def test_the_result_scales_with_everything():

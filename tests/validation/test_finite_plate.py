@@ -12,8 +12,10 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.finite_plate import (
     CoaxialRings,
     Plate,
+    loss_share_error,
     magnetic_share,
     magnetic_share_error,
+    plate_loss_share,
     plate_share,
     share_error,
 )
@@ -85,6 +87,81 @@ def test_the_box_converges_like_its_panels_and_to_one_limit():
     coarse, middle, fine = (box_change(*arguments, n, n // 3) for n in (12, 24, 36))
     assert 2.0 * middle - coarse == pytest.approx(3.0 * fine - 2.0 * middle, rel=0.005)
     assert abs(coarse) > abs(middle) > abs(fine)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", (*QUICK[:3], SLOW[3], SLOW[5], SLOW[9]), ids=label)
+def test_the_loss_share_is_what_boxes_lose_by_wheeler_s_rule(case):
+    # Boxes 10 um smaller at every face against 10 um larger ones: off centre and with a mirror, unlike discs.
+    (radii, heights), size, thickness, offset, gap, floor = case
+
+    def receded(by):
+        smaller, place = (size[0] - 2 * by, size[1] - 2 * by), gap + by
+        box = converged_change(smaller, thickness - 2 * by, offset, radii, heights, place, floor=floor, across=24,
+                               through=8)  # fmt: skip
+        return box, endless_change(radii, heights, place, floor)
+
+    (more, more_endless), (less, less_endless) = receded(-10e-6), receded(10e-6)
+    plate, rings = Plate("rectangle", size, thickness), CoaxialRings(radii, heights, np.ones_like(radii))
+    ours = plate_loss_share(plate, rings, np.array([[offset, 0.0]]), gap, -math.inf if floor is None else floor)[0]
+    reference = (more - less) / (more_endless - less_endless)
+    assert ours == pytest.approx(reference, rel=loss_share_error(plate, rings))
+
+
+EIGHT = (8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5)
+SKIN = 1.0 / math.sqrt(math.pi * 5e6 * MU0 * 5.8e7)
+ENDLESS = 20e-3
+"""Diameter (m) from which a disc does all that an endless plate would to this coil."""
+
+
+def shares_and_discs(gap, diameter, thickness):
+    """Shares of inductance and loss: ours, of discs of rings, and our errors; faces lie half a skin deeper."""
+    from disc_of_rings import disc_change
+
+    disc, endless = disc_change(EIGHT, gap, diameter, thickness), disc_change(EIGHT, gap, ENDLESS, thickness)
+    depth = min(0.25 * thickness, 0.5 * SKIN)
+    plate = Plate("circle", (diameter - 2 * depth,) * 2, thickness - 2 * depth)
+    rings = CoaxialRings(EIGHT, np.zeros(8), np.ones(8))
+    ours = (float(share(plate, rings, np.zeros((1, 2)), gap + depth)[0]) for share in (plate_share, plate_loss_share))
+    return tuple(ours), (disc[0] / endless[0], disc[1] / endless[1]), (
+        share_error(plate, rings), loss_share_error(plate, rings))  # fmt: skip
+
+
+def check_disc(gap, diameter, thickness):
+    ours, true, errors = shares_and_discs(gap, diameter, thickness)
+    assert ours[0] == pytest.approx(true[0], abs=errors[0] * ours[0])
+    assert ours[1] == pytest.approx(true[1], abs=errors[1] * ours[1])
+
+
+# gap, diameter and thickness (m): a coil of 8 mm
+DISCS = [(0.3e-3, 3e-3, 0.2e-3), (0.3e-3, 5e-3, 0.2e-3), (0.3e-3, 6e-3, 0.2e-3), (1e-3, 8e-3, 0.2e-3),
+         (1e-3, 8e-3, 1e-3), (2e-3, 5e-3, 0.05e-3)]  # fmt: skip
+MORE_DISCS = [(g, d, t) for g in (0.3e-3, 1e-3, 2e-3) for d in (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 8e-3, 12e-3)
+              for t in (0.05e-3, 0.2e-3, 0.5e-3, 1e-3, 3e-3)]  # fmt: skip
+
+
+@pytest.mark.needs("scipy")
+@pytest.mark.parametrize("case", DISCS, ids=str)
+def test_a_disc_has_the_shares_of_one_of_rings(case):
+    """One share for both lost up to four fifths of the loss, a sheet in the middle half of a thick disc."""
+    check_disc(*case)
+
+
+@pytest.mark.slow
+@pytest.mark.needs("scipy")
+@pytest.mark.parametrize("case", MORE_DISCS, ids=str)
+def test_many_discs_have_the_shares_of_those_of_rings(case):
+    check_disc(*case)
+
+
+@pytest.mark.slow
+@pytest.mark.needs("scipy")
+def test_discs_of_rings_converge():
+    from disc_of_rings import disc_change
+
+    for case in ((0.3e-3, 3e-3, 0.2e-3), (1e-3, 8e-3, 3e-3)):
+        coarse, fine = disc_change(EIGHT, *case), disc_change(EIGHT, *case, first=4e-6, growth=1.25)
+        assert coarse == pytest.approx(fine, rel=0.01)
 
 
 def test_a_thin_box_is_the_sheet():
