@@ -184,7 +184,7 @@ def share_error(plate: Plate, coil: CoaxialRings) -> float:
     """
     thick, wide = _slenderness(plate, coil)
     if wide < 0.35:
-        return 0.15 if wide >= 0.2 else 0.4
+        return 0.25 if wide >= 0.24 else 0.9
     if wide < 0.6:
         return 0.05 if thick <= 0.03 else 0.12
     return 0.03 if thick <= 0.055 else 0.05
