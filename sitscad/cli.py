@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -301,24 +301,8 @@ def verify(directory: str) -> int:
     found = sitscad.verify(directory)
     for difference in found.differences:
         _print(difference)
-    _print(f"{'ok' if found.ok else 'differs'}: {', '.join(_looked_at(found))}")
+    _print(f"{'ok' if found.ok else 'differs'}: {', '.join(found.looked_at)}")
     return 0 if found.ok else 1
-
-
-def _looked_at(found: Any) -> Iterator[str]:
-    """What a package was held against, and where it failed."""
-    there = f"{found.files - found.missing} of {found.files}" if found.missing else str(found.files)
-    yield f"{there} files against the manifest"
-    if found.nets is None:
-        yield "no Gerber files"
-    elif found.wrong_nets:
-        yield f"the copper of the Gerber files is not that of nets {', '.join(found.nets)}"
-    else:
-        yield f"nets {', '.join(found.nets)} read back from the Gerber files"
-    if found.wrong_boards:
-        yield "the panel is not made of the single board"
-    elif found.panel_boards is not None:
-        yield f"{found.panel_boards} boards on the panel equal to the single board"
 
 
 def _checked(path: str) -> CheckedSpec:
@@ -403,14 +387,8 @@ def _chosen(checked: CheckedSpec, select: tuple[str, ...], ignore: tuple[str, ..
         chosen = not select or any(_stands_for(pattern, *named) for pattern in select)
         return rule.startswith("SIT0") or (chosen and not any(_stands_for(pattern, *named) for pattern in ignore))
 
-    left_out = tuple(NotChecked(rule, "left out by --select or --ignore") for rule in names if not is_wanted(rule))
-    return sitscad.CheckedSpec(
-        checked.path,
-        checked.text,
-        tuple(finding for finding in checked.findings if is_wanted(finding.rule)),
-        tuple(skipped for skipped in checked.not_checked if is_wanted(skipped.rule)) + left_out,
-        checked.texts,
-    )
+    left_out = [rule for rule in names if not is_wanted(rule)]
+    return checked.without(left_out, "left out by --select or --ignore")
 
 
 def _stands_for(pattern: str, rule: str, name: str) -> bool:

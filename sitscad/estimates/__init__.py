@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -89,66 +89,91 @@ def estimate(
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     layout = replace(layout, spec=warmed(layout.spec, temperature))
     spec = layout.spec
-    first = layout.coils[0]
-    geometry = winding_geometry(spec.coil, first)
-    chosen = choose_method(geometry, method, tolerance)
-    inductance = chosen.solve(geometry)
-    assert inductance is not None
-    geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
-    matrix, matrix_errors = inductance_matrix(inductance, chosen.error(geometry), geometries)
     assembly = assemble(spec, sigmas(spec))
-    conductivity = conductivity_at(temperature)
-    loss = winding_losses(spec.coil, first, geometry.spirals, conductivity, tolerance)
-    nearest = _nearest(geometry, assembly)
-    spirals = equivalent_spirals(geometry, first)
-    crowding = None if nearest is None else losses_near_metal(spirals, conductivity, nearest, tolerance)
-    winding = _Winding(geometry, spirals, inductance, chosen, conductivity, loss, crowding)
-    spectrum = _spectrum(geometry, nearest)
-    shares = target_shares(spec, [layer.z for layer in first.windings], assembly.states)
-    circuits, failed = _working(_circuits(layout, winding, spectrum, matrix, assembly, shares))
-    resonance = min(_self_resonance(circuit) for circuit in circuits)
-    capacitor, reason = choose_capacitor(circuits, spec.readout, resonance)
+    winding = _winding(layout, assembly, conductivity_at(temperature), method, tolerance)
+    geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
+    matrix, matrix_errors = inductance_matrix(winding.inductance, winding.inductance_error, geometries)
+    shares = target_shares(spec, [layer.z for layer in layout.coils[0].windings], assembly.states)
+    circuits, failed = _working(_circuits(layout, winding, matrix, assembly, shares))
+    capacitor, reason = choose_capacitor(circuits, spec.readout, min(map(_self_resonance, circuits)))
     tank = Tank(capacitor, spec.readout)
     damped = _overdamped(circuits, tank)
     failed |= {state: _damped_words(value, capacitor) for state, value in damped.items()}
     circuits = [_without(circuit, damped) for circuit in circuits]
     readout = settle(circuits, spec.readout, capacitor, reason)
-    pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
-    gap_sigmas = _gap_sigmas(spec, pressing)
-    checks, incomplete = cross_checks(first.name, geometry, inductance), missing_leads(layout)
-    slopes = inductance_slopes(geometry, winding.spirals, first, spec)
-    coils = []
-    for coil, circuit in zip(layout.coils, circuits, strict=True):
-        states = state_estimates(circuit, tank, readout)
-        moved = Slopes(sigmas(spec), slopes, moved_by_surroundings(spectrum, assembly, states, shares, coil.name))
-        states = {name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()}
-        coils.append(_coil_estimate(coil, circuit, tank, states, winding, failed, damped))
+    states = _states(layout, circuits, tank, readout, winding, assembly, shares)
+    coils = [
+        _coil_estimate(coil, circuit, tank, states[coil.name], winding, failed, damped)
+        for coil, circuit in zip(layout.coils, circuits, strict=True)
+    ]
     readout = with_margin(readout, [state for coil in coils for state in coil.states.values()])
     driven_coils, readout = driven(coils, readout, spec.readout.drive_code)
+    pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
+    checks = cross_checks(layout.coils[0].name, winding.geometry, winding.inductance)
     return Estimates(
         coils=driven_coils,
-        inductance_matrix=tuple(tuple(float(value) for value in row) for row in matrix),
+        inductance_matrix=_rows(matrix),
         readout=readout,
-        inductance_matrix_error=tuple(tuple(float(value) for value in row) for row in matrix_errors),
+        inductance_matrix_error=_rows(matrix_errors),
         compression=assembly.compression,
         compression_scatter=pressing,
         gaps=assembly.gaps,
-        gap_sigmas=gap_sigmas,
+        gap_sigmas=_gap_sigmas(spec, pressing),
         cross_checks=checks,
         no_cross_check=no_cross_check(spec.coil, checks),
-        incomplete=incomplete,
-        notes=(
-            *([incomplete] if incomplete else []),
-            *shares.notes,
-            *assembly.notes,
-            *near_metal_notes(spec.coil, nearest),
-            *metal_notes(first, spec, assembly.gaps, coils[0].self_capacitance, coils[0].capacitance),
-            *(f"{name}: {reason}" for name, reason in failed.items()),
-            scatter_note(spec),
-        ),
+        incomplete=missing_leads(layout),
+        notes=tuple(_notes(layout, coils[0], winding, assembly, shares, failed)),
         normal_force=spec.requirements.normal_force,
         temperature=temperature,
     )
+
+
+def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(float(value) for value in row) for row in matrix)
+
+
+def _notes(
+    layout: Layout,
+    coil: CoilEstimate,
+    winding: _Winding,
+    assembly: Assembly,
+    shares: TargetShares,
+    failed: Mapping[str, str],
+) -> Iterator[str]:
+    # What whoever reads the numbers has to know, of the design and of the first of its alike coils.
+    spec = layout.spec
+    if incomplete := missing_leads(layout):
+        yield incomplete
+    yield from shares.notes
+    yield from assembly.notes
+    yield from near_metal_notes(spec.coil, winding.nearest)
+    yield from metal_notes(layout.coils[0], spec, assembly.gaps, coil.self_capacitance, coil.capacitance)
+    yield from (f"{name}: {reason}" for name, reason in failed.items())
+    yield scatter_note(spec)
+
+
+def _states(
+    layout: Layout,
+    circuits: Sequence[CoilCircuit],
+    tank: Tank,
+    readout: ReadoutEstimate,
+    winding: _Winding,
+    assembly: Assembly,
+    shares: TargetShares,
+) -> dict[str, dict[str, StateEstimate]]:
+    # By coil and state, each with its one sigma.
+    spec = layout.spec
+    deviations = sigmas(spec)
+    slopes = inductance_slopes(winding.geometry, winding.spirals, layout.coils[0], spec)
+    found = {}
+    for circuit in circuits:
+        states = state_estimates(circuit, tank, readout)
+        surroundings = moved_by_surroundings(winding.spectrum, assembly, states, shares, circuit.name)
+        moved = Slopes(deviations, slopes, surroundings)
+        found[circuit.name] = {
+            name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()
+        }
+    return found
 
 
 def _gap_sigmas(spec: SensorSpec, pressing: PressingScatter | None) -> dict[str, float]:
@@ -162,7 +187,8 @@ def _gap_sigmas(spec: SensorSpec, pressing: PressingScatter | None) -> dict[str,
 class _Winding:
     """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found.
 
-    `conductivity` (S/m) is the copper's, `loss` what alternating current adds, `crowding` what metal changes of that.
+    `conductivity` (S/m) is the copper's, `loss` what alternating current adds. `nearest` (m) is the least distance of
+    metal in any state, None without metal; `crowding` is what it changes of `loss`, `spectrum` what it is reflected by.
     """
 
     geometry: WindingGeometry
@@ -171,16 +197,34 @@ class _Winding:
     method: Method
     conductivity: float
     loss: ProximityLoss
+    nearest: float | None
     crowding: CrowdingNearMetal | None
+    spectrum: CurrentSpectrum | None
+
+    @property
+    def inductance_error(self) -> float:
+        """Relative error bound of the inductance, as its method states it."""
+        return self.method.error(self.geometry)
+
+
+def _winding(
+    layout: Layout, assembly: Assembly, conductivity: float, method: str | None, tolerance: float | None
+) -> _Winding:
+    coil, first = layout.spec.coil, layout.coils[0]
+    geometry = winding_geometry(coil, first)
+    chosen = choose_method(geometry, method, tolerance)
+    inductance = chosen.solve(geometry)
+    assert inductance is not None
+    loss = winding_losses(coil, first, geometry.spirals, conductivity, tolerance)
+    nearest = _nearest(geometry, assembly)
+    spirals = equivalent_spirals(geometry, first)
+    crowding = None if nearest is None else losses_near_metal(spirals, conductivity, nearest, tolerance)
+    spectrum = _spectrum(geometry, nearest)
+    return _Winding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum)
 
 
 def _circuits(
-    layout: Layout,
-    winding: _Winding,
-    spectrum: CurrentSpectrum | None,
-    matrix: Array,
-    assembly: Assembly,
-    shares: TargetShares,
+    layout: Layout, winding: _Winding, matrix: Array, assembly: Assembly, shares: TargetShares
 ) -> list[CoilCircuit]:
     spec, first = layout.spec, layout.coils[0]
     conductivity, loss = winding.conductivity, winding.loss
@@ -189,7 +233,7 @@ def _circuits(
     distances = _distances(layout)
     beside = sorted({d for row in distances for d in row if d > 0.0})
     names = [coil.name for coil in layout.coils]
-    reflections = _reflections(spectrum, winding.crowding, assembly, beside, names, shares)
+    reflections = _reflections(winding, assembly, beside, names, shares)
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout, conductivity)
@@ -288,8 +332,7 @@ PROBE = 5e6
 
 
 def _reflections(
-    spectrum: CurrentSpectrum | None,
-    crowding: CrowdingNearMetal | None,
+    winding: _Winding,
     assembly: Assembly,
     distances: list[float],
     names: Sequence[str],
@@ -299,6 +342,7 @@ def _reflections(
     known: dict[tuple[str, tuple[float, float]], Reflection | NoReflection] = {}
     found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
     for around in assembly.states:
+        spectrum = winding.spectrum
         nothing = spectrum is None or (around.above is None and around.below is None)
         for name in names:
             share = shares.of(name, around.state)
@@ -306,7 +350,7 @@ def _reflections(
                 known[around.state, share] = (
                     NoReflection()
                     if nothing or spectrum is None
-                    else Reflection(spectrum, around, distances, share, crowding)
+                    else Reflection(spectrum, around, distances, share, winding.crowding)
                 )
             found[name][around.state] = known[around.state, share]
     return found
@@ -361,7 +405,7 @@ def _coil_estimate(
         name=coil.name,
         centre=(coil.centre.x, coil.centre.y),
         winding_inductance=circuit.inductance,
-        inductance_error=winding.method.error(winding.geometry),
+        inductance_error=winding.inductance_error,
         method=winding.method.name,
         terminal_inductance=free.inductance,
         lead_inductance=circuit.leads.inductance,

@@ -36,6 +36,25 @@ class Verification:
         """Whether the package is what it says it is."""
         return not self.differences
 
+    @property
+    def looked_at(self) -> tuple[str, ...]:
+        """What the package was held against, and where it failed: some words on each."""
+        return tuple(self._words())
+
+    def _words(self) -> Iterator[str]:
+        there = f"{self.files - self.missing} of {self.files}" if self.missing else str(self.files)
+        yield f"{there} files against the manifest"
+        if self.nets is None:
+            yield "no Gerber files"
+        elif self.wrong_nets:
+            yield f"the copper of the Gerber files is not that of nets {', '.join(self.nets)}"
+        else:
+            yield f"nets {', '.join(self.nets)} read back from the Gerber files"
+        if self.wrong_boards:
+            yield "the panel is not made of the single board"
+        elif self.panel_boards is not None:
+            yield f"{self.panel_boards} boards on the panel equal to the single board"
+
 
 def verify(directory: str | Path) -> Verification:
     """Compare a package with its manifest, the nets in its finished Gerber and drill files with the intended ones, and

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any
 
@@ -41,6 +41,13 @@ class CheckedSpec:
     def count(self, severity: Severity) -> int:
         """How many findings have this severity."""
         return sum(finding.severity == severity for finding in self.findings)
+
+    def without(self, rules: Collection[str], reason: str) -> CheckedSpec:
+        """The same without what these rules found; they count as not checked, for this reason."""
+        findings = tuple(finding for finding in self.findings if finding.rule not in rules)
+        not_checked = tuple(skipped for skipped in self.not_checked if skipped.rule not in rules)
+        left_out = tuple(NotChecked(rule, reason) for rule in rules)
+        return replace(self, findings=findings, not_checked=not_checked + left_out)
 
     def line(self, number: int | None, file: str | None = None) -> str | None:
         """A line of the spec's text, or of another file's, counted from 1; None where there is none."""

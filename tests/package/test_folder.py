@@ -88,14 +88,18 @@ def test_killed_at_any_instant_the_old_or_the_new_package_is_whole(tmp_path, exc
     assert seen == {"old", "new"}
 
 
+def _open(parent: Path, name: str) -> bool:
+    """Whether the folder could be opened; it is closed again."""
+    with opened_for_building(parent, name) as staged:
+        return staged.is_dir()
+
+
 def test_a_second_build_of_the_same_name_is_refused_and_another_name_is_not(tmp_path):
     with opened_for_building(tmp_path, "pack"):
-        with pytest.raises(PackageError, match="another build of pack"), opened_for_building(tmp_path, "pack"):
-            pass
-        with opened_for_building(tmp_path, "other"):
-            pass
-    with opened_for_building(tmp_path, "pack"):
-        pass
+        with pytest.raises(PackageError, match="another build of pack"):
+            _open(tmp_path, "pack")
+        assert _open(tmp_path, "other")
+    assert _open(tmp_path, "pack")
 
 
 ESCAPES = ["../x", "/etc/x", "a/../../x", "a//b", "a\\b", ".hidden", "a/.b", "", "a/", "C:x", "a\nb", "a b"]
@@ -125,8 +129,8 @@ def test_changed_files_are_kept_in_a_folder_of_their_own(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(PackageError, match="cannot build in"), opened_for_building(tmp_path / "file", "pack"):
-        pass
+    with pytest.raises(PackageError, match="cannot build in"):
+        _open(tmp_path / "file", "pack")
 
 
 def test_packages_are_readable_by_others_as_the_umask_says(tmp_path):
