@@ -1,11 +1,9 @@
-"""The panel's files held against those of the single board: every copy object by object, the frame empty but for its
-rails, the coupon's copper one winding between two pads.
+"""The panel's files held against those of the single board and against the panel's list: every copy object by object,
+the cuts up to their bridges, the frame's marks, the coupon's copper one winding between two pads.
 """
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -15,16 +13,15 @@ from numpy.typing import NDArray
 
 from sitscad.extraction.artwork import ExtractionError, file_functions
 from sitscad.extraction.coupon import compare_coupon, shown
-from sitscad.extraction.plotted import COLUMNS, REGION, Plotted, drilled, plotted
+from sitscad.extraction.panel_frame import Box, cut_differences, frame_differences, shown_place
+from sitscad.extraction.panel_list import PanelList, Place, read_panel_list
+from sitscad.extraction.plotted import COLUMNS, Plotted, drilled, plotted
 from sitscad.record import record
 
 OUTLINE, CUTS = "Profile,NP", "Other,Part_Cuts"
 
 NEAR = 1e-6
 """So far (m) a cut's drawn line may stand over the outline's: rounding moves an arc's centre by nanometres."""
-
-Box = tuple[int, int, int, int]
-Move = tuple[int, int]
 
 
 @record(eq=False)
@@ -40,30 +37,28 @@ class _Folder:
 
 
 @record
-class _Places:
-    """How far (nm) the single board and the coupon are moved for each copy, and what each takes there."""
+class _Copies:
+    """The panel's list, and the room (nm) that the single board and the coupon take where their origins are."""
 
-    boards: tuple[Move, ...]
-    coupons: tuple[Move, ...]
+    listed: PanelList
     board: Box
     coupon: Box
-    inner: Box
-    """What the rails enclose."""
 
 
 def compare_panel(board: Path, panel: Path) -> tuple[int, tuple[str, ...]]:
-    """How many boards a panel holds, and every difference of its files from the single board's in a sentence.
+    """How many boards a panel holds, and every difference of its files from the single board's and its list's in words.
 
-    A copy must show on every layer, and drill, just what the single board does; beside boards and coupons there may be
-    something on the rails only. Raises ExtractionError when a file cannot be read or one that is needed is missing.
+    A copy must show on every layer, and drill, just what the single board does, and be cut out up to its bridges;
+    beside boards and coupons there are the frame's marks and what lies on the rails. Raises ExtractionError when a file
+    cannot be read or one that is needed is missing.
     """
     apertures: dict[str, int] = {}
     single, whole = _read(board, apertures), _read(panel, apertures)
     for folder, path in ((single, board), (whole, panel)):
         if not len(folder.of(OUTLINE).objects):
             raise ExtractionError(f"no file in {path.name} draws an outline")
-    places = _places(panel, single, whole)
-    return len(places.boards), tuple(_differences(single, whole, places, list(apertures)))
+    copies = _copies(read_panel_list(panel), single, whole)
+    return len(copies.listed.boards), tuple(_differences(single, whole, copies, list(apertures)))
 
 
 def _read(folder: Path, apertures: dict[str, int]) -> _Folder:
@@ -79,52 +74,25 @@ def _read(folder: Path, apertures: dict[str, int]) -> _Folder:
     return _Folder(objects, names)
 
 
-def _places(panel: Path, single: _Folder, whole: _Folder) -> _Places:
-    boards, coupons = _listed(panel)
+def _copies(listed: PanelList, single: _Folder, whole: _Folder) -> _Copies:
     board = _box([objects.boxes_of_ends() for objects in single.objects.values()])
     cuts, taken = whole.of(CUTS), np.zeros(len(whole.of(CUTS).objects), bool)
-    for move in boards:
+    for move in listed.boards:
         taken |= _inside(cuts, board, move)
     coupon = (0, 0, 0, 0)
-    if coupons:
+    if listed.coupons:
         left = cuts.chosen(~taken)
         if not len(left.objects):
             raise ExtractionError("the panel's coupon is not cut out")
         x0, y0, x1, y1 = _box([left.boxes_of_ends()])
-        (ax, ay), (bx, by) = coupons[0], coupons[-1]
+        (ax, ay), (bx, by) = listed.coupons[0], listed.coupons[-1]
         coupon = (x0 - ax, y0 - ay, x1 - bx, y1 - by)
-    return _Places(boards, coupons, board, coupon, _inside_rails(whole))
+    return _Copies(listed, board, coupon)
 
 
-def _listed(panel: Path) -> tuple[tuple[Move, ...], tuple[Move, ...]]:
-    """The moves of boards and coupons out of the panel's list."""
-    lists = sorted(panel.glob("*.json"))
-    if len(lists) != 1:
-        raise ExtractionError(f"the panel has {len(lists)} lists of places, where one is expected")
-    try:
-        document = json.loads(lists[0].read_text(encoding="utf-8"))
-        boards, coupons = (
-            tuple((round(x * 1e6), round(y * 1e6)) for x, y in document[key]) for key in ("parts", "coupons")
-        )
-    except (ValueError, KeyError, TypeError) as error:
-        raise ExtractionError(f"{lists[0].name} is no list of places: {error}") from error
-    if not boards:
-        raise ExtractionError(f"{lists[0].name} names no board")
-    return boards, coupons
-
-
-def _inside_rails(whole: _Folder) -> Box:
-    """What the rails enclose: the tooling holes stand in their middles."""
-    x0, y0, x1, y1 = _box([whole.of(OUTLINE).boxes_of_ends()])
-    holes = [objects for function, objects in whole.objects.items() if function.startswith("NonPlated")]
-    if not sum(len(each.objects) for each in holes):
-        raise ExtractionError("the panel has no tooling holes")
-    rail = 2 * (_box([each.boxes_of_ends() for each in holes])[0] - x0)
-    return x0 + rail, y0 + rail, x1 - rail, y1 - rail
-
-
-def _differences(single: _Folder, whole: _Folder, places: _Places, apertures: list[str]) -> Iterator[str]:
-    coupon: dict[str, Plotted] = {}
+def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: list[str]) -> Iterator[str]:
+    listed, coupon = copies.listed, dict[str, Plotted]()
+    yield from _size_difference(whole.of(OUTLINE), listed)
     for function in sorted({*single.objects, *whole.objects} - {OUTLINE}):
         if function not in whole.objects:
             yield f"the panel has nothing like {single.names[function]} ({function})"
@@ -132,22 +100,32 @@ def _differences(single: _Folder, whole: _Folder, places: _Places, apertures: li
         there, name = whole.of(function), whole.names[function]
         own, taken = single.of(function), np.zeros(len(there.objects), bool)
         if function == CUTS:
-            own = there.chosen(_inside(there, places.board, places.boards[0])).shifted(*_back(places.boards[0]))
+            own = there.chosen(_inside(there, copies.board, listed.boards[0])).shifted(*_back(listed.boards[0]))
             yield from _off_outline(own, single.of(OUTLINE), name, apertures)
-        for number, move in enumerate(places.boards, 1):
-            inside = _inside(there, places.board, move)
+            yield from cut_differences(own, listed.bridges, f"{name}, board 1")
+        for number, move in enumerate(listed.boards, 1):
+            inside = _inside(there, copies.board, move)
             taken |= inside
             yield from _unequal(own, there.chosen(inside).shifted(*_back(move)), f"{name}, board {number}")
-        for number, move in enumerate(places.coupons, 1):
-            inside = _inside(there, places.coupon, move)
+        for number, move in enumerate(listed.coupons, 1):
+            inside = _inside(there, copies.coupon, move)
             taken |= inside
             copy = there.chosen(inside).shifted(*_back(move))
             coupon.setdefault(function, copy)
             yield from _unequal(coupon[function], copy, f"{name}, coupon {number}", "the first coupon")
-        yield from _off_rails(there.chosen(~taken), places.inner, name, apertures)
-    if places.coupons:
+        if function == CUTS and listed.coupons:
+            yield from cut_differences(coupon[function], listed.coupon_bridges, f"{name}, coupon 1")
+        yield from frame_differences(there.chosen(~taken), function, name, listed, apertures)
+    if listed.coupons:
         found = compare_coupon(coupon, apertures)
         yield from (f"the panel's coupon: {difference.kind.value}: {difference.message}" for difference in found)
+
+
+def _size_difference(outline: Plotted, listed: PanelList) -> Iterator[str]:
+    drawn = _box([outline.boxes_of_ends()])
+    if drawn != (0, 0, *listed.size):
+        wanted, there = (f"{x1 / 1e6:.4g} x {y1 / 1e6:.4g} mm" for x1, y1 in (listed.size, drawn[2:]))
+        yield f"the panel's outline is {there}, its list says {wanted}"
 
 
 def _unequal(own: Plotted, copy: Plotted, where: str, other: str = "the single board") -> Iterator[str]:
@@ -169,37 +147,15 @@ def _off_outline(cuts: Plotted, outline: Plotted, name: str, apertures: Sequence
         yield f"{name} does not cut along the board's outline"
 
 
-def _off_rails(rest: Plotted, inner: Box, name: str, apertures: Sequence[str]) -> Iterator[str]:
-    """What belongs neither to a board nor to a coupon must lie on the rails."""
-    x0, y0, x1, y1 = rest.boxes().T
-    width = [_half(apertures, int(tool), name) for tool in rest.objects[:, 0]]
-    half = np.array(width, dtype=np.int64)
-    reaches = (x1 + half > inner[0]) & (x0 - half < inner[2]) & (y1 + half > inner[1]) & (y0 - half < inner[3])
-    wrong = reaches | ((rest.objects[:, 0] == REGION) & (rest.objects[:, 2] > 0)) | (rest.objects[:, 1] > 0)
-    if wrong.any():
-        place = _point(tuple(rest.objects[wrong][0].tolist()))
-        yield f"{name} has {wrong.sum()} objects that belong to no board, the first at {place} of the panel"
-
-
-def _half(apertures: Sequence[str], tool: int, name: str) -> int:
-    """Half the width (nm) of an aperture or a hole, or more."""
-    if name.endswith(".drl"):
-        return tool // 2
-    if tool == REGION:
-        return 0
-    return round(sum(float(size) for size in re.findall(r"[\d.]+", apertures[tool])) * 1e6)
-
-
 def _point(row: tuple[int, ...]) -> str:
-    x, y = row[COLUMNS.index("x")], row[COLUMNS.index("y")]
-    return f"x {x / 1e6:.4g} mm, y {y / 1e6:.4g} mm"
+    return shown_place((row[COLUMNS.index("x")], row[COLUMNS.index("y")]))
 
 
-def _back(move: Move) -> Move:
+def _back(move: Place) -> Place:
     return -move[0], -move[1]
 
 
-def _inside(objects: Plotted, box: Box, move: Move) -> NDArray[np.bool_]:
+def _inside(objects: Plotted, box: Box, move: Place) -> NDArray[np.bool_]:
     """Which objects begin and end in a box that was moved."""
     ends = objects.boxes_of_ends()
     (dx, dy), (x0, y0, x1, y1) = move, box

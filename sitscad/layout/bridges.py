@@ -63,6 +63,12 @@ def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
     return tuple(Path(tuple(run)) for run in runs if run)
 
 
+def bridge_ends(outline: Path, stops: tuple[Bridge, ...]) -> tuple[tuple[Point, Point], ...]:
+    """Where the cut stops before each bridge and goes on behind it, in the outline's sense."""
+    pieces = ((_piece(outline.segments[stop.segment], stop.begin, stop.end)[0]) for stop in stops)
+    return tuple((piece.start, piece.end) for piece in pieces)
+
+
 def bridges(layout: Layout) -> tuple[Bridge, ...]:
     """Bridges along an outline: at the end of the tail on both its sides, the others as far apart as they can be.
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from sitscad.geometry.path import Path, Point, rectangle
 from sitscad.layout.board import Layout
+from sitscad.layout.bridges import Bridge, bridge_ends
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
 from sitscad.writers._drill_map import map_file, map_text
 from sitscad.writers._excellon_text import DrilledHole, drill_text, on_grid
@@ -128,7 +129,10 @@ def _vias(layout: Layout, at: Point) -> list[DrilledHole]:
 
 
 def _places(panel: Panel) -> bytes:
-    """Where everything is, for programs: millimetres, from the panel's lower left corner."""
+    """Where everything is, for programs: millimetres, from the panel's lower left corner.
+
+    The ends of bridges count from the origin of the copy that they hold.
+    """
 
     def points(found: tuple[Point, ...]) -> list[list[float]]:
         return [[round(at.x * 1e3, 6), round(at.y * 1e3, 6)] for at in found]
@@ -138,7 +142,21 @@ def _places(panel: Panel) -> bytes:
         "size": [round(side * 1e3, 6) for side in panel.size],
         "parts": points(panel.parts),
         "coupons": points(panel.coupons),
+        "bridges": _bridge_ends(panel.layout, panel.bridges, panel.parts),
+        "coupon_bridges": _bridge_ends(panel.coupon, panel.coupon_bridges, panel.coupons),
         "tooling_holes": points(panel.tooling_holes),
+        "tooling_hole_diameter": round(TOOLING_HOLE * 1e3, 6),
         "fiducials": points(panel.fiducials),
+        "fiducial_diameter": round(FIDUCIAL * 1e3, 6),
+        "fiducial_opening": round(FIDUCIAL_OPENING * 1e3, 6),
     }
     return (json.dumps(document, indent=1) + "\n").encode("ascii")
+
+
+def _bridge_ends(part: Layout | None, stops: tuple[Bridge, ...], copies: tuple[Point, ...]) -> list[list[list[float]]]:
+    """The ends (mm) of the bridges of a part just where the cuts round its first copy have them."""
+    if part is None or not copies:
+        return []
+    (dx, dy), first = grid(copies[0]), copies[0]
+    ends = (tuple(grid(end.shifted(*first)) for end in pair) for pair in bridge_ends(part.outline, stops))
+    return [[[(x - dx) / 1e6, (y - dy) / 1e6] for x, y in pair] for pair in ends]

@@ -83,6 +83,20 @@ def test_a_whole_panel_is_equal(whole):
         ("-NPTH.drl", lambda t: t.replace("M30", "X30.0Y21.0\nM30"), ["NPTH.drl, board 3"]),
         ("-Part_Cuts.gbr", drawn("X30000000Y15000000D02*\nX31000000Y15000000D01*"), ["Part_Cuts.gbr"]),
         ("-Part_Cuts.gbr", lambda t: t.replace("D01*", "D02*"), ["coupon is not cut out"]),
+        (
+            "-F_Cu.gbr",
+            without(0, r"^X7500000Y2500000D03\*\n"),
+            ["F_Cu.gbr has no fiducial of 1 mm at x 7.5 mm, y 2.5 mm"],
+        ),
+        ("-B_Mask.gbr", drawn("X30000000Y2500000D03*"), ["B_Mask.gbr has 1 marks that are not listed"]),
+        ("-NPTH.drl", without(0, r"^X2.5Y2.5\n"), ["NPTH.drl has no tooling hole of 1.5 mm at"]),
+        (
+            "-NPTH.drl",
+            lambda t: t.replace("C1.500", "C1.600"),
+            ["NPTH.drl has no tooling hole of 1.5 mm", "not listed"],
+        ),
+        (".json", lambda t: t.replace('"size": [', '"size": [ 1e300, 1e300], "was": ['), ["is no list of places"]),
+        (".json", lambda t: t.replace("93.107107", "94.107107"), ["the panel's outline is"]),
         (".json", lambda t: re.sub(r",\s+\[\s+51.504,\s+27.65\s+\]", "", t), ["belong to no board"]),
     ],
 )
@@ -110,6 +124,44 @@ def test_a_coupon_that_is_wrong_in_every_place_is_found(package):
     assert len(holes) > boards + coupons
     said = changed(package, "-PTH.drl", lambda t: t.replace("".join(holes[boards:]), ""))
     assert "the panel's coupon: no-hole" in said and "the panel's coupon: open" in said
+
+
+def cut_paths(text):
+    """The cuts of a file, each a line from its first point to its last, as (whole text, start, end)."""
+    found = []
+    for run in re.finditer(r"^(X-?\d+Y-?\d+)D02\*\n(?:(?!.*D02).*D01\*\n|G0[123]\*\n)+", text, re.MULTILINE):
+        found.append((run[0], run[1], re.findall(r"^(X-?\d+Y-?\d+)", run[0], re.MULTILINE)[-1]))
+    return found
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_a_cut_that_all_boards_lack_is_found(package, which):
+    """What no copy has, no comparison of copies finds: the cuts are held against the listed bridges."""
+    text = (package / "fpc/panel/small-part-panel-Part_Cuts.gbr").read_text()
+    boards = 6
+    each = len([path for path in cut_paths(text)]) // (boards + 2)
+    doomed = [cut_paths(text)[board * each + which][0] for board in range(boards)]
+
+    def change(text):
+        for cut in doomed:
+            assert cut in text
+            text = text.replace(cut, "", 1)
+        return text
+
+    said = changed(package, "-Part_Cuts.gbr", change)
+    assert "board 1: the cut does not stop at both ends of the bridge" in said and "is not as" not in said
+
+
+def test_a_bridge_that_all_boards_lack_is_found(package):
+    """Every bridge cut through: the boards are alike, and fall out."""
+
+    def change(text):
+        pairs = zip(cuts, [*cuts[1:], cuts[0]], strict=True)
+        bridged = [f"{end}D02*\n{begin}D01*" for (_, _, end), (_, begin, _) in pairs]
+        return drawn("\n".join(bridged))(text)
+
+    cuts = cut_paths((package / "fpc/panel/small-part-panel-Part_Cuts.gbr").read_text())
+    assert "does not stop at both ends of the bridge" in changed(package, "-Part_Cuts.gbr", change)
 
 
 def test_a_file_of_the_panel_that_is_gone_is_found(package):
