@@ -25,6 +25,7 @@ from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.own_capacitance import metal_notes, self_capacitance
 from sitscad.estimates.pressing import PAD, PAD_SIZE, PressingScatter, pressing_scatter
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
+from sitscad.estimates.track_ends import spared_squares
 from sitscad.estimates.uncertainty import (
     Slopes,
     inductance_slopes,
@@ -383,7 +384,7 @@ def _spectrum(geometry: WindingGeometry, nearest: float | None) -> CurrentSpectr
 def _leads(coil: Coil, layout: Layout, conductivity: float) -> LeadEstimate:
     if not coil.series:
         return NO_LEADS
-    return estimate_leads(coil, layout.spec.fpc.stackup, conductivity)
+    return estimate_leads(coil, layout.spec.fpc.stackup, conductivity, spared_squares(coil, layout))
 
 
 def _self_resonance(circuit: CoilCircuit) -> float:

@@ -11,10 +11,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.losses import Strip
+from sitscad.estimates.losses import Strip, bent_path
 from sitscad.geometry.path import Arc
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
+from sitscad.physics.corners import direct_resistance
 from sitscad.physics.current_modes import ProximityLoss, joined
 from sitscad.physics.filaments import (
     PolylineTrack,
@@ -23,7 +24,7 @@ from sitscad.physics.filaments import (
     segment_set,
     via_inductance,
 )
-from sitscad.physics.resistance import track_resistance, via_resistance
+from sitscad.physics.resistance import via_resistance
 from sitscad.record import record
 from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
 
@@ -67,6 +68,7 @@ class LeadEstimate:
     strips: tuple[Strip, ...]
     via_resistance: float
     parts: Mapping[str, float] = field(default_factory=dict)
+    spared: float = 0.0
 
     def resistance_at(self, frequency: float, conductivity: float) -> float:
         """Resistance (ohm) at a frequency (Hz), with skin effect and what the way back adds where it runs beside."""
@@ -75,9 +77,9 @@ class LeadEstimate:
     def resistances_at(self, frequencies: Array, conductivity: float) -> Array:
         """The same at every one of (n,) frequencies (Hz)."""
         if not self.strips:
-            return np.full(len(frequencies), self.via_resistance)
+            return np.full(len(frequencies), self.via_resistance - self.spared)
         loss = _loss(self.strips, conductivity)
-        return np.asarray(loss.direct * loss.resistance_ratios(frequencies) + self.via_resistance)
+        return np.asarray((loss.direct - self.spared) * loss.resistance_ratios(frequencies) + self.via_resistance)
 
 
 @lru_cache(maxsize=64)
@@ -87,11 +89,18 @@ def _loss(strips: tuple[Strip, ...], conductivity: float) -> ProximityLoss:
 
 NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)
 
+NOTHING_SPARED: Mapping[int, float] = {}
+
 PARTS = {Role.STUB: "stubs", Role.LEAD: "leads", Role.TAIL: "tail"}
 
 
-def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEstimate:
-    """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding."""
+def estimate_leads(
+    coil: Coil, stackup: Stackup, conductivity: float, spared: Mapping[int, float] = NOTHING_SPARED
+) -> LeadEstimate:
+    """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding.
+
+    `spared` are the squares by layer that its tracks' wide ends take away (see `track_ends.spared_squares`).
+    """
     copper = {layer.number: layer for layer in stackup.copper}
     tracks: list[tuple[Role, PolylineTrack]] = []
     strips: list[Strip] = []
@@ -102,7 +111,7 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
         if len(corners) < 2:
             continue
         tracks.append((trace.role, PolylineTrack(corners, trace.width, layer.thickness, layer.z)))
-        resistance = track_resistance(trace.path.length, trace.width, layer.thickness, conductivity)
+        resistance = direct_resistance(bent_path(trace.path, trace.width, layer.thickness, layer.z), conductivity)
         strips += _strips(trace, resistance, copper, facing)
     parts = _partial_inductances(tracks) | {"coupling": _coupling(coil, tracks)}
     plating = stackup.plating_thickness or USUAL_PLATING
@@ -110,9 +119,10 @@ def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEst
     for via, length in _vias(coil, copper):
         barrels += via_resistance(length, via.drill, plating, conductivity)
         parts["vias"] += via_inductance(length, via.drill)
-    total = math.fsum(strip.resistance for strip in strips) + barrels
+    less = math.fsum(squares / (conductivity * copper[number].thickness) for number, squares in spared.items())
+    total = math.fsum(strip.resistance for strip in strips) + barrels - less
     inductance = math.fsum(parts.values())
-    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _joined(strips), barrels, parts)
+    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _joined(strips), barrels, parts, less)
 
 
 def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from sitscad.estimates.windings import mitred_path
-from sitscad.geometry.path import Arc
+from sitscad.geometry.path import Arc, Path
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.corners import direct_resistance, mitred, opened, with_corners
@@ -100,10 +100,15 @@ def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
 
 def bent_track(winding: Winding, width: float) -> BentTrack:
     """A layer's path as straight sides and arcs, none of these tighter than the track is wide."""
-    segments = mitred_path(winding.path, width).segments
+    return bent_path(winding.path, width, winding.thickness, winding.z)
+
+
+def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack:
+    """The same of any path: width, thickness and mid-plane in metres."""
+    segments = mitred_path(path, width).segments
     turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
     starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
-    return BentTrack(starts, ends, np.array(turns), width, winding.thickness, winding.z)
+    return BentTrack(starts, ends, np.array(turns), width, thickness, z)
 
 
 def winding_resistance(spec: CoilSpec, coil: Coil, conductivity: float) -> float:

@@ -93,4 +93,4 @@ def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(finished):
             plating=layout.spec.fpc.stackup.plating_thickness or None,
             fineness=1.0,
         )
-        assert found == pytest.approx(estimates[coil.name].terminal_resistance_dc, rel=0.02)
+        assert found == pytest.approx(estimates[coil.name].terminal_resistance_dc, rel=0.006)

@@ -282,7 +282,7 @@ def main() -> None:
             outcome = replace(outcome, faults="; ".join(f"kicad: {v}" for v in kicad_violations(now)))
         if not outcome.last and not outcome.faults and len(gaps) < arguments.resistance and seed % 3 == 1:
             gaps.append(resistance_gap(now))
-            if abs(gaps[-1]) > 0.02:
+            if abs(gaps[-1]) > 0.01:
                 outcome = replace(outcome, faults=f"resistance: {100 * gaps[-1]:+.1f} % from the estimate")
         rows.append(outcome)
         if outcome.faults or outcome.last or (outcome.room and outcome.first):

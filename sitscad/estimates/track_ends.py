@@ -1,0 +1,78 @@
+"""What the wide ends of a layout's tracks spare direct current: the pads of vias, teardrops and contacts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.geometry.path import Point
+from sitscad.layout.board import Coil, Layout, Pad, Trace, Via
+from sitscad.layout.teardrops import Teardrop
+from sitscad.physics.track_ends import contact_squares, pad_squares, teardrop_squares
+
+SAME = 1e-9
+"""Points nearer to each other than this (m) are one."""
+
+LEAST = 0.1
+"""Share of a track's centre line that counts in any case: short stubs lie in pads at both ends."""
+
+
+def spared_squares(coil: Coil, layout: Layout) -> dict[int, float]:
+    """Squares that each copper layer's tracks of a coil have less than their centre lines, by layer."""
+    drops = {(id(layout.traces[drop.track]), drop.at_start): drop for drop in layout.teardrops}
+    vias = [item for item in coil.series if isinstance(item, Via)]
+    pads = [pad for pad in layout.pads if pad.net == coil.net]
+    found: dict[int, float] = {}
+    for trace in coil.series:
+        if isinstance(trace, Trace):
+            spared = -math.fsum(
+                _end(trace, at_start, vias, pads, drops.get((id(trace), at_start))) for at_start in (True, False)
+            )
+            most = (1.0 - LEAST) * trace.path.length / trace.width
+            found[trace.layer] = found.get(trace.layer, 0.0) + min(spared, most)
+    return found
+
+
+def _end(trace: Trace, at_start: bool, vias: list[Via], pads: list[Pad], drop: Teardrop | None) -> float:
+    """Squares of one end of a track beyond its centre line."""
+    leg = trace.path.segments[0] if at_start else trace.path.segments[-1].reversed()
+    width, place = trace.width, leg.start
+    reach = max(_along(drop, leg.start, leg.end)) if drop is not None else 0.0
+    via = next((via for via in vias if via.centre.distance(place) < SAME), None)
+    if via is not None:
+        return _via_end(via, width, reach)
+    for pad in pads:
+        if pad.layer == trace.layer and _is_in(pad, place):
+            inside, across = _depth(pad, leg.start, leg.end)
+            return contact_squares(inside / width, across / width, max(0.0, reach - inside) / width)
+    return 0.0
+
+
+def _via_end(via: Via, width: float, corner: float) -> float:
+    """The end in a via's pad; `corner` (m) is how far from its centre a teardrop's far corners lie, 0 without one."""
+    pad, drill, small = via.pad / width, via.drill / width, 0.5
+    rest = (corner / width) ** 2 - 4.0 * small * (pad / 2.0 - small)
+    if corner == 0.0 or rest < 0.0:
+        return pad_squares(round(pad, 6), round(drill, 6))
+    # those corners are where the tangents meet the track's circle: small (large - small) / reach beyond its centre
+    reach = (corner / width + math.sqrt(rest)) / 2.0
+    return teardrop_squares(round(pad, 6), round(drill, 6), round(reach, 6))
+
+
+def _along(drop: Teardrop, start: Point, end: Point) -> Iterator[float]:
+    """How far (m) along a leg the corners of its teardrop lie."""
+    length = start.distance(end)
+    ux, uy = (end.x - start.x) / length, (end.y - start.y) / length
+    return ((s.start.x - start.x) * ux + (s.start.y - start.y) * uy for s in drop.outline.segments)
+
+
+def _is_in(pad: Pad, at: Point) -> bool:
+    return abs(at.x - pad.centre.x) <= pad.size[0] / 2 and abs(at.y - pad.centre.y) <= pad.size[1] / 2
+
+
+def _depth(pad: Pad, start: Point, end: Point) -> tuple[float, float]:
+    """How deep (m) a track lies in a contact that it leaves towards `end`, and the contact's width across the way."""
+    across, along = (0, 1) if abs(end.y - start.y) > abs(end.x - start.x) else (1, 0)
+    side = math.copysign(1.0, end[along] - start[along])
+    edge = pad.centre[along] + side * pad.size[along] / 2
+    return min(max(0.0, side * (edge - start[along])), start.distance(end)), pad.size[across]

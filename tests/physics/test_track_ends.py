@@ -1,0 +1,91 @@
+"""Ends of tracks in pads and teardrops against triangles over the same copper."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+
+from sitscad.physics.track_ends import contact_squares, pad_squares, teardrop_squares
+
+QUARTER = 32
+WIDTH = 1e-3
+
+
+def triangles_squares(pad: float, drill: float, reach: float = 0.0, fineness: float = 12.0) -> float:
+    """Squares beyond the centre line's of a track that ends in a pad, by triangles of two sizes, extrapolated."""
+    from scipy import sparse
+    from scipy.sparse.linalg import spsolve
+    from shapely import LineString, Point, box, union_all
+
+    from sitscad.extraction.mesh import triangulate
+
+    end = (max(pad / 2, reach) + 3.0) * WIDTH
+    middle = Point(0, 0)
+    disc = middle.buffer(pad / 2 * WIDTH, quad_segs=QUARTER)
+    parts = [disc, box(0, -WIDTH / 2, end, WIDTH / 2), middle.buffer(WIDTH / 2, quad_segs=QUARTER)]
+    if reach:
+        far = Point(reach * WIDTH, 0).buffer(WIDTH / 2, quad_segs=QUARTER)
+        parts.append(union_all([disc, far]).convex_hull)
+    area = union_all(parts).difference(middle.buffer(drill / 2 * WIDTH, quad_segs=QUARTER))
+    assert not LineString([(end, 0), (end - WIDTH, 0)]).disjoint(area)
+
+    def squares(size: float) -> float:
+        mesh = triangulate(area, size)
+        rows, columns = np.repeat(mesh.triangles, 3, axis=1).ravel(), np.tile(mesh.triangles, (1, 3)).ravel()
+        matrix = sparse.csr_matrix((mesh.stiffness().ravel(), (rows, columns)))
+        held = np.hypot(*mesh.points.T) < drill / 2 * WIDTH * 1.00001
+        free = ~(held | (mesh.points[:, 0] > end * (1 - 1e-9)))
+        potential = held.astype(float)
+        potential[free] = spsolve(matrix[free][:, free].tocsc(), -(matrix[free] @ potential))
+        return 1.0 / float(potential @ (matrix @ potential))
+
+    coarse, fine = (squares(WIDTH / fineness / by) for by in (1, 2))
+    return fine + (fine - coarse) / 3.0 - end / WIDTH
+
+
+@pytest.mark.needs("gmsh", "scipy", "shapely")
+@pytest.mark.parametrize(
+    ("pad", "drill", "bound"),
+    [(1.0, 0.5, 0.05), (1.2, 0.6, 0.02), (1.5, 0.75, 0.02), (2.0, 1.4, 0.02), (3.0, 0.9, 0.02), (6.0, 4.2, 0.02)],
+)
+def test_a_pad_s_squares_are_those_of_triangles(pad, drill, bound):
+    assert pad_squares(pad, drill) == pytest.approx(triangles_squares(pad, drill), abs=bound)
+
+
+@pytest.mark.needs("gmsh", "scipy", "shapely")
+@pytest.mark.parametrize("reach", [0.75, 0.9, 1.2, 1.5])
+@pytest.mark.parametrize(("pad", "drill"), [(1.5, 0.8), (3.75, 1.67)])
+def test_a_teardrop_s_squares_are_those_of_triangles(pad, drill, reach):
+    found = teardrop_squares(pad, drill, reach * pad)
+    assert found == pytest.approx(triangles_squares(pad, drill, reach * pad), abs=0.08)
+
+
+def test_a_longer_teardrop_and_a_larger_pad_conduct_better_and_no_teardrop_is_a_pad():
+    rising = [teardrop_squares(3.0, 1.2, reach) for reach in (2.0, 2.5, 3.5, 4.5)]
+    assert rising == sorted(rising, reverse=True) and rising[0] < pad_squares(3.0, 1.2)
+    pads = [pad_squares(pad, 0.8) for pad in (1.0, 1.5, 2.0, 4.0)]
+    assert pads == sorted(pads, reverse=True)
+    assert teardrop_squares(3.0, 1.2, 1.4) == pad_squares(3.0, 1.2)
+    assert pad_squares(0.9, 0.5) == pad_squares(1.0, 0.5), "a pad narrower than the track is the track's own end"
+
+
+def test_a_contact_is_a_wide_track_with_a_trapezoid_before_it():
+    assert contact_squares(6.0, 1.0) == 0.0
+    assert contact_squares(6.0, 3.0) == pytest.approx(-4.0)
+    by_steps = np.mean(1.0 / (1.0 + 2.0 * (np.arange(1000) + 0.5) / 1000))
+    assert contact_squares(0.0, 3.0, 2.0) == pytest.approx(2.0 * (by_steps - 1.0), rel=1e-6)
+    assert contact_squares(0.0, 1.0 + 1e-7, 2.0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_series_has_converged(monkeypatch):
+    import sitscad.physics.track_ends as ends
+
+    cases = [(1.0, 0.5), (3.0, 1.2), (20.0, 8.0)]
+    usual = [ends.pad_squares(*case) for case in cases]
+    monkeypatch.setattr(ends, "TERMS", 40_000)
+    full = [partial(ends.pad_squares.__wrapped__, *case)() for case in cases]
+    assert usual == pytest.approx(full, abs=1e-3)
+    assert all(math.isfinite(value) for value in full)
