@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.assembly import FREE, PRESSED, REST, Assembly, NoReflection, Reflection, assemble, warmed
 from sitscad.estimates.cross_checks import cross_checks, no_cross_check
 from sitscad.estimates.drive import driven
+from sitscad.estimates.failed_states import damped_words, overdamped, without, working
 from sitscad.estimates.finite_target import TargetShares, target_shares
 from sitscad.estimates.idle import Circuit, idle_neighbours
 from sitscad.estimates.leads import (
@@ -59,7 +60,6 @@ from sitscad.physics.resonator import resonance_frequency
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -95,12 +95,12 @@ def estimate(
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
     matrix, matrix_errors = inductance_matrix(winding.inductance, winding.inductance_error, geometries)
     shares = target_shares(spec, [layer.z for layer in layout.coils[0].windings], assembly.states)
-    circuits, failed = _working(_circuits(layout, winding, matrix, assembly, shares))
+    circuits, failed = working(_circuits(layout, winding, matrix, assembly, shares))
     capacitor, reason = choose_capacitor(circuits, spec.readout, min(map(_self_resonance, circuits)))
     tank = Tank(capacitor, spec.readout)
-    damped = _overdamped(circuits, tank)
-    failed |= {state: _damped_words(value, capacitor) for state, value in damped.items()}
-    circuits = [_without(circuit, damped) for circuit in circuits]
+    damped = overdamped(circuits, tank)
+    failed |= {state: damped_words(value, capacitor) for state, value in damped.items()}
+    circuits = [without(circuit, damped) for circuit in circuits]
     readout = settle(circuits, spec.readout, capacitor, reason)
     states = _states(layout, circuits, tank, readout, winding, assembly, shares)
     coils = [
@@ -267,69 +267,6 @@ def _neighbours(
 def _distances(layout: Layout) -> list[list[float]]:
     # Alike distances get alike numbers, so that each is reflected once.
     return [[round(math.dist(a.centre, b.centre), 9) for b in layout.coils] for a in layout.coils]
-
-
-LEAST_SHARE = 0.02
-"""Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
-
-
-def _working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
-    """The circuits without the states in which the model fails, and why each of those is missing."""
-    failed: dict[str, str] = {}
-    for circuit in circuits:
-        free = circuit.terminal(FREE, PROBE)[0]
-        for state in circuit.reflections:
-            inductance, resistance = circuit.terminal(state, PROBE)
-            if not circuit.loss.is_resolved(PROBE):
-                failed[state] = UNRESOLVED
-            elif state == FREE and not (inductance > 0.0 and resistance > 0.0):
-                failed[state] = (
-                    f"no numbers for this state: {show(inductance, 'H', 3)} and {show(resistance, 'ohm', 3)} come out, "
-                    "which no coil has"
-                )
-            elif not (inductance > LEAST_SHARE * free and resistance > 0.0):
-                failed[state] = (
-                    f"no numbers for this state: the half-space model fails there (it takes {show(free, 'H', 3)} down "
-                    f"to {show(inductance, 'H', 3)}); the metal is too near for so small a coil"
-                )
-    return [_without(circuit, failed) for circuit in circuits], failed
-
-
-UNRESOLVED = (
-    "no numbers for this state: the current within the tracks cannot be resolved, for they are far nearer to each "
-    "other than they are thick or wide"
-)
-"""Why a state has no numbers where `ProximityLoss.is_resolved` is not."""
-
-
-def _without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
-    return replace(
-        circuit,
-        reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
-        neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
-    )
-
-
-def _overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
-    """The states in which some coil's tank does not oscillate, and its quality factor."""
-    found: dict[str, float] = {}
-    for circuit in circuits:
-        for state in circuit.reflections:
-            at = tank.oscillation(circuit, state)
-            if not at.exists:
-                found[state] = min(found.get(state, math.inf), at.quality_factor)
-    return found
-
-
-def _damped_words(quality: float, capacitor: float) -> str:
-    return (
-        f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does not "
-        "oscillate"
-    )
-
-
-PROBE = 5e6
-"""Frequency (Hz) at which a state's inductance is tried."""
 
 
 def _reflections(
