@@ -70,7 +70,7 @@ def check(spec: SensorSpec, layout: Layout | None = None, estimates: Estimates |
         found, undecided = outcomes(rule, subject)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
-    trials = Trials(subject, RULES, said)
+    trials = Trials(subject, RULES, said, not_checked)
     findings = [trials.advised(outcome) for outcome in said]
     return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked))
 

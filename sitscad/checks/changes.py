@@ -41,6 +41,12 @@ def in_vain(changes: Iterable[Change], left: Left) -> str:
     return "; ".join(f"{change.words} (then {fail(left(change.spec))})" for change in changes)
 
 
+def tried(change: Change, left: Left) -> str:
+    """What became of a change that was tried, in brackets: that it mends, or what then fails."""
+    broken = left(change.spec)
+    return f"(tried, but {fail(broken)} then)" if broken else "(it was tried)"
+
+
 def fail(rules: tuple[str, ...]) -> str:
     """That rules fail, in words."""
     return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
@@ -161,8 +167,58 @@ def more_copper(spec: SensorSpec, factor: float, left: Left) -> str:
         return f"{named(found)} mends it (it was tried)"
     if not any(families):
         return "no more of either fit into this outline: a larger coil or a finer pitch"
-    vain = in_vain((change for changes in families for change in changes), left)
-    return f"in this outline more of them do not mend it (tried in vain: {vain}); a larger coil or a finer pitch may"
+    most = " and ".join(changes[-1].words for changes in families if changes)
+    broken = tuple(sorted({rule for changes in families for change in changes for rule in left(change.spec)}))
+    return f"more do not in this outline (tried up to {most}: {fail(broken)}); a larger coil or a finer pitch may"
+
+
+def calmer_tail(spec: SensorSpec) -> Iterator[Change]:
+    """A tail of one copper layer, then one that is bent only once."""
+    tail = spec.fpc.tail
+    assert tail is not None
+    for words, calm in (("layers: 1", replace(tail, layers=1)), ("bend: static", replace(tail, bend="static"))):
+        if calm != tail:
+            yield Change(f"fpc.tail.{words}", replace(spec, fpc=replace(spec.fpc, tail=calm)))
+
+
+def stiffer_pad(spec: SensorSpec, shear_modulus: float) -> Change:
+    """An elastomer of so large a shear modulus (Pa), known as well as the one of now."""
+    pad = spec.elastomer
+    assert pad is not None
+    stiff = replace(pad, material=replace(pad.material, shear_modulus=shear_modulus))
+    return Change(f"a shear modulus of {show(shear_modulus, 'Pa', 3)} or more", replace(spec, elastomer=stiff))
+
+
+def thicker_target(spec: SensorSpec, thickness: float) -> Change:
+    """A target so thick (m) at least."""
+    assert spec.target is not None
+    thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # as it is written
+    return Change(
+        f"target.thickness: {show(thick, 'm', 6)}", replace(spec, target=replace(spec.target, thickness=thick))
+    )
+
+
+def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Change]:
+    """A target of such sides (m) on an elastomer that carries the whole of it, then on the one of now; one of a single
+    size (a circle, a square) takes the larger side.
+    """
+    target, pad = spec.target, spec.elastomer
+    assert target is not None
+    size = (length, width) if target.shape == "rectangle" else (max(length, width),) * 2
+    wanted = replace(spec, target=replace(target, size=size))
+    words = f"target.size: {_written(target.shape, size)}"
+    if pad is not None and (size[0] > pad.size[0] or size[1] > pad.size[1]):
+        below = (max(size[0], pad.size[0]), max(size[1], pad.size[1]))
+        below = below if pad.shape == "rectangle" else (max(below),) * 2
+        carried = replace(wanted, elastomer=replace(pad, size=below))
+        yield Change(f"{words} with elastomer.size: {_written(pad.shape, below)}", carried)
+    yield Change(words, wanted)
+
+
+def _written(shape: str, size: tuple[float, float]) -> str:
+    """A size as it stands in a spec (mm)."""
+    x, y = (f"{side * 1e3:.6g}" for side in size)
+    return f"[{x}, {y}]" if shape == "rectangle" else x
 
 
 def larger_capacitor(changes: list[Change], now: float, left: Left) -> str:

@@ -21,6 +21,11 @@ from sitscad.finding import Severity
 from sitscad.readout import ldc1614
 from sitscad.units import show
 
+CODE_KEY = "readout.drive_code"
+"""Where a finding points that another drive code mends; where the code is chosen and too weak, it points at the turns,
+which decide R_P.
+"""
+
 
 def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
     """The amplitude with the chosen drive code, in the states in which the sensor works."""
@@ -31,7 +36,6 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
     yield from undecided(subject, "amplitude")
     if readout.drive_code is None:
         return
-    key = "readout" if subject.spec.readout.drive_code is None else "readout.drive_code"
     high, optimum = ldc1614.limit("amplitude_max"), ldc1614.limit("amplitude_optimum_min")
     stable = ldc1614.limit("amplitude_stable_min")
     largest, smallest = worst_of(subject, "amplitude", max, True), worst_of(subject, "amplitude", min, True)
@@ -41,7 +45,7 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
             f"{show(largest.value, 'V', 3)} peak; above {show(high, 'V')} the input clamps and shifts the frequency"
             f"{in_sigmas(largest, high, 'V')}",
             _clamp_advice(_code(subject, largest), subject.spec.readout.drive_code is not None),
-            key,
+            CODE_KEY,
             largest.value,
             high,
             "V",
@@ -51,7 +55,7 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
     else:
         if largest is not None:
             hint = f"measure the amplitude of the first boards{_other_code(_code(subject, largest) - 1, 'weaker')}"
-            yield from near_limit(largest, high, "V", "amplitude", hint, key)
+            yield from near_limit(largest, high, "V", "amplitude", hint, CODE_KEY)
         yield from _cold_amplitude(subject)
     if smallest is not None and smallest.value < optimum:
         below = smallest.value < stable
@@ -65,7 +69,7 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
             )
             + in_sigmas(smallest, stable if below else optimum, "V"),
             _weak_advice(subject, smallest),
-            key,
+            "coil.turns" if subject.spec.readout.drive_code is None else CODE_KEY,
             smallest.value,
             stable if below else optimum,
             "V",
@@ -75,7 +79,7 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
         )
     elif smallest is not None:
         hint = f"measure the amplitude of the first boards{_other_code(_code(subject, smallest) + 1, 'stronger')}"
-        yield from near_limit(smallest, optimum, "V", "amplitude", hint, key)
+        yield from near_limit(smallest, optimum, "V", "amplitude", hint, CODE_KEY)
     yield from _bare_coil_amplitude(subject)
 
 
@@ -132,7 +136,7 @@ def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
         f"before assembly the bare coil {worst.coil} would swing {show(swing, 'V', 3)} peak with drive code "
         f"{_code(subject, worst)}, which is chosen for the assembled sensor",
         f"to test a bare board, use drive code {_careful_code(worst)}",
-        "readout",
+        "coil",
         swing,
         ldc1614.limit("amplitude_max"),
         "V",
@@ -155,7 +159,7 @@ def _high_current_amplitude(subject: Subject) -> Iterator[Verdict]:
             f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
             f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
             "measure the amplitude at the converter's pins before trusting a reading",
-            "readout",
+            "coil.turns",
             least if too_weak else most,
             ldc1614.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
             "V",

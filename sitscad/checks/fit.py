@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import islice
 
 from sitscad.checks.bend import bend_figure
-from sitscad.checks.changes import first_that_mends, named, narrower, other_ends
+from sitscad.checks.changes import calmer_tail, first_that_mends, in_vain, named, narrower, other_ends
 from sitscad.checks.fabrication import house, source_of
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
@@ -190,6 +190,7 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
             2.0 if tail.layers > 2 else 1.0,
             "copper layers",
             Severity.ERROR if tail.layers > 2 else Severity.WARNING,
+            advice=lambda left: _calmer(subject, left),
         )
     figure = bend_figure(subject)
     if figure is None:
@@ -213,6 +214,15 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
             Severity.NOTE if tail.bend == "static" and tail.layers <= 2 else Severity.WARNING,
             source_of(subject, field),
         )
+
+
+def _calmer(subject: Subject, left: Left) -> str:
+    """One copper layer through the hinge, or a bend made once: those that are possible."""
+    changes = list(calmer_tail(subject.spec))
+    found = [change for change in changes if not left(change.spec)]
+    if found:
+        return f"{named(found)} mends it (it was tried)"
+    return f"one copper layer through the hinge, or a bend made once: {in_vain(changes, left)}"
 
 
 def shield_gap(subject: Subject) -> Iterator[Verdict]:

@@ -98,11 +98,10 @@ class Subject:
         return keys.get(self.spec.array.pattern, "array.pitch")
 
     def drawn(self, changed: SensorSpec) -> Subject:
-        """A changed design, drawn anew unless only its readout is another; nothing is advised where room is lacking."""
+        """A changed design, drawn anew unless the board stays as it is; nothing is advised where room is lacking."""
         from sitscad.layout import lay_out
 
-        now = self.spec
-        if replace(changed, readout=now.readout) == now and changed.readout.chip == now.readout.chip:
+        if _board(changed) == _board(self.spec):
             return Subject(changed, replace(self.layout, spec=changed))
         return Subject(changed, lay_out(changed, advised=False))
 
@@ -114,6 +113,11 @@ class Subject:
         from sitscad.estimates import estimate
 
         return Subject(self.spec, self.layout, estimate(self.layout, temperature=ROOM_TEMPERATURE))
+
+
+def _board(spec: SensorSpec) -> tuple[object, ...]:
+    """All that a board is drawn from."""
+    return spec.coil, spec.array, spec.fpc, spec.readout.chip
 
 
 @record
@@ -225,10 +229,15 @@ def named(rule: Rule, complaint: Complaint) -> Finding:
 
 
 def located(finding: Finding, spec: SensorSpec) -> Finding:
-    """The finding with line and column of its key in the spec's text; a key that is not there is named in the hint."""
+    """The finding with line and column of its key in the spec's text; a key that is not there is named in the hint.
+
+    One in a section that the spec leaves out points at the spec's end, where the section can be added.
+    """
     if finding.line is not None:
         return finding
-    line, column = spec.source.locate(finding.key)
+    section, source = (finding.key or "").partition(".")[0], spec.source
+    is_left_out = source.text and section and section not in source.keys
+    line, column = (len(source.text.rstrip().splitlines()), 1) if is_left_out else source.locate(finding.key)
     missing = spec.source.absent(finding.key)
     if missing is None or f"add {missing}" in finding.hint:
         return replace(finding, line=line, column=column)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from sitscad.checks.changes import first_that_mends, in_vain, larger_target, stiffer_pad, thicker_target, tried
 from sitscad.checks.fit import ROUNDING, pad_of
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
+from sitscad.readout import ldc1614
 from sitscad.units import show
 
 MU_0 = 4e-7 * math.pi
@@ -49,13 +51,21 @@ def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
             if nominal.strain > elastomer.VALID_STRAIN
             else ""
         ),
-        f"{_stiffer(subject, force)}a larger {'target' if nominal.loaded_share < WHOLE else 'or thinner pad'} gives "
-        "way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times",
+        _otherwise(nominal),
         "elastomer.material",
         judged,
         limit,
         None,
         Severity.ERROR if is_error else Severity.WARNING,
+        advice=lambda left: _stiffer(subject, force, left) + _otherwise(nominal),
+    )
+
+
+def _otherwise(nominal: elastomer.Compression) -> str:
+    """What else makes a pad give way less, and what to be sure of first."""
+    larger = "target" if nominal.loaded_share < WHOLE else "or thinner pad"
+    return (
+        f"a larger {larger} gives way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times"
     )
 
 
@@ -100,7 +110,19 @@ def target_thickness(subject: Subject) -> Iterator[Verdict]:
             1.0 if is_error else 3.0,
             "skin depths",
             Severity.ERROR if is_error else Severity.WARNING,
+            advice=lambda left: _thicker(subject, 3.0 * depth, left),
         )
+
+
+def _thicker(subject: Subject, thickness: float, left: Left) -> str:
+    """A target of three skin depths; a higher frequency only where the converter follows it."""
+    change, low = thicker_target(subject.spec, thickness), subject.estimates
+    top = max((state.frequency or 0.0 for coil in low.coils for state in coil.states.values()), default=0.0)
+    target = subject.spec.target
+    assert target is not None
+    faster = (thickness / target.thickness) ** 2  # a skin depth falls with the square root of the frequency
+    higher = ", or a higher frequency" if faster * top <= ldc1614.limit("sensor_frequency_max") else ""
+    return f"{change.words} or more {tried(change, left)}: 3 skin depths stop 95 %{higher}"
 
 
 def target_proportions(subject: Subject) -> Iterator[Verdict]:
@@ -109,6 +131,10 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
     assert target is not None
     pitch = array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
     coil = _largest_coil(subject)
+
+    def advice(left: Left) -> str:
+        return _proportioned(subject, pitch, coil, left)
+
     if pitch and abs(target.size[0] / pitch - 1.0) > TARGET_LENGTH_TOLERANCE:
         yield Complaint(
             f"the target is {show(target.size[0], 'm')} long, the coils' centres are {show(pitch, 'm')} apart",
@@ -117,6 +143,7 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
             target.size[0],
             pitch,
             "m",
+            advice=advice,
         )
     ways = (("wide", 1),) if pitch else (("long", 0), ("wide", 1))
     for word, axis in ways:
@@ -129,6 +156,7 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
                 target.size[axis],
                 coil[axis],
                 "m",
+                advice=advice,
             )
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
@@ -136,6 +164,19 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
             "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
             "coil feels where a normal force is required)"
         )
+
+
+def _proportioned(subject: Subject, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
+    """A target as long as two coils are apart and as wide as one, or as large as a coil, in words."""
+    target = subject.spec.target
+    assert target is not None
+    length = pitch or max(target.size[0], coil[0])
+    changes = list(larger_target(subject.spec, length, max(target.size[1], coil[1])))
+    found = first_that_mends(changes, left)
+    what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
+    if found is not None:
+        return f"{found.words} (it was tried): {what}"
+    return f"a target {what}: {in_vain(changes[:1], left)}"
 
 
 def _largest_coil(subject: Subject) -> tuple[float, float]:
@@ -259,7 +300,7 @@ def _softest(sigma: float) -> float:
     return max(0.05, 1.0 - sigma)
 
 
-def _stiffer(subject: Subject, force: float) -> str:
+def _stiffer(subject: Subject, force: float, left: Left) -> str:
     """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it."""
     pad, face = pad_of(subject), _loaded(subject)
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
@@ -267,13 +308,14 @@ def _stiffer(subject: Subject, force: float) -> str:
     # Ea is proportional to G until the bulk modulus counts: 1/Ea = 1/(k G) + 1/B, so G = 1 / (k (1/Ea - 1/B)).
     stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, face.round)
     slope = elastomer.apparent_modulus(elastomer.shape_factor(*size, face.round), 1.0)
-    left = 1.0 / (stiffness * slope) - 1.0 / pad.material.bulk_modulus
-    if left <= 0.0:
+    compliance = 1.0 / (stiffness * slope) - 1.0 / pad.material.bulk_modulus
+    if compliance <= 0.0:
         return ""
-    wanted = _rounded_up(1.0 / (slope * left) / _softest(sigma))
+    wanted = _rounded_up(1.0 / (slope * compliance) / _softest(sigma))
+    change = stiffer_pad(subject.spec, wanted)
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    return f"a shear modulus of {show(wanted, 'Pa', 3)} or more{known} {result}; "
+    return f"{change.words}{known} {result} {tried(change, left)}; "
 
 
 def _rounded_up(value: float) -> float:

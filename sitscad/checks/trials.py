@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from sitscad.checks.rules import Outcome, Rule, Subject, located, outcomes
-from sitscad.finding import Finding, Severity
+from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.spec.sensor import SensorSpec
 
 _Place = tuple[str, str | None]
@@ -17,10 +17,15 @@ _Place = tuple[str, str | None]
 
 
 class Trials:
-    """Tries changes of a design. ``rules`` are all rules, ``said`` what they say of the design as it stands."""
+    """Tries changes of a design. ``rules`` are all rules, ``said`` what they say of the design as it stands, and
+    ``undecided`` those that could not be applied to it, or not wholly.
+    """
 
-    def __init__(self, subject: Subject, rules: Sequence[Rule], said: Iterable[Outcome]) -> None:
+    def __init__(
+        self, subject: Subject, rules: Sequence[Rule], said: Iterable[Outcome], undecided: Iterable[NotChecked] = ()
+    ) -> None:
         self._subject, self._rules = subject, rules
+        self._undecided = {one.rule for one in undecided}
         self._errors = _errors(said)
         self._known: list[tuple[SensorSpec, frozenset[_Place], Counter[str]]] = []
 
@@ -33,15 +38,16 @@ class Trials:
         return located(replace(finding, hint=hint, line=None, column=None), self._subject.spec)
 
     def _left(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...]:
-        """What a changed design breaks: the rule itself if it still complains of the same key or could not be applied,
-        others of which the same key is still an error, and every rule with more errors.
+        """What a changed design breaks: the rule itself if it still complains of the same key or cannot be applied any
+        more, others of which the same key is still an error, and every rule with more errors.
         """
         known = next((entry for entry in self._known if entry[0] == changed), None)
         if known is None:
             known = changed, *self._tried(changed)
             self._known.append(known)
         _, complaining, new = known
-        is_left = {(finding.rule, finding.key), (finding.rule, None)} & complaining
+        unknown = set() if finding.rule in self._undecided else {(finding.rule, None)}
+        is_left = {(finding.rule, finding.key), *unknown} & complaining
         same_key = {rule for rule, key in complaining if key == finding.key and self._errors[rule]}
         return tuple(sorted({*new, *same_key, *({finding.rule} if is_left else ())}))
 

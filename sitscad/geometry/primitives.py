@@ -63,6 +63,8 @@ class Primitives:
     def boxes(self) -> Floats:
         """Bounding boxes (n, 4): x_min, y_min, x_max, y_max; for arcs of ends and every axis crossing."""
         low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
+        if not np.any(self.radius > 0.0):
+            return np.hstack([low, high])
         for quarter, (axis, sign) in enumerate(((0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0))):
             reached = (self.radius > 0.0) & within_sweep(quarter * np.pi / 2.0, self.angle, self.sweep)
             extreme = self.centre[:, axis] + sign * self.radius

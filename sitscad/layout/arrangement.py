@@ -20,14 +20,13 @@ from sitscad.layout.routing import Routing, boards, front_of, in_line, route_fre
 from sitscad.layout.stiffening import stiffener
 from sitscad.layout.tail import (
     CORNER_RADIUS,
-    Run,
     TailFrame,
     connector_of,
     first_via,
     frame,
-    runs,
     turn_begin,
 )
+from sitscad.layout.tail_tracks import Run
 from sitscad.layout.turn import course, turned
 from sitscad.layout.wound_coils import WoundCoil, wind_all
 from sitscad.record import record
@@ -78,20 +77,21 @@ def _attempt(spec: SensorSpec, patience: Patience) -> _Attempt:
         routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, patience)
         if routing is None:
             findings.append(room.no_way_for_leads(spec))
+        elif not _tail_is_clear(spec, routing):
+            findings.append(room.no_tail_room(spec, routing.tail))
+            routing = None
     if routing is None:
         half_width = boards(spec, bus)[0][1]
         tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
         return _Attempt(wound, None, bus, tail, half_width, tuple(findings))
-    if not _tail_is_clear(spec, routing):
-        findings.append(room.no_tail_room(spec, routing.tail))
     return _Attempt(wound, routing, routing.bus, routing.tail, routing.half_width, tuple(findings))
 
 
 def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
     """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
     board = Obstacles(spec.fpc.rules, routing.bus.spacing)
-    for way, lane in zip(routing.escapes, routing.lanes, strict=True):
-        for run in runs(spec, routing.bus, routing.tail, lane, way.entries):
+    for both in routing.ends:
+        for run in both:
             tracks = [piece for piece in run.pieces if isinstance(piece, Track)]
             holes = [piece for piece in run.pieces if isinstance(piece, Hole)]
             if not board.admits(tracks, holes):
@@ -106,7 +106,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
     pads, capacitors = [], []
     for index, (placement, coil) in enumerate(zip(spec.array.placements, wound, strict=True)):
         way = routing.escapes[index] if routing else None
-        ends = runs(spec, bus, tail, routing.lanes[index], way.entries) if routing and way else None
+        ends = routing.ends[index] if routing else None
         series = _series(spec, placement.name, coil, way, ends)
         coils.append(Coil(placement, placement.name, coil.windings, series, way is not None and way.lead_b is not None))
         pads += [run.pad for run in ends] if ends else []

@@ -204,17 +204,27 @@ class _StubRoom:
         """Whether a stub keeps the wanted distance where it is well off its turn's end, the asked one everywhere."""
         turns, points = self.points[end.layer], _spread(corners)
         off = np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * self.wanted
-        if off.any() and _squares(turns, points[off]).min() < (self.wanted - ROUNDING) ** 2:
+        if off.any() and _nearer(turns[_beside(turns, points[off], self.wanted)], points[off], self.wanted).any():
             return False
         steps = np.hypot(*np.diff(points, axis=0, prepend=[end.point]).T)
-        way = self.ways[end.layer][:, None] + np.cumsum(steps)[~off]
-        near = _squares(turns, points[~off]) < (self.asked - ROUNDING) ** 2
-        return not np.any(near & (way >= ALONG * self.asked))
+        beside = _beside(turns, points[~off], self.asked)
+        way = self.ways[end.layer][beside, None] + np.cumsum(steps)[~off]
+        return not np.any(_nearer(turns[beside], points[~off], self.asked) & (way >= ALONG * self.asked))
 
 
-def _squares(one: Array, other: Array) -> Array:
-    """Squared distances (n, m) of points."""
-    return np.asarray(np.square(one[:, :1] - other[:, 0]) + np.square(one[:, 1:] - other[:, 1]))
+def _beside(points: Array, others: Array, reach: float) -> NDArray[np.intp]:
+    """Which points lie in the box round others, grown by a reach (m): only they can be as near as that."""
+    if not len(others):
+        return np.empty(0, dtype=np.intp)
+    low, high = others.min(axis=0) - reach, others.max(axis=0) + reach
+    x, y = points.T
+    return np.flatnonzero((x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]))
+
+
+def _nearer(one: Array, other: Array, distance: float) -> NDArray[np.bool_]:
+    """Which points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
+    squares = np.square(one[:, :1] - other[:, 0]) + np.square(one[:, 1:] - other[:, 1])
+    return np.asarray(squares < (distance - ROUNDING) ** 2)
 
 
 def _candidates(ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: Hole) -> Iterator[InnerJoin]:

@@ -60,19 +60,23 @@ def not_in_line(spec: SensorSpec) -> Finding:
 
 def no_tail_room(spec: SensorSpec, tail: TailFrame) -> Finding:
     """The tracks to the contacts come too near each other."""
-    contacts = tail.connector
+    contacts, rules = tail.connector, spec.fpc.rules
+    needed = rules.trace_width + rules.trace_spacing
+    missing = needed - contacts.pitch
+    asks = f": {rules.name} asks {needed * 1e6:g} um from track to track" if missing > 0.0 else ""
     return Finding(
         rule="SIT119",
         name="tail-room",
         severity=Severity.ERROR,
         message=f"the tracks of {len(spec.array.placements)} coils come too near each other on their way to the "
         f"contacts of {contacts.name} (pitch {contacts.pitch * 1e3:g} mm, {(tail.end - tail.start) * 1e3:.1f} mm of "
-        "tail)",
-        hint="a connector of wider pitch, fewer coils on one tail, or a longer tail",
+        f"tail){asks}",
+        hint="a connector of wider pitch" + ("" if asks else ", fewer coils on one tail, or a longer tail"),
         key="fpc.tail.connector" if spec.fpc.tail else "fpc",
         measured=contacts.pitch,
+        limit=needed if asks else None,
         unit="m",
-        source=f"via pad and spacing of the rules {spec.fpc.rules.name}",
+        source=f"{'trace' if asks else 'via pad'} and spacing of the rules {rules.name}",
     )
 
 

@@ -15,7 +15,8 @@ from sitscad.layout.escape import Escape, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.patience import TRIALS_OF_A_WAVE, Patience
 from sitscad.layout.ring import Ring
-from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height, stretched
+from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height
+from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
 from sitscad.layout.wound_coils import WoundCoil
 from sitscad.record import record
 from sitscad.spec.presets import connector
@@ -27,11 +28,13 @@ if TYPE_CHECKING:
 
 @record
 class Routing:
-    """One complete answer of the search: an escape for every coil, on a board of some half width."""
+    """One complete answer of the search, on a board of some half width: for every coil an escape, and from where that
+    ends both conductors to their contacts.
+    """
 
     bus: Bus
-    lanes: tuple[Lane, ...]
     escapes: tuple[Escape, ...]
+    ends: tuple[tuple[Run, Run], ...]
     half_width: float
     tail: TailFrame
 
@@ -150,7 +153,10 @@ def _routing(
 ) -> Routing:
     """The finished routing, on a tail long enough for it."""
     ways = tuple(escapes[i] for i in range(len(lanes)))
-    return Routing(bus, lanes, ways, half_width, stretched(spec, bus, tail, lanes, [way.entries for way in ways]))
+    down = ways_down(spec, bus, tail, lanes, [way.entries for way in ways])
+    long = stretched(spec, bus, tail, down)
+    ends = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
+    return Routing(bus, ways, ends, half_width, long)
 
 
 def _lead_out(

@@ -6,9 +6,8 @@ import math
 from dataclasses import replace
 from functools import cached_property
 
-from sitscad.geometry.path import Path, Point, polyline, rounded
-from sitscad.layout.board import Pad
-from sitscad.layout.clearance import Hole, Track, hole_keep_out
+from sitscad.geometry.path import Path, Point, rounded
+from sitscad.layout.clearance import Hole, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.layout.taper import SAME, Taper
 from sitscad.layout.turn import turn_length
@@ -43,6 +42,7 @@ class TailFrame:
     """Where the tail lies (m), before it is turned: its start and end along x, its half width, its connector.
 
     ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
+    Leads come with ``lead_width`` and draw together as necks of ``neck_width``, no wider than their lanes allow.
     ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias or capacitors
     (``chip``) need more; ``outer_contact`` is the height of the outermost contact's middle.
     """
@@ -59,13 +59,14 @@ class TailFrame:
     inner_radius: float
     end_gap: float
     trace_width: float
+    lead_width: float
     neck_width: float
     fan_pitch: float
     edge: float
     chip: Chip | None = None
     turn: float = 0.0
-    outermost: float = 0.0
-    """How far from the axis (m) the outermost of the pairs enters the funnel that part in it."""
+    wait: float = 0.0
+    """How much later (m) than the innermost the outermost lane bends, for which the body's end leaves room."""
     covered: float = 0.0
     """How far (m) a via at the contacts keeps from an opening of the coverlay, beyond `CAP`."""
     chip_room: float = CHIP_ROOM
@@ -86,7 +87,7 @@ class TailFrame:
         """From the body to the tail; where its first corner is the outer one, a lead bends there and keeps its distance
         from the rounding.
         """
-        shoulder = self.edge + self.neck_width / 2
+        shoulder = self.edge + self.lead_width / 2
         return Taper(self.body_end, self.start, self.body_half_width, self.half_width, self.inner_radius, shoulder)
 
     @cached_property
@@ -149,23 +150,6 @@ def both_edges(lower: list[tuple[Point, float]]) -> Path:
     return rounded([point for point, _ in corners], [radius for _, radius in corners])
 
 
-@record
-class Run:
-    """One conductor from the funnel to its contact, in that direction: the lead's last track, down to its lane in the
-    tail; the tail's own tracks and holes; the contact; a capacitor's pad.
-    """
-
-    neck: Track
-    lane: tuple[Track | Hole, ...]
-    pad: Pad
-    chip_pad: Pad | None = None
-
-    @property
-    def pieces(self) -> tuple[Track | Hole, ...]:
-        """All tracks and holes."""
-        return (self.neck, *self.lane)
-
-
 def connector_of(spec: SensorSpec, solder_pads: Connector) -> Connector:
     """The tail's connector, or plain solder pads at the outline where there is no tail."""
     return spec.fpc.tail.connector if spec.fpc.tail else solder_pads
@@ -184,7 +168,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     slack = STAGGER * (edge + bus.width / 2)
     stagger = STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0))
     narrows = half_width < body_half_width
-    body_end = front + slack + max(0.0, stagger) if narrows else front
+    wait = max(0.0, stagger)
+    body_end = front + slack + wait if narrows else front
     funnel = front if narrows else front + slack
     inner, outer = max(CORNER_RADIUS, spec.fpc.rules.inside_radius), edge + bus.width / 2
     taper = Taper(body_end, body_end + abs(body_half_width - half_width), body_half_width, half_width, inner, outer)
@@ -193,7 +178,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     turn = turn_length(spec.fpc.tail, half_width)
     laid = TailFrame(
         connector, body_end, funnel, start, start, body_half_width, half_width, plug, outer_contact, inner, end_gap,
-        width, bus.width, fan, edge, chip_of(spec, bus), turn, 0.0, _covered(spec), _chip_room(spec),
+        width, bus.width, _neck_width(spec, bus, fan, half_width), fan, edge, chip_of(spec, bus), turn, wait,
+        _covered(spec), _chip_room(spec),
     )  # fmt: skip
     needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
     if turn:
@@ -257,6 +243,17 @@ def _tail_trace_width(spec: SensorSpec, bus: Bus, connector: Connector) -> float
     return max(spec.fpc.rules.trace_width, widest)
 
 
+def _neck_width(spec: SensorSpec, bus: Bus, fan: float, half_width: float) -> float:
+    """Of the tracks that come down to their lanes (m): the leads' own, as far as their neighbours there and the tail's
+    edge allow.
+    """
+    rules, lanes = spec.fpc.rules, 2.0 * fan if bus.is_stacked else fan
+    beside = (
+        half_width - rules.copper_to_edge - (contact_height(fan, 2 * len(spec.array.placements), 1) - (lanes - fan) / 2)
+    )
+    return min(bus.width, max(rules.trace_width, min(lanes - bus.spacing, 2.0 * beside)))
+
+
 def _fan_length(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
     """Length (m) in which a stacked pair parts, changes layer and reaches the contacts, or a flat pair widens."""
     pad, pitch = spec.fpc.rules.via_pad, fan_pitch(spec, bus, connector)
@@ -275,7 +272,7 @@ def pair_height(spec: SensorSpec, tail: TailFrame, lane: Lane) -> float:
     return (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
 
 
-def _parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+def parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
     """Where along x the two tracks of a stacked pair part, or a flat pair must have reached its lanes."""
     if not bus.is_stacked:
         return tail.pad_start - CAP
@@ -284,134 +281,10 @@ def _parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
 
 def turn_begin(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
     """Where along x the turn begins; on a straight tail, where the pairs must have come down to their lanes."""
-    parting = _parting(spec, bus, tail)
+    apart = parting(spec, bus, tail)
     if not tail.turn:
-        return parting
-    return min(parting, tail.end - tail.connector.stiffener_length) - CAP - tail.turn
-
-
-def stretched(
-    spec: SensorSpec, bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[tuple[Point, Point]]
-) -> TailFrame:
-    """The tail, made longer where the pairs, entering at these points, would come down to their lanes too late."""
-    heights = [abs(pair_height(spec, tail, lane)) for lane in lanes]
-    outwards = [abs(e.y) for ends, height in zip(entries, heights, strict=True) for e in ends if abs(e.y) <= height]
-    tail = replace(tail, outermost=max(outwards, default=0.0))
-    limit = turn_begin(spec, bus, tail)
-    late = max(0.0, tail.start + tail.taper.reach_beyond - limit) if tail.turn else 0.0
-    for lane, ends in zip(lanes, entries, strict=True):
-        for entry in ends:
-            _, foot = _descent(bus, tail, entry, pair_height(spec, tail, lane))
-            late = max(late, foot.x + tail.fan_pitch / 2 - limit)
-    return replace(tail, end=tail.end + late)
-
-
-def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entries: tuple[Point, Point]) -> tuple[Run, Run]:
-    """Both conductors (A, B) of one coil from where they enter the funnel to their contacts."""
-    contacts = 2 * len(spec.array.placements)
-    first = 2 * lane.rank + 1
-    heights = (contact_height(tail.fan_pitch, contacts, first), contact_height(tail.fan_pitch, contacts, first + 1))
-    if bus.is_stacked:
-        middle = (heights[0] + heights[1]) / 2
-        return (
-            _stacked_run(spec, bus, tail, lane, entries[0], middle, heights[0], first, "A"),
-            _stacked_run(spec, bus, tail, lane, entries[1], middle, heights[1], first + 1, "B"),
-        )
-    upper_is_a = entries[0].y >= entries[1].y
-    numbers = (first, first + 1) if upper_is_a else (first + 1, first)
-    return (
-        _flat_run(spec, bus, tail, lane, entries[0], numbers[0], "A"),
-        _flat_run(spec, bus, tail, lane, entries[1], numbers[1], "B"),
-    )
-
-
-def _descent(bus: Bus, tail: TailFrame, entry: Point, height: float) -> tuple[Path, Point]:
-    """The neck from the funnel's beginning to where its track may widen on the tail lane.
-
-    Bends are staggered so that neighbours keep their distance, and a track widens only where its neighbour has gone.
-    """
-    inwards = abs(height) < abs(entry.y)
-    behind = abs(entry.y) - lane_height(bus, 0) if inwards else tail.outermost - abs(entry.y)
-    bend = Point(tail.funnel + STAGGER * max(0.0, behind), entry.y)
-    foot = Point(bend.x + abs(height - entry.y), height)
-    widens = foot.shifted(tail.fan_pitch, 0.0)
-    return polyline([entry, bend, foot, widens]), widens
-
-
-def _stacked_run(
-    spec: SensorSpec,
-    bus: Bus,
-    tail: TailFrame,
-    lane: Lane,
-    entry: Point,
-    middle: float,
-    height: float,
-    number: int,
-    end: str,
-) -> Run:
-    neck, foot = _descent(bus, tail, entry, middle)
-    contacts = 2 * len(spec.array.placements)
-    pad = _contact(spec, tail, lane, contact_height(tail.connector.pitch, contacts, number), number, end)
-    via_x = tail.fan_end - spec.fpc.rules.via_pad / 2 - CAP
-    part = Point(_parting(spec, bus, tail), middle)
-    joint = Point(part.x + abs(height - middle), height)
-    layer = bus.layers[0] if end == "A" else bus.layers[1]
-    lead = Track(neck, bus.width, layer)
-    chip_pad = _chip_pad(tail, lane, height, end)
-    if end == "A":
-        pieces = _past_chip(tail, layer, [foot, part, joint], chip_pad, _squeezed(tail, height, pad))
-        return Run(lead, tuple(pieces), pad, chip_pad)
-    hole = Hole(Point(via_x, height), spec.fpc.rules.via_pad, spec.fpc.rules.via_drill)
-    pieces = [
-        Track(polyline([foot, part, joint, hole.centre]), tail.trace_width, layer),
-        hole,
-        *_past_chip(tail, pad.layer, [hole.centre], chip_pad, _squeezed(tail, height, pad)),
-    ]
-    return Run(lead, tuple(pieces), pad, chip_pad)
-
-
-def _past_chip(
-    tail: TailFrame, layer: int, before: list[Point], pad: Pad | None, after: list[Point]
-) -> list[Track | Hole]:
-    """A track, broken in the middle of the capacitor's pad that it passes, if there is one."""
-    if pad is None:
-        return [Track(polyline([*before, *after]), tail.trace_width, layer)]
-    ways = ([*before, pad.centre], [pad.centre, *after])
-    return [Track(polyline(way), tail.trace_width, layer) for way in ways]
-
-
-def _chip_pad(tail: TailFrame, lane: Lane, height: float, end: str) -> Pad | None:
-    """The capacitor's pad on a track that comes along at a height."""
-    if tail.chip is None:
-        return None
-    reference, number = f"CT{lane.placement.name.removeprefix('C')}", 1 if end == "A" else 2
-    size, centre = (tail.chip.pad_across, tail.chip.pad_along), Point(tail.chip_centre, height)
-    return Pad(centre, size, 1, lane.placement.name, f"{reference}.{number}", number, reference)
-
-
-def _squeezed(tail: TailFrame, height: float, pad: Pad) -> list[Point]:
-    """The rest of a track that comes along at a height: to its contact, drawn together with the others if need be."""
-    aside = abs(height - pad.centre.y)
-    if aside < 1e-9:
-        return [pad.centre]
-    begin = Point(tail.squeeze_start, height)
-    return [begin, Point(begin.x + aside, pad.centre.y), pad.centre]
-
-
-def _flat_run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entry: Point, number: int, end: str) -> Run:
-    contacts = 2 * len(spec.array.placements)
-    height = contact_height(tail.connector.pitch, contacts, number)
-    neck, foot = _descent(bus, tail, entry, height)
-    pad = _contact(spec, tail, lane, height, number, end)
-    wide = Track(polyline([foot, pad.centre]), tail.trace_width, bus.layers[0])
-    return Run(Track(neck, bus.width, bus.layers[0]), (wide,), pad)
-
-
-def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, number: int, end: str) -> Pad:
-    size = (tail.connector.contact_length, tail.connector.contact_width)
-    centre = Point(tail.pad_start + size[0] / 2, height)
-    name = lane.placement.name
-    return Pad(centre, size, 1, name, f"{name}.{end}", number)
+        return apart
+    return min(apart, tail.end - tail.connector.stiffener_length) - CAP - tail.turn
 
 
 def first_via(spec: SensorSpec, tail: TailFrame) -> float:

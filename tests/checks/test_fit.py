@@ -120,11 +120,12 @@ def test_elastomer_strain(modulus, sigma, severity, limit, judge, design):
 
 @pytest.mark.parametrize("bulk_modulus", [1.5e9, 3e6])
 @pytest.mark.parametrize(("modulus", "sigma"), [(30e3, 0.0), (61e3, 0.35), (25e3, 0.7), (40e3, 1.5)])
-def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus, judge, design):
+def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus, judge, advised, design):
     """The hint, followed to its last digit, is enough; a hundredth less is not."""
     spec = design()
     soft = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma, bulk_modulus=bulk_modulus)
-    (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=soft)))
+    (found,) = advised("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=soft)))
+    assert "(it was tried)" in found.hint
     number, unit = re.search(r"shear modulus of ([\d.]+) ([kM]?Pa)", found.hint).groups()
     wanted = parse_quantity(f"{number} {unit}", "pressure")
     for factor, count in ((1.0, 0), (0.98, 1)):

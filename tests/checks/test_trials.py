@@ -13,8 +13,8 @@ from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
 
 NAMED = re.compile(
-    r"((?:coil|fpc|readout)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
-    r"(?= with | and |;|,| instead| is enough| mends| makes| fits| leaves| \(|$)"
+    r"((?:coil|fpc|readout|target|elastomer)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
+    r"(?= with | and | or |;|,| instead| is enough| mends| makes| fits| leaves| \(|$)"
 )
 
 
@@ -32,7 +32,7 @@ def written(document, key, value):
 def alternatives(hint):
     """What a hint says was tried and mends: lists of keys and values to be written together."""
     promised, tried, _ = re.sub(r"\(tried[^)]*(\([^)]*\)[^)]*)*\)", "", hint).partition("(it was tried)")
-    parts = re.split(r"; or |; ", promised) if tried else []
+    parts = re.split(r"; or |; ", promised.strip()) if tried else []
     return [NAMED.findall(part) for part in parts if NAMED.findall(part)]
 
 
@@ -44,10 +44,10 @@ def errors(findings):
     return [f.rule for f in findings if f.severity is Severity.ERROR]
 
 
-def followed(document):
-    """Every alternative of every hint followed: rule, what was written, and what is then wrong."""
+def followed(document, only=None):
+    """Every alternative of every hint (of `only` one rule) followed: rule, what was written, and what is then wrong."""
     found = check(load_text(json.dumps(document), "spec.yaml")).findings
-    for finding in complaints(found):
+    for finding in (f for f in complaints(found) if only in (None, f.rule)):
         for changes in alternatives(finding.hint):
             changed = document
             for key, value in changes:
@@ -104,6 +104,71 @@ def test_what_a_hint_says_was_tried_mends_the_finding_when_it_is_written(name):
     tried = list(followed(document))
     assert rules <= {rule for rule, _, _ in tried}
     assert [entry for entry in tried if entry[2]] == []
+
+
+THIN = design(
+    "circle", 4.5, 9, 2, 80, 80, "generic-fine", array={"pattern": "line", "count": 2, "pitch": 6},
+    target={"shape": "rectangle", "size": [4, 4], "thickness": "25 um"},
+    elastomer={"material": "dragon-skin-10", "shape": "rectangle", "size": [5, 4.6], "thickness": 1},
+)  # fmt: skip
+"""A target too thin, too short and too narrow, on a pad that is too small for the one that it should be."""
+
+
+def test_a_target_that_is_mended_stays_on_its_elastomer():
+    size = [("target.size", "[6, 4.5]"), ("elastomer.size", "[6, 4.6]")]
+    assert list(followed(THIN, "SIT306")) == [("SIT306", size, [])] * 2
+    changed = THIN
+    for key, value in size:
+        changed = written(changed, key, value)
+    found = check(load_text(json.dumps(changed), "spec.yaml")).findings
+    assert "SIT307" not in {f.rule for f in found}
+
+
+def test_a_thicker_target_was_tried():
+    tried = list(followed(THIN, "SIT305"))
+    assert [rule for rule, _, _ in tried] == ["SIT305"] and tried[0][2] == []
+
+
+def test_a_stiffer_pad_was_tried(judge):
+    """The modulus that bears the force is named with what then fails, if anything does."""
+    soft = {**THIN, "requirements": {"normal_force": "10 N"}}
+    (found,) = [f for f in check(load_text(json.dumps(soft), "spec.yaml")).findings if f.rule == "SIT304"]
+    assert re.search(
+        r"a shear modulus of [\d.]+ kPa or more,.* \((it was tried|tried, but .* fails? then)\)", found.hint
+    )
+
+
+@pytest.mark.parametrize(
+    ("array", "named"),
+    [
+        ({"pattern": "line", "count": 2, "pitch": 6}, ["fpc.tail.layers: 1", "fpc.tail.bend: static"]),
+        ({"pattern": "grid", "count": [2, 2], "pitch": 6}, ["fpc.tail.bend: static"]),
+    ],
+)
+def test_a_tail_bent_at_every_grasp_is_told_what_its_array_allows(array, named):
+    """Coils in rows are led out on two layers: one layer through the hinge would leave them without leads (SIT118)."""
+    document = design("circle", 4.5, 9, 2, 80, 80, "generic-fine", array=array)
+    document["fpc"] = {**document["fpc"], "tail": {**TAIL, "bend": "dynamic"}}
+    tried = list(followed(document, "SIT308"))
+    assert [f"{key}: {value}" for _, changes, _ in tried for key, value in changes] == named
+    assert [entry for entry in tried if entry[2]] == []
+
+
+def test_what_does_not_mend_is_summed_up_in_a_line():
+    """Every try spelled out made the longest hint of all templates."""
+    found = check(load_text(templates.read("grasper_3p5mm"), "spec.yaml")).findings
+    (hint,) = [f.hint for f in found if f.rule == "SIT203"]
+    assert "tried up to coil.turns: 8 and coil.layers: 6" in hint and "SIT112 fail" in hint and len(hint) < 360
+
+
+@pytest.mark.parametrize("text", ["", "readout: {scan_rate: 100 Hz}\n"])
+def test_a_drive_code_that_is_chosen_points_at_what_swings_and_names_the_key(text):
+    """Where the spec has no readout there is no place to point to; line 1 says nothing."""
+    spec = "sitscad: 1\nname: one\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, " \
+           "trace_width: 100 um, trace_spacing: 100 um}\n" + text  # fmt: skip
+    found = [f for f in check(load_text(spec, "spec.yaml")).findings if f.rule == "SIT204"]
+    assert found and all(f.line in (3, 4) for f in found)
+    assert all("add readout.drive_code" in f.hint for f in found if f.key == "readout.drive_code")
 
 
 RACETRACK = design(
