@@ -169,7 +169,8 @@ def more_copper(spec: SensorSpec, factor: float, left: Left) -> str:
         return "no more of either fit into this outline: a larger coil or a finer pitch"
     most = " and ".join(changes[-1].words for changes in families if changes)
     broken = tuple(sorted({rule for changes in families for change in changes for rule in left(change.spec)}))
-    return f"more do not in this outline (tried up to {most}: {fail(broken)}); a larger coil or a finer pitch may"
+    vain = f"tried up to {most}: {fail(broken)}"
+    return f"in this outline more of them do not mend it ({vain}); a larger coil or a finer pitch may"
 
 
 def calmer_tail(spec: SensorSpec) -> Iterator[Change]:

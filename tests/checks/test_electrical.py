@@ -110,6 +110,19 @@ def test_amplitude_too_high_and_too_low(judge, design, estimates) -> None:
     assert (stops.severity, stops.limit) == (Severity.ERROR, 0.6)
 
 
+@pytest.mark.parametrize("readout", [None, {"device": "ldc1614"}])
+def test_a_chosen_drive_code_points_where_it_helps(readout, judge, design, estimates) -> None:
+    """At the turns where no drive is strong enough; else at the section that takes a code, or the end, and names it."""
+    spec = design(readout=readout)
+    lines = spec.source.text.splitlines()
+    clamps = judge("SIT204", spec, None, estimates(spec, drive_code=30))[0]
+    assert clamps.key == "readout.drive_code" and "add readout.drive_code" in clamps.hint
+    assert clamps.line == (len(lines) if readout is None else spec.source.keys["readout"][0])
+    weak = {"free": 550.0, "rest": 500.0, "pressed": 300.0}
+    (stops,) = judge("SIT204", spec, None, estimates(spec, resistances=weak))
+    assert stops.key == "coil.turns" and "turns" in lines[stops.line - 1] and "add " not in stops.hint
+
+
 def test_the_bare_coil_of_an_assembled_sensor_is_only_noted(judge, design, estimates) -> None:
     spec = design()
     (note,) = judge("SIT204", spec, None, estimates(spec))

@@ -161,16 +161,6 @@ def test_what_does_not_mend_is_summed_up_in_a_line():
     assert "tried up to coil.turns: 8 and coil.layers: 6" in hint and "SIT112 fail" in hint and len(hint) < 360
 
 
-@pytest.mark.parametrize("text", ["", "readout: {scan_rate: 100 Hz}\n"])
-def test_a_drive_code_that_is_chosen_points_at_what_swings_and_names_the_key(text):
-    """Where the spec has no readout there is no place to point to; line 1 says nothing."""
-    spec = "sitscad: 1\nname: one\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, " \
-           "trace_width: 100 um, trace_spacing: 100 um}\n" + text  # fmt: skip
-    found = [f for f in check(load_text(spec, "spec.yaml")).findings if f.rule == "SIT204"]
-    assert found and all(f.line in (3, 4) for f in found)
-    assert all("add readout.drive_code" in f.hint for f in found if f.key == "readout.drive_code")
-
-
 RACETRACK = design(
     "racetrack", [11, 4.4], 4.5, 2, 100, 100, "generic-flex", mount={"kind": "grasper-pad", "jaw": "generic-5mm"}
 )
