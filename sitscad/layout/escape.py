@@ -21,6 +21,9 @@ from sitscad.record import record
 TRIALS = 2_000
 """The search of one coil gives up after it has tried this many branches: ways found took up to 1,100 (1,000 coils)."""
 
+QUICK = 100
+"""Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
+
 STEP_BACK = 1e-3
 """How far back on the ring (rad) its direction is taken."""
 
@@ -67,6 +70,7 @@ def escape(
     search = _Search(obstacles, patience)
     join_tables: list[BranchTable] = []
     best: Escape | None = None
+    hard: list[list[BranchTable]] = []
     for exit_a, exit_b in choices:
         leads = [_sorted(_lead_options(around, ends[0], exit_a, places))]
         if ends[1] is not None:
@@ -75,13 +79,25 @@ def escape(
             continue
         if not join_tables:
             join_tables = [branch_table(around, _sorted(_join_options(around, pair, places))) for pair in joins]
-        chosen = search.find([*(branch_table(around, options) for options in leads), *join_tables])
-        if chosen is not None:
-            found = Escape(chosen[len(leads) :], chosen[0], chosen[1] if ends[1] is not None else None)
+        tables = [*(branch_table(around, options) for options in leads), *join_tables]
+        chosen = search.find(tables, QUICK if first else TRIALS)
+        if chosen is None and search.gave_up:
+            hard.append(tables)
+        elif chosen is not None:
+            found = _escape(chosen, ends)
             best = found if best is None or found.cost < best.cost - 1e-6 else best
             if first:
-                break
+                return best
+    for tables in hard if first else ():
+        chosen = search.find(tables, TRIALS)
+        if chosen is not None:
+            return _escape(chosen, ends)
     return best
+
+
+def _escape(chosen: tuple[Branch, ...], ends: tuple[OuterEnd, OuterEnd | None]) -> Escape:
+    leads = 1 if ends[1] is None else 2
+    return Escape(chosen[leads:], chosen[0], chosen[1] if ends[1] is not None else None)
 
 
 class _Search:
@@ -94,11 +110,16 @@ class _Search:
         self._exact: dict[tuple[int, int], bool] = {}
         self._asked: list[Sequence[BranchTable]] = []
         self._patience = patience
-        self._left = TRIALS
+        self._total = self._left = TRIALS
+        self.gave_up = False
 
-    def find(self, tables: Sequence[BranchTable]) -> tuple[Branch, ...] | None:
-        """One branch of every table, none too near another or anything on the board."""
+    def find(self, tables: Sequence[BranchTable], most: int) -> tuple[Branch, ...] | None:
+        """One branch of every table, none too near another or anything on the board; None, too, where `most` trials
+        were not enough: then it `gave_up`.
+        """
         self._asked.append(tables)  # what is remembered goes by identity, so the tables have to live on
+        self._left = min(most, self._total)
+        self.gave_up = False
         return self._combine(tables, [table.everything for table in tables], ())
 
     def _combine(
@@ -115,6 +136,7 @@ class _Search:
                 continue
             self._spend(1)
             if self._left < 0 or self._patience.left < 0:
+                self.gave_up = True
                 return None
             after = [
                 mask & self._beside(tables[0], row, other) for mask, other in zip(left[1:], tables[1:], strict=True)
@@ -143,6 +165,7 @@ class _Search:
 
     def _spend(self, trials: int) -> None:
         self._left -= trials
+        self._total -= trials
         self._patience.left -= trials
 
     def admits(self, branch: Branch) -> bool:

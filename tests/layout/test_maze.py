@@ -183,3 +183,17 @@ def test_an_array_without_a_way_is_given_up_at_once():
     bus, patience = bus_for(spec), Patience()
     assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), patience) is None
     assert patience.left > 0.9 * BUDGET
+
+
+@pytest.mark.slow
+def test_far_coils_pass_wide_gaps_whichever_way_the_near_ones_leave():
+    """Six square coils nearly a coil apart: every exit without a way took all that one coil's search may try."""
+    text = """
+sitscad: 1
+name: six
+coil: {shape: square, outer_diameter: 5.3, turns: 10.5, layers: 6, trace_width: 0.1, trace_spacing: 0.09,
+       start_angle: 45 deg}
+array: {pattern: grid, count: [2, 3], pitch: 9.1}
+fpc: {rules: generic-fine, tail: {length: 60, connector: zif-0.3mm, layers: 2}}
+"""
+    assert not lay_out(load_text(text, "six.yaml"), advised=False).findings
