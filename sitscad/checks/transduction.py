@@ -51,13 +51,13 @@ def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
             if nominal.strain > elastomer.VALID_STRAIN
             else ""
         ),
-        _otherwise(nominal),
+        _stiffer(subject, force) + _otherwise(nominal),
         "elastomer.material",
         judged,
         limit,
         None,
         Severity.ERROR if is_error else Severity.WARNING,
-        advice=lambda left: _stiffer(subject, force, left) + _otherwise(nominal),
+        advice=(lambda left: _stiffer(subject, force, left) + _otherwise(nominal)) if is_error else None,
     )
 
 
@@ -300,8 +300,11 @@ def _softest(sigma: float) -> float:
     return max(0.05, 1.0 - sigma)
 
 
-def _stiffer(subject: Subject, force: float, left: Left) -> str:
-    """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it."""
+def _stiffer(subject: Subject, force: float, left: Left | None = None) -> str:
+    """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it.
+
+    It follows from the formula in closed form; `left`, which costs another estimate, tells what else it breaks.
+    """
     pad, face = pad_of(subject), _loaded(subject)
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     size = (face.width_x, face.width_y, pad.thickness)
@@ -315,7 +318,7 @@ def _stiffer(subject: Subject, force: float, left: Left) -> str:
     change = stiffer_pad(subject.spec, wanted)
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    return f"{change.words}{known} {result} {tried(change, left)}; "
+    return f"{change.words}{known} {result}{f' {tried(change, left)}' if left else ''}; "
 
 
 def _rounded_up(value: float) -> float:
