@@ -78,15 +78,24 @@ class Lattice:
         rows = math.floor(self.half_width / self.step)
         return self.step * np.arange(-rows, rows + 1.0)
 
+    @property
+    def halves(self) -> tuple[int, int]:
+        """How many columns and rows of points at half a step there are."""
+        return 2 * len(self.xs) - 1, 2 * len(self.ys) - 1
+
     @cached_property
-    def nodes(self) -> Floats:
-        """All points (n, 2), rows of one column after the other (m)."""
-        return np.column_stack([grid.ravel() for grid in np.meshgrid(self.xs, self.ys, indexing="ij")])
+    def points(self) -> Floats:
+        """All nodes and the places halfway between them (n, 2), rows of one column after the other (m)."""
+        columns, rows = (
+            first + self.step / 2 * np.arange(count)
+            for first, count in zip((self.xs[0], self.ys[0]), self.halves, strict=True)
+        )
+        return np.column_stack([grid.ravel() for grid in np.meshgrid(columns, rows, indexing="ij")])
 
     @cached_property
     def outside(self) -> dict[CoilPlacement, Floats]:
-        """Distance (m) of all nodes from every coil's outer copper edge, negative inside."""
-        return {placement: self.from_coil(placement, self.nodes) for placement in self.spec.array.placements}
+        """Distance (m) of all these points from every coil's outer copper edge, negative inside."""
+        return {placement: self.from_coil(placement, self.points) for placement in self.spec.array.placements}
 
     def from_coil(self, placement: CoilPlacement, points: Floats) -> Floats:
         """Distance (m) of points (n, 2) from a coil's outer copper edge, negative inside; never more than the true."""
@@ -158,7 +167,9 @@ class Maze:
 
     def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:
         """The ways from a coil's ring to its entry of the tail, shortest first: both conductors take the same."""
-        wave = spread(self._free_for(placement), [n for n in self._nodes_near(entry) if self._sees(entry, n)])
+        clear = self._clear_for(placement)
+        sources = [n for n in self._nodes_near(entry) if self._sees(entry, n)]
+        wave = spread(clear[::2, ::2] & self._free, sources, clear)
         reached = []
         for angle, lead in self._starts(placement):
             near = sorted(self._nodes_near(lead), key=lambda n: wave.distance(n))
@@ -173,12 +184,14 @@ class Maze:
                 continue
             yield Exit(angle, way, self.bus.layers[0]), Exit(angle, way, self.bus.layers[1])
 
-    def _free_for(self, own: CoilPlacement) -> Flags:
-        """The nodes that a coil's pair may pass."""
-        clear = self._inside(self.lattice.nodes)
+    def _clear_for(self, own: CoilPlacement) -> Flags:
+        """Where a coil's pair keeps clear of the edge and of all coils: nodes, and halfway between, where a long step
+        would cut a coil's corner.
+        """
+        clear = self._inside(self.lattice.points)
         for placement, outside in self.lattice.outside.items():
             clear &= outside >= self._room(placement, own)
-        return clear.reshape(self._free.shape) & self._free
+        return clear.reshape(self.lattice.halves)
 
     def _room(self, placement: CoilPlacement, own: CoilPlacement | None) -> float:
         """What a pair keeps from a coil's copper edge to its centre line (m)."""

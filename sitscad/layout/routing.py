@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from itertools import islice
+from itertools import chain, islice
 from typing import TYPE_CHECKING
 
 from sitscad.geometry.path import Point
@@ -37,6 +37,16 @@ class Routing:
     ends: tuple[tuple[Run, Run], ...]
     half_width: float
     tail: TailFrame
+
+
+@record
+class Stuck:
+    """Which coil found no way out; ``walled`` if nothing on the board let it through from its ring to the tail: to keep
+    more room beside other coils then only makes it worse.
+    """
+
+    coil: int
+    walled: bool = False
 
 
 def in_line(spec: SensorSpec) -> bool:
@@ -92,15 +102,15 @@ def route_in_line(
                 lanes = assign_lanes(spec.array.placements, side)
                 board = _Lanes(spec, raised, wound, lanes, front, half_width, turned, patience)
                 escapes = _in_turn(far_first, board.lead_out, reordered)
-                if not isinstance(escapes, int):
+                if not isinstance(escapes, Stuck):
                     tail = frame(spec, raised, connector_of(spec, connector("solder-pads")), front, half_width)
                     return _routing(spec, raised, lanes, escapes, half_width, tail)
     return None
 
 
 def _in_turn(
-    order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | int], reordered: bool
-) -> dict[int, Escape] | int:
+    order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | Stuck], reordered: bool
+) -> dict[int, Escape] | Stuck:
     """Coils led out in this order; where one finds no way, and they may be `reordered`, again with that one first.
 
     Or which coil finds no way.
@@ -109,9 +119,9 @@ def _in_turn(
     while True:
         tried.add(tuple(order))
         found = lead_out(order)
-        if not isinstance(found, int) or not reordered:
+        if not isinstance(found, Stuck) or not reordered:
             return found
-        order = [found, *(index for index in order if index != found)]
+        order = [found.coil, *(index for index in order if index != found.coil)]
         if tuple(order) in tried or len(tried) > len(order):
             return found
 
@@ -128,20 +138,20 @@ class _Lanes:
     turned: bool
     patience: Patience
 
-    def lead_out(self, order: list[int]) -> dict[int, Escape] | int:
+    def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
         """Every coil's escape, or which coil found none."""
         board = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.half_width)
         escapes: dict[int, Escape] = {}
         for index in order:
             if self.patience.is_spent:
-                return index
+                return Stuck(index)
             around = Surroundings(self.spec, self.bus, self.lanes[index].placement, self.half_width)
             found = None
             for turned in (False, True) if self.turned else (False,):
                 choices = exits(self.spec, self.bus, self.lanes[index], self.front, turned)
                 found = found or _lead_out(around, self.wound, index, choices, board, self.patience)
             if found is None:
-                return index
+                return Stuck(index)
             for branch in found.branches:
                 board.add(branch.tracks, branch.holes)
             escapes[index] = found
@@ -201,15 +211,20 @@ def route_freely(
 
     likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
     for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
-        tried = grounds[-BASES:] if reordered else grounds
-        for ground in tried:
-            for lanes in ranks:
+        walled: set[tuple[float, int]] = set()
+        for ground in grounds[-BASES:] if reordered else grounds:
+            for rank, lanes in enumerate(ranks):
+                if (ground[1], rank) in walled:
+                    continue
                 escapes = _in_turn(near_first, board(ground, lanes).lead_out, reordered)
-                if not isinstance(escapes, int):
+                if not isinstance(escapes, Stuck):
                     return _routing(spec, ground[0], lanes, escapes, *ground[1:])
-                if escapes not in can_leave and isinstance(board(roomiest, lanes).lead_out([escapes]), int):
+                if escapes.walled:
+                    walled.add((ground[1], rank))
+                alone = [escapes.coil]
+                if escapes.coil not in can_leave and isinstance(board(roomiest, lanes).lead_out(alone), Stuck):
                     return None  # not even alone
-                can_leave.add(escapes)
+                can_leave.add(escapes.coil)
     return None
 
 
@@ -240,7 +255,7 @@ class _Rows:
     lattice: Lattice
     patience: Patience
 
-    def lead_out(self, order: list[int]) -> dict[int, Escape] | int:
+    def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
         """Every coil's escape, or which coil found none."""
         from sitscad.layout.maze import Ground, Maze  # coils in one line go without
 
@@ -250,15 +265,18 @@ class _Rows:
         escapes: dict[int, Escape] = {}
         for index in order:
             if self.patience.is_spent:
-                return index
+                return Stuck(index)
             self.patience.left -= TRIALS_OF_A_WAVE
             lane = self.lanes[index]
             entry = Point(tail.funnel, pair_height(spec, tail, lane))
             around = Surroundings(spec, self.bus, lane.placement, self.half_width)
             choices = islice(maze.exits(lane.placement, entry), TRIED)
-            found = _lead_out(around, self.wound, index, choices, board, self.patience, first=True)
+            shortest = next(choices, None)
+            if shortest is None:
+                return Stuck(index, walled=True)
+            found = _lead_out(around, self.wound, index, chain([shortest], choices), board, self.patience, first=True)
             if found is None:
-                return index
+                return Stuck(index)
             for branch in found.branches:
                 board.add(branch.tracks, branch.holes)
                 maze.add(branch.tracks, branch.holes)

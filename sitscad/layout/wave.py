@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,13 +44,16 @@ class Wave:
         return (node[0] + 1) * self.stride + node[1] + 1
 
 
-def spread(free: Flags, sources: Sequence[Node]) -> Wave:
-    """The wave from some nodes over those that are free, eight neighbours each."""
+def spread(free: Flags, sources: Sequence[Node], between: Flags | None = None) -> Wave:
+    """The wave from some nodes over those that are free, eight neighbours each.
+
+    `between` (2 n - 1, 2 m - 1) tells of the same lattice at half its step which places a step may lead over: without
+    it all may.
+    """
     stride = free.shape[1] + 2
-    bordered = np.zeros((free.shape[0] + 2, stride), dtype=bool)
-    bordered[1:-1, 1:-1] = free
-    open_, reached, before = bordered.ravel().tolist(), [math.inf] * bordered.size, [-1] * bordered.size
-    steps = [(dx * stride + dy, math.hypot(dx, dy)) for dx, dy in _STEPS]
+    size = (free.shape[0] + 2) * stride
+    ways, onward = _ways(free, between), _onward(stride)
+    reached, before = [math.inf] * size, [-1] * size
     queue = [(0.0, (i + 1) * stride + j + 1) for i, j in sources if free[i, j]]
     for _, place in queue:
         reached[place] = 0.0
@@ -57,9 +61,32 @@ def spread(free: Flags, sources: Sequence[Node]) -> Wave:
         so_far, place = heapq.heappop(queue)
         if so_far > reached[place]:
             continue
-        for offset, length in steps:
+        for offset, length in onward[ways[place]]:
             beyond, further = place + offset, so_far + length
-            if open_[beyond] and further < reached[beyond] - 1e-12:
+            if further < reached[beyond] - 1e-12:
                 reached[beyond], before[beyond] = further, place
                 heapq.heappush(queue, (further, beyond))
     return Wave(stride, reached, before)
+
+
+def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
+    """Of each node, with the border, which of the eight steps may be taken: one bit each."""
+    n, m = free.shape
+    found = np.zeros((n + 2, m + 2), dtype=np.intp)
+    bordered = np.zeros((n + 2, m + 2), dtype=bool)
+    bordered[1:-1, 1:-1] = free
+    halves = np.ones((2 * n + 1, 2 * m + 1), dtype=bool)
+    if between is not None:
+        halves[1:-1, 1:-1] = between
+    for bit, (dx, dy) in enumerate(_STEPS):
+        beyond = bordered[1 + dx : n + 1 + dx, 1 + dy : m + 1 + dy]
+        halfway = halves[1 + dx : 2 * n + dx + 1 : 2, 1 + dy : 2 * m + dy + 1 : 2]
+        found[1:-1, 1:-1] |= (free & beyond & halfway).astype(np.intp) << bit
+    return list(found.ravel().tolist())
+
+
+@lru_cache(maxsize=16)
+def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
+    """For every set of steps their offsets in rows of a length, and their lengths."""
+    steps = [(dx * stride + dy, math.hypot(dx, dy)) for dx, dy in _STEPS]
+    return tuple(tuple(step for bit, step in enumerate(steps) if bits >> bit & 1) for bits in range(1 << len(steps)))

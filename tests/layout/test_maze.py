@@ -85,6 +85,45 @@ def test_no_way_steps_across_a_thin_track_of_a_large_board():
         assert max(p.y for p in way) > 24e-3  # round its end
 
 
+@pytest.mark.parametrize("angle", [0.0, 20.0, 45.0])
+def test_no_way_cuts_the_corner_of_a_coil_on_a_large_board(angle):
+    """A long step between two free points may lead over a corner: the way would end in the other coil's copper."""
+    centres = positions.grid(3, 3, 14.8e-3 if angle < 45.0 else 18e-3)
+    spec = grid(shape="square", diameter=10.6e-3, turns=6, width=0.12e-3, spacing=0.1e-3, centres=centres)
+    turned = tuple(replace(p, rotation=math.radians(angle)) for p in spec.array.placements)
+    spec = replace(spec, array=replace(spec.array, placements=turned))
+    bus = bus_for(spec)
+    lattice = Lattice(spec, bus, -22e-3, 60e-3, 30e-3)
+    maze = Maze(lattice, bus, Ground(55e-3, 60e-3, 30e-3, 30e-3))
+    assert maze.step > 1.5 * bus.pitch
+    # beside a corner at an odd angle a step comes a little nearer: the exact check of every lead refuses such a way
+    need = bus.spacing + bus.width / 2 - (0.1 * maze.step if angle == 20.0 else 0.0)
+    for own in (turned[0], turned[1], turned[4]):
+        ways = [pair[0].way for pair in maze.exits(own, Point(60e-3, 1e-3))]
+        assert len(ways) >= 8
+        points = np.concatenate([np.linspace(a, b, 100) for way in ways for a, b in pairwise(way)])
+        assert all(from_square(points, other, 5.3e-3).min() >= need - 1e-9 for other in turned if other != own)
+
+
+def from_square(points, placement, half):
+    """True distances (m) of points from a square's copper edge, 0 inside."""
+    away = (points - np.array(placement.centre)) @ np.array(
+        [[math.cos(placement.rotation), -math.sin(placement.rotation)],
+         [math.sin(placement.rotation), math.cos(placement.rotation)]]
+    )  # fmt: skip
+    return np.hypot(*np.maximum(np.abs(away) - half, 0.0).T)
+
+
+def test_a_step_is_taken_only_where_the_place_halfway_is_free():
+    free = np.array([[1, 1], [0, 1]], dtype=bool)
+    between = np.ones((3, 3), dtype=bool)
+    assert spread(free, [(0, 0)], between).distance((1, 1)) == pytest.approx(math.sqrt(2))
+    between[1, 1] = False
+    assert spread(free, [(0, 0)], between).distance((1, 1)) == pytest.approx(2.0)
+    between[0, 1] = False
+    assert math.isinf(spread(free, [(0, 0)], between).distance((1, 1)))
+
+
 def test_no_way_passes_a_wall_from_edge_to_edge():
     spec = grid(centres=[(0.0, 0.0), (0.0, 12e-3)])
     maze = maze_of(spec)
