@@ -88,6 +88,7 @@ def estimate(
     3e-3; `temperature` (degrees Celsius; the spec's where None) sets the conductivity of every track, barrel and metal.
     """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
+    spared = {coil.name: spared_squares(coil, layout) for coil in layout.coils}  # knows the layout's teardrops already
     layout = replace(layout, spec=warmed(layout.spec, temperature))
     spec = layout.spec
     assembly = assemble(spec, sigmas(spec))
@@ -95,7 +96,7 @@ def estimate(
     geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
     matrix, matrix_errors = inductance_matrix(winding.inductance, winding.inductance_error, geometries)
     shares = target_shares(spec, [layer.z for layer in layout.coils[0].windings], assembly.states)
-    circuits, failed = working(_circuits(layout, winding, matrix, assembly, shares))
+    circuits, failed = working(_circuits(layout, winding, matrix, assembly, shares, spared))
     capacitor, reason = choose_capacitor(circuits, spec.readout, min(map(_self_resonance, circuits)))
     tank = Tank(capacitor, spec.readout)
     damped = overdamped(circuits, tank)
@@ -225,7 +226,12 @@ def _winding(
 
 
 def _circuits(
-    layout: Layout, winding: _Winding, matrix: Array, assembly: Assembly, shares: TargetShares
+    layout: Layout,
+    winding: _Winding,
+    matrix: Array,
+    assembly: Assembly,
+    shares: TargetShares,
+    spared: Mapping[str, Mapping[int, float]],
 ) -> list[CoilCircuit]:
     spec, first = layout.spec, layout.coils[0]
     conductivity, loss = winding.conductivity, winding.loss
@@ -237,7 +243,7 @@ def _circuits(
     reflections = _reflections(winding, assembly, beside, names, shares)
     circuits = []
     for coil in layout.coils:
-        leads = _leads(coil, layout, conductivity)
+        leads = _leads(coil, layout, conductivity, spared[coil.name])
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
                                     own + leads.capacitance, reflections[coil.name], own))  # fmt: skip
     if len(circuits) == 1:
@@ -318,10 +324,10 @@ def _spectrum(geometry: WindingGeometry, nearest: float | None) -> CurrentSpectr
     return polyline_spectrum(geometry.tracks, nearest)
 
 
-def _leads(coil: Coil, layout: Layout, conductivity: float) -> LeadEstimate:
+def _leads(coil: Coil, layout: Layout, conductivity: float, spared: Mapping[int, float]) -> LeadEstimate:
     if not coil.series:
         return NO_LEADS
-    return estimate_leads(coil, layout.spec.fpc.stackup, conductivity, spared_squares(coil, layout))
+    return estimate_leads(coil, layout.spec.fpc.stackup, conductivity, spared)
 
 
 def _self_resonance(circuit: CoilCircuit) -> float:
