@@ -49,11 +49,12 @@ from sitscad.estimates.windings import (
     WindingGeometry,
     choose_method,
     equivalent_spirals,
+    reflected_by,
     winding_geometry,
 )
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.current_modes import ProximityLoss
-from sitscad.physics.current_spectrum import CurrentSpectrum, polyline_spectrum, spiral_spectrum
+from sitscad.physics.current_spectrum import CurrentSpectrum
 from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
@@ -220,8 +221,12 @@ def _winding(
     loss = winding_losses(coil, first, geometry.spirals, conductivity, tolerance)
     nearest = _nearest(geometry, assembly)
     spirals = equivalent_spirals(geometry, first)
-    crowding = None if nearest is None else losses_near_metal(spirals, conductivity, nearest, tolerance)
-    spectrum = _spectrum(geometry, nearest)
+    crowding = (
+        None
+        if nearest is None
+        else losses_near_metal(spirals, conductivity, nearest, tolerance, bool(geometry.spirals))
+    )
+    spectrum = None if nearest is None else reflected_by(geometry, nearest)
     return _Winding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum)
 
 
@@ -314,14 +319,6 @@ def _nearest(geometry: WindingGeometry, assembly: Assembly) -> float | None:
 
 LEAST_DISTANCE = 10e-6
 """Distance (m) from a layer's mid-plane below which metal is taken to be there."""
-
-
-def _spectrum(geometry: WindingGeometry, nearest: float | None) -> CurrentSpectrum | None:
-    if nearest is None:
-        return None
-    if geometry.spirals:
-        return spiral_spectrum(geometry.spirals, nearest)
-    return polyline_spectrum(geometry.tracks, nearest)
 
 
 def _leads(coil: Coil, layout: Layout, conductivity: float, spared: Mapping[int, float]) -> LeadEstimate:

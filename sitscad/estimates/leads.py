@@ -11,7 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.losses import Strip, bent_path
+from sitscad.estimates.losses import Strip
+from sitscad.estimates.windings import bent_path
 from sitscad.geometry.path import Arc
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips

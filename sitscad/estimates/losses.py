@@ -8,9 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.estimates.windings import mitred_path
-from sitscad.geometry.path import Arc, Path
-from sitscad.layout.board import Coil, Winding
+from sitscad.estimates.windings import bent_track
+from sitscad.layout.board import Coil
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.corners import direct_resistance, mitred, opened, with_corners
 from sitscad.physics.current_modes import ProximityLoss, joined
@@ -69,19 +68,21 @@ def _wanted(tolerance: float | None) -> float:
 
 
 def losses_near_metal(spirals: tuple[SpiralLayer, ...], conductivity: float, nearest: float,
-                      tolerance: float | None = None) -> CrowdingNearMetal:  # fmt: skip
+                      tolerance: float | None = None, is_round: bool = True) -> CrowdingNearMetal:  # fmt: skip
     """What metal no nearer than `nearest` (m) to any mid-plane changes of a winding's eddy currents.
 
     A coil that is not round counts as its `equivalent_spirals`: what the images change is local, so cross-sections,
-    pitch and length of the tracks make most of it.
+    pitch and length of the tracks make most of it. What direct current does at its bends is in its spectrum.
     """
     resolution = suited_resolution(spirals, conductivity, _wanted(tolerance))
-    return crowding_near_metal(winding_cuts(spirals, conductivity, resolution), conductivity, resolution.modes, nearest)
+    cuts = winding_cuts(spirals, conductivity, resolution)
+    return crowding_near_metal(cuts, conductivity, resolution.modes, nearest, bends=is_round)
 
 
-POLYGONS_NEAR_METAL = ((0.5, 0.012, 0.04), (2.0, 0.007, 0.015))
-"""Up to so many track widths from metal: error of L, in parts of the free inductance, and of R, by the round coil of
-equal length. Squares of one to three turns over a mirror, by a grid of cells (tests/validation/corner_grid.py)."""
+POLYGONS_NEAR_METAL = ((0.5, 0.004, 0.02), (2.0, 0.0025, 0.01))
+"""Up to so many track widths from metal: error of L at 10 MHz, in parts of the free inductance, and of R, by the round
+coil of equal length. Squares, hexagons and octagons of 0.1 to 0.45 mm over a mirror, by triangles
+(tests/validation/test_polygons_near_metal.py); up to 1 MHz a quarter of it."""
 
 
 def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
@@ -92,23 +93,10 @@ def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
         if nearest < widths * spec.trace_width:
             return (
                 f"metal is {show(nearest, 'm', 2)} from the middle of the copper: what it changes of the crowding of "
-                f"the current is that of the round coil of equal length; on squares L was within "
-                f"{100 * of_inductance:.1f} % of the free inductance and R within {100 * of_resistance:.1f} %",
+                f"the current is that of the round coil of equal length; on wide polygons L was within "
+                f"{100 * of_inductance:.2g} % of the free inductance and R within {100 * of_resistance:.2g} %",
             )
     return ()
-
-
-def bent_track(winding: Winding, width: float) -> BentTrack:
-    """A layer's path as straight sides and arcs, none of these tighter than the track is wide."""
-    return bent_path(winding.path, width, winding.thickness, winding.z)
-
-
-def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack:
-    """The same of any path: width, thickness and mid-plane in metres."""
-    segments = mitred_path(path, width).segments
-    turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
-    starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
-    return BentTrack(starts, ends, np.array(turns), width, thickness, z)
 
 
 def winding_resistance(spec: CoilSpec, coil: Coil, conductivity: float) -> float:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from sitscad.estimates.inductance_bounds import Crowding, error_bound
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment
-from sitscad.layout.board import Coil
-from sitscad.physics.corners import MOST_TURN
+from sitscad.layout.board import Coil, Winding
+from sitscad.physics.bent_tracks import BentTrack
+from sitscad.physics.corners import MOST_TURN, bend_loops
+from sitscad.physics.current_spectrum import CurrentSpectrum, spiral_spectrum
 from sitscad.physics.filaments import PolylineTrack
+from sitscad.physics.polyline_spectrum import chorded, polyline_spectrum
 from sitscad.physics.rings import ring_winding_inductance
 from sitscad.physics.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
 from sitscad.physics.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
@@ -27,13 +31,15 @@ CHORD = 1e-6
 class WindingGeometry:
     """One coil's layers about its own centre: as spirals (circles only), or as they are drawn (all other shapes).
 
-    `drawn` has the exact sides and arcs, `tracks` chords of them.
+    `drawn` has the exact sides and arcs, `tracks` chords of them; `bent` are the same sides and arcs as the losses want
+    them.
     """
 
     spec: CoilSpec
     spirals: tuple[SpiralLayer, ...]
     tracks: tuple[PolylineTrack, ...]
     drawn: tuple[Track, ...] = ()
+    bent: tuple[BentTrack, ...] = ()
 
     @property
     def fewest_turns(self) -> float:
@@ -65,14 +71,24 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
             for w, turns in zip(coil.windings, spec.layer_turns, strict=True)
         )
         return WindingGeometry(spec, spirals, ())
-    centre = np.array(coil.centre)
-    tracks = tuple(
-        PolylineTrack(np.array(w.path.flattened(CHORD)) - centre, spec.trace_width, w.thickness, w.z)
-        for w in coil.windings
-    )
     width, home = spec.trace_width, (-coil.centre.x, -coil.centre.y)
-    drawn = tuple(track(_pieces(w.path.shifted(*home), width), width, w.thickness, w.z) for w in coil.windings)
-    return WindingGeometry(spec, (), tracks, drawn)
+    layers = [replace(w, path=mitred_path(w.path.shifted(*home), width)) for w in coil.windings]
+    tracks = tuple(PolylineTrack(np.array(w.path.flattened(CHORD)), width, w.thickness, w.z) for w in layers)
+    drawn = tuple(track(_pieces(w.path), width, w.thickness, w.z) for w in layers)
+    return WindingGeometry(spec, (), tracks, drawn, tuple(bent_track(w, width) for w in layers))
+
+
+def bent_track(winding: Winding, width: float) -> BentTrack:
+    """A layer's path as straight sides and arcs, none of these tighter than the track is wide."""
+    return bent_path(winding.path, width, winding.thickness, winding.z)
+
+
+def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack:
+    """The same of any path: width, thickness and mid-plane in metres."""
+    segments = mitred_path(path, width).segments
+    turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
+    starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
+    return BentTrack(starts, ends, np.array(turns), width, thickness, z)
 
 
 def mitred_path(path: Path, width: float) -> Path:
@@ -101,9 +117,9 @@ def _where_tangents_meet(arc: Arc, before: Segment) -> Point:
                  arc.start.y + onwards * (arc.start.x - arc.centre.x))  # fmt: skip
 
 
-def _pieces(path: Path, width: float) -> list[Side | Bend]:
+def _pieces(path: Path) -> list[Side | Bend]:
     pieces: list[Side | Bend] = []
-    for s in mitred_path(path, width):
+    for s in path:
         if isinstance(s, Arc):
             pieces.append(((s.centre.x, s.centre.y), s.radius, s.start_angle, 1.0 if s.ccw else -1.0, abs(s.sweep)))
         else:
@@ -123,6 +139,16 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
         built.append(SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z,
                                  spec.trace_width, w.thickness))  # fmt: skip
     return tuple(built)
+
+
+def reflected_by(geometry: WindingGeometry, nearest: float) -> CurrentSpectrum:
+    """What metal no nearer than `nearest` (m) to any mid-plane sees of a winding's current: that of direct current, so
+    what that has more at bends, too (in spirals `near_metal` has it).
+    """
+    if geometry.spirals:
+        return spiral_spectrum(geometry.spirals, nearest)
+    tracks = [chorded(track, nearest) for track in geometry.bent]
+    return polyline_spectrum(tracks, nearest, [bend_loops(track, nearest) for track in geometry.bent])
 
 
 @record

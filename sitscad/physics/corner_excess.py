@@ -33,6 +33,9 @@ SQUARES = ((0.0, -0.0890, -0.1666, -0.4413), (0.0, 0.3729, 0.4800, 0.6799), (0.0
 ROUNDED = ((1.0, 1.0, 1.0, 1.0), (1.0, 0.943, 0.884, 0.718), (1.0, 0.911, 0.838, 0.657))
 """What the loop makes of the corner's inductance, over that of the sharp corner in OWN, likewise."""
 
+INWARDS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.023, 0.049, 0.152), (0.0, 0.032, 0.068, 0.212))
+"""How much further inside than a sharp corner's the middle of such a loop lies, likewise."""
+
 GENTLE = np.array([
     (0.7, 0.0589, 0.0659, 0.0726, -0.00646, -0.00975, -0.01883),
     (0.85, 0.0383, 0.0414, 0.0434, -0.00391, -0.00632, -0.01292),
@@ -70,10 +73,12 @@ def moment(turn: float, radius: float = 0.0) -> float:
     return _tight(MOMENTS, turn, radius)
 
 
-def points(turn: float) -> Array:
-    """Its moment's places (8, 3) for a turn (rad): to the inside, to the left of that, and the share."""
+def points(turn: float, radius: float = 0.0) -> Array:
+    """Its moment's places (8, 3) for a turn (rad) of a radius over the width: to the inside of where the centre lines
+    meet, to the left of that, and the share.
+    """
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
-    half = np.array(nearest) * np.array([1.0, 1.0, 0.5])
+    half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight(INWARDS, turn, radius), 0.0, 0.0])
     return np.concatenate([half, half * np.array([1.0, -1.0, 1.0])])
 
 

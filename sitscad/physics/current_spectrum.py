@@ -1,7 +1,6 @@
 """A flat coil's current resolved into waves exp(i k . r): what conductors before and behind it reflect.
 
-A spiral's harmonics about its axis are integrals along a radius in closed integrands; a polygon's waves are the Fourier
-transforms of its sides, taken at directions that crowd about the sides' normals, where short waves lie.
+A spiral's harmonics about its axis are integrals along a radius in closed integrands; polygons: `polyline_spectrum`.
 """
 
 from __future__ import annotations
@@ -9,13 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.bessel import bessel_orders, j0, j1
-from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.legendre import gauss
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
@@ -127,12 +124,7 @@ def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> Complex
     across, bent = _width_waves(k, layer.width)
     order = m * across / k
     waves = np.stack([1j * (around * across - plain * bent) - beside * order, 1j * inwards * across + plain * order])
-    return np.asarray(layer.circulation * waves * _thickness_waves(k, layer.thickness))
-
-
-def track_waves(k: Array, track: PolylineTrack) -> Array:
-    """How much of each wave (1/m) an even current in a track's cross-section has, over that of its centre line."""
-    return _width_waves(k, track.width)[0] * _thickness_waves(k, track.thickness)
+    return np.asarray(layer.circulation * waves * thickness_waves(k, layer.thickness))
 
 
 def _width_waves(k: Array, width: float) -> tuple[Array, Array]:
@@ -144,7 +136,8 @@ def _width_waves(k: Array, width: float) -> tuple[Array, Array]:
     return np.asarray(even), np.asarray(0.5 * (even - np.cos(half)) / k)
 
 
-def _thickness_waves(k: Array, thickness: float) -> Array:
+def thickness_waves(k: Array, thickness: float) -> Array:
+    """The mean of a wave (1/m) that decays with height over a track's thickness (m), over that in its middle."""
     up = np.maximum(0.5 * k * thickness, 1e-9)
     return np.asarray(np.sinh(up) / up)
 
@@ -159,69 +152,3 @@ def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:
     small = x < highest + 2.0
     orders[:, small] = bessel_orders(x[small], highest + 1)
     return orders[:-1], np.concatenate([-orders[1:2], 0.5 * (orders[:-2] - orders[2:])])
-
-
-def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float) -> CurrentSpectrum:
-    """The same for tracks along straight sides, each layer where it lies, by the sides' closed Fourier transforms."""
-    everything = np.concatenate([track.corners for track in tracks])
-    centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
-    k, weights = wave_numbers(float(np.hypot(*(everything - centre).T).max()), nearest)
-    shapes, owner = _distinct([track.corners - centre for track in tracks])
-    normals, length = _long_sides(shapes)
-    power = np.empty((k.size, len(tracks), len(tracks)))
-    for n, number in enumerate(k):
-        angle, share = _directions(normals, float(number) * length)
-        waves = np.array([_side_waves(corners, float(number), angle) for corners in shapes])
-        mean = np.einsum("idn,jdn,n->ij", waves, waves.conj(), share).real / (4.0 * math.pi**2)
-        power[n] = mean[np.ix_(owner, owner)]
-    section = np.array([track_waves(k, track) for track in tracks]).T
-    power *= section[:, :, None] * section[:, None, :]
-    return CurrentSpectrum(k, weights, np.array([track.z for track in tracks]), power)
-
-
-def _distinct(paths: Sequence[Array]) -> tuple[list[Array], list[int]]:
-    # Paths that differ, and which of them each one is: every other layer repeats.
-    shapes: list[Array] = []
-    owner = []
-    for path in paths:
-        same = [i for i, s in enumerate(shapes) if s.shape == path.shape and np.allclose(s, path, atol=1e-9, rtol=0.0)]
-        if not same:
-            shapes.append(path)
-        owner.append(same[0] if same else len(shapes) - 1)
-    return shapes, owner
-
-
-def _long_sides(shapes: Sequence[Array]) -> tuple[list[float], float]:
-    # Directions (rad, below pi) across the long sides, and the longest one's length (m).
-    sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
-    length = np.hypot(sides[:, 0], sides[:, 1])
-    normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi
-    known: list[float] = []
-    for one in normal[length > 0.3 * length.max()]:
-        if all(abs(math.remainder(one - other, math.pi)) > 0.02 for other in known):
-            known.append(float(one))
-    return sorted(known)[:12], float(length.max())
-
-
-def _directions(normals: Sequence[float], phase: float) -> tuple[Array, Array]:
-    # Directions over half a turn and their weights (sum 1), graded about every normal like the lobe of a side through
-    # which a wave runs `phase` radians.
-    scale = min(1.0, 2.0 / max(phase, 1e-9))
-    nodes, share = gauss(6 + math.ceil(2.6 * math.log1p(phase)))
-    found, weights = [], []
-    for low, high in pairwise([*normals, normals[0] + math.pi]):
-        half = 0.5 * (high - low)
-        top = math.asinh(half / scale)
-        u = 0.5 * top * (1.0 + nodes)
-        away, weight = scale * np.sinh(u), 0.5 * top * share * scale * np.cosh(u) / math.pi
-        found += [low + away, high - away]
-        weights += [weight, weight]
-    return np.concatenate(found), np.concatenate(weights)
-
-
-def _side_waves(corners: Array, number: float, angle: Array) -> ComplexArray:
-    # Fourier transform of the path's current at a wave number (1/m) and directions: x and y (2, directions).
-    unit = np.stack([np.cos(angle), np.sin(angle)])
-    sides, middles = np.diff(corners, axis=0), 0.5 * (corners[1:] + corners[:-1])
-    stretch, place = sides @ unit, middles @ unit
-    return np.asarray(sides.T @ (np.sinc(number * stretch / (2.0 * math.pi)) * np.exp(-1j * number * place)))

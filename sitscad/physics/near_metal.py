@@ -52,6 +52,7 @@ class CrowdingNearMetal:
     wave_numbers: Array
     weights: Array
     levels: tuple[float, float]
+    bends: bool = True
     known: dict[tuple[Reflector | None, Reflector | None], tuple[_Reduced, ...]] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
@@ -67,7 +68,7 @@ class CrowdingNearMetal:
             return total
         if (above, below) not in self.known:
             (middle,) = zip(*self._waves(np.array([MIDDLE]), above, below), strict=True)
-            self.known[above, below] = tuple(_reduced(cut, _Waves(*middle)) for cut in self.cuts)
+            self.known[above, below] = tuple(_reduced(cut, _Waves(*middle), self.bends) for cut in self.cuts)
         waves = [np.concatenate([part.real, part.imag]) for part in self._waves(frequencies, above, below)]
         for part in self.known[above, below]:
             total += part.changes(frequencies, waves)
@@ -95,11 +96,12 @@ class _Waves:
         return np.asarray(one[0].T @ first + one[1].T @ second)
 
 
-def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet,
-                        nearest: float) -> CrowdingNearMetal:  # fmt: skip
+def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
+                        bends: bool = True) -> CrowdingNearMetal:  # fmt: skip
     """The cuts of a winding with their waves, for metal no nearer than `nearest` (m) to any layer's mid-plane.
 
-    `conductivity` (S/m) and `modes` are those that `proximity.winding_cuts` was given.
+    `conductivity` (S/m) and `modes` are those that `proximity.winding_cuts` was given. Without `bends`, what direct
+    current in the spirals' bend has more than an even one is left out, as for coils whose spectrum has it as loops.
     """
     k, weights = wave_numbers(max(float(one.cut.across.max()) for one in cuts), nearest)
     heights = np.concatenate([one.cut.height for one in cuts])
@@ -107,7 +109,7 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
     reflected = [
         _ReflectedCut(one.system, *_mode_waves(one.cut, k, nearest, levels, conductivity, modes)) for one in cuts
     ]
-    return CrowdingNearMetal(tuple(reflected), k, weights, levels)
+    return CrowdingNearMetal(tuple(reflected), k, weights, levels, bends)
 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
@@ -153,7 +155,7 @@ class _Reduced:
         return np.asarray(uneven + lag[:, 0] * (alone - with_metal))
 
 
-def _reduced(cut: _ReflectedCut, waves: _Waves) -> _Reduced:
+def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool) -> _Reduced:
     system = cut.system
     source = cut.up @ system.source, cut.down @ system.source
     image = waves.join((cut.up, cut.down), source)
@@ -174,7 +176,7 @@ def _reduced(cut: _ReflectedCut, waves: _Waves) -> _Reduced:
     values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
     # Points too few for the highest modes leave some that would store less than no energy.
     basis = basis @ vectors
-    kept = np.column_stack([basis, system.source, system.shift])
+    kept = np.column_stack([basis, system.source, system.shift if bends else 0.0 * system.shift])
     return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, cut.up @ kept, cut.down @ kept)
 
 

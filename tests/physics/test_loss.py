@@ -12,7 +12,7 @@ from windings import MM, UM, bench, coil, four_layers, miniature
 
 import sitscad.physics.proximity as proximity
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
-from sitscad.physics.current_spectrum import polyline_spectrum, spiral_spectrum
+from sitscad.physics.current_spectrum import spiral_spectrum
 from sitscad.physics.eddy_target import (
     Plate,
     Reflector,
@@ -22,6 +22,7 @@ from sitscad.physics.eddy_target import (
 from sitscad.physics.elliptic import coaxial_rings
 from sitscad.physics.filaments import PolylineTrack
 from sitscad.physics.mean_distance import log_mean_distance
+from sitscad.physics.polyline_spectrum import polyline_spectrum
 from sitscad.physics.resistance import lone_track_loss, skin_depth, via_resistance
 from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
 from sitscad.physics.rings import radii_at

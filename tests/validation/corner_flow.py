@@ -142,8 +142,9 @@ def gathered(one, count=4):
 
 
 def rounded(turn, radius, cells=(5, 8), arm=5.0, aspect=0.1):
-    """Of an arc of a radius between arms: squares beyond the straight sides, the loop's moment and what it makes (mu0
-    widths); by triangles that follow the track, whose error falls with their size to the power 1.6.
+    """Of an arc of a radius between arms: squares beyond the straight sides, the loop's moment, what it makes (mu0
+    widths) and how far its middle lies inside the corner; by triangles that follow the track, whose error falls with
+    their size to the power 1.6.
     """
     corners = arm * np.array([(-1.0, 0.0), (0.0, 0.0), (math.cos(turn), math.sin(turn))])
     found = []
@@ -155,8 +156,8 @@ def rounded(turn, radius, cells=(5, 8), arm=5.0, aspect=0.1):
         excess[free] = -np.linalg.solve(resistance[np.ix_(free, free)], (resistance @ one.even)[free])
         current, mutual = one.even + excess, inductance_matrix(one, one) / MU0
         squares = aspect * current @ resistance @ current - 2.0 * (arm - radius * math.tan(0.5 * turn))
-        moment = np.sum(gradients(one)[1] * excess[one.triangles].mean(axis=1))
-        found.append(np.array([squares, moment, excess @ mutual @ (2.0 * one.even + excess)]))
+        moment, inside = moments(Flow(one, excess, turn))
+        found.append(np.array([squares, moment, excess @ mutual @ (2.0 * one.even + excess), inside]))
     return found[1] + (found[1] - found[0]) / ((cells[1] / cells[0]) ** 1.6 - 1.0)
 
 

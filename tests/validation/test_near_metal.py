@@ -17,9 +17,10 @@ from half_space_reference import RingFilaments
 from windings import MM, UM, coil, four_layers
 
 from sitscad.physics import near_metal, proximity
-from sitscad.physics.current_spectrum import polyline_spectrum, spiral_spectrum
+from sitscad.physics.current_spectrum import spiral_spectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_impedance
 from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.polyline_spectrum import polyline_spectrum
 from sitscad.physics.rings import radii_at
 from sitscad.physics.spirals import spiral_inductance_matrix
 

@@ -9,22 +9,18 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from corner_grid import impedance
+from corner_windings import bent, changes_by_mirror
 from windings import square
 
-from sitscad.estimates.windings import WindingGeometry, equivalent_spirals
-from sitscad.physics import near_metal, proximity
+from sitscad.physics import proximity
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.current_spectrum import polyline_spectrum
-from sitscad.physics.eddy_target import Plate, Reflector, reflected_impedance
 from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
 from sitscad.physics.resistance import bend_squares, skin_depth
 from sitscad.physics.track_modes import suited_modes
-from sitscad.spec.sensor import CoilSpec
 
 UM, MM = 1e-6, 1e-3
 COPPER = 58e6
@@ -85,31 +81,17 @@ def test_the_rise_of_polygons_against_finer_cells(name):
 
 
 def over_mirror(name, mirror):
-    """Resistances (ohm) and changes of the inductance (H) over a perfect conductor, as an estimate makes them: what the
-    images change of the crowding is that of the round coil of equal length."""
+    """Resistances (ohm) and changes of the inductance (H) over a perfect conductor, as an estimate makes them."""
     turns, half, pitch, width, copper = SQUARES[name]
-    line = PolylineTrack(square(turns, half, pitch), width, copper, 0.0)
-    loss, wall = by_modes(name, fine=False), Reflector(mirror, (Plate(1e30),))
-    placed = SimpleNamespace(outer_angle=0.0, sense=1, inward=True, z=0.0, thickness=copper)
-    size = 2.0 * half + width
-    spec = CoilSpec(shape="square", size=(size, size), turns=float(turns), layers=(1,), trace_width=width,
-                    trace_spacing=pitch - width)  # fmt: skip
-    round_coil = equivalent_spirals(WindingGeometry(spec, (), (line,)), SimpleNamespace(windings=[placed]))
-    resolution = proximity.suited_resolution(round_coil, COPPER, 0.03)
-    cuts = proximity.winding_cuts(round_coil, COPPER, resolution)
-    crowding = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, mirror)
-    spectrum = polyline_spectrum([line], mirror)
-    found = []
-    for f in FREQUENCIES:
-        change, added = reflected_impedance(spectrum, f, wall, None)
-        more = crowding.change(f, wall, None)
-        r = loss.direct * loss.resistance_ratio(f) + added - 2.0 * math.pi * f * more.imag
-        found.append((r, change + more.real))
-    return np.array(found).T
+    track = bent(square(turns, half, pitch), width, copper)
+    _, changes = changes_by_mirror("square", track, turns, 2.0 * half + width, pitch, mirror, FREQUENCIES)
+    loss = by_modes(name, fine=False)
+    alone = loss.direct * loss.resistance_ratios(FREQUENCIES)
+    return alone - 2.0 * math.pi * FREQUENCIES * changes.imag, changes.real
 
 
 # Design, distance of the mirror, and what R (of R) and L (of L in free air) may differ by.
-MIRRORS = [("one wide turn", 0.1 * MM, 0.03, 0.015), ("one wide turn", 0.5 * MM, 0.03, 0.006),
+MIRRORS = [("one wide turn", 0.1 * MM, 0.03, 5e-3), ("one wide turn", 0.5 * MM, 0.03, 3e-3),
            ("small", 0.06 * MM, 0.015, 3.5e-3)]  # fmt: skip
 
 
