@@ -90,39 +90,79 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
 PURE = 0.99
 """How much like a perfect conductor (1) or a perfect magnet (0, by one less this) a target must be to count as one."""
 
+MAGNETIC = 1.5
+"""Relative permeability from which on a target draws the field in: below, it can only be a poor conductor."""
 
-LOSS_OF_MAGNETS = 0.5
-"""Relative error of the share of loss where a target is no good conductor: there it is taken to be the inductance's."""
+BETWEEN = ((0.5, 1.3, 0.92), (0.75, 0.6, 0.8), (0.95, 0.4, 0.65), (1.3, 0.25, 0.45))
+"""Relative errors of the shares of inductance and loss of magnetic metals, which are neither good conductors nor
+magnets, up to a shorter side over the coil's diameter: they lose less (tests/validation/disc_of_elements.py)."""
+
+THIN, LOSS_OF_THIN = 2.0, 0.3
+"""Skin depths up to which the current at the edge of a target uses both faces' copper at once, and what the share of
+its loss may be off by: it has up to a quarter more."""
 
 
 def _shares(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> _Found:
     like = _like_a_conductor(target, float(rings.radii.mean()) + gap)
-    conductor, depth = _plate(target)
-    magnet = Plate(conductor.shape, target.size, target.thickness)
-    if like > 1.0 - PURE:
-        where = conductor, rings, places, gap + depth, floor
-        kept, lost = np.minimum(plate_share(*where), 1.0), plate_loss_share(*where)
-        error, loss_error = share_error(conductor, rings), loss_share_error(conductor, rings)
     if like >= PURE:
-        return _Found(kept, lost, error, loss_error, False)
+        return _of_conductor(target, rings, places, gap, floor)
+    magnet = Plate(_shape(target), target.size, target.thickness)
     drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
     magnetic_error = magnetic_share_error(magnet, rings)
     if like <= 1.0 - PURE:
         return _Found(drawn, drawn, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
-    # Between the two nothing was compared: somewhere between both shares, half their distance unsure in the middle.
-    found, losses = like * kept + (1.0 - like) * drawn, like * lost + (1.0 - like) * drawn
+    # Between the two: somewhere between both shares, half their distance unsure in the middle.
+    metal = _of_conductor(target, rings, places, gap, floor)
+    found, losses = like * metal.shares + (1.0 - like) * drawn, like * metal.losses + (1.0 - like) * drawn
     unsure, unsure_loss = (
         2.0 * like * (1.0 - like) * float(np.max(np.abs(one - drawn) / mixed))
-        for one, mixed in ((kept, found), (lost, losses))
+        for one, mixed in ((metal.shares, found), (metal.losses, losses))
     )
-    error = like * error + (1.0 - like) * magnetic_error + unsure
-    loss_error = like * loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
-    return _Found(found, losses, error, loss_error, like < 0.5)
+    wide = min(target.size) / (2.0 * float(rings.radii.max()))
+    least = next((errors for ratio, *errors in BETWEEN if wide < ratio), (0.0, 0.0))
+    error = like * metal.error + (1.0 - like) * magnetic_error + unsure
+    loss_error = like * metal.loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
+    return _Found(found, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
+
+
+LOSS_OF_MAGNETS = 0.5
+"""Relative error of the share of loss where a target is no conductor: there it is taken to be the inductance's."""
+
+
+def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> _Found:
+    plate, depth = _plate(target)
+    where = plate, rings, places, gap + depth, floor
+    kept, lost = np.minimum(plate_share(*where), 1.0), plate_loss_share(*where)
+    error, loss_error = share_error(plate, rings), loss_share_error(plate, rings)
+    if target.thickness < THIN * _skin_depth(target) and min(target.size) < 1.5 * 2.0 * float(rings.radii.max()):
+        loss_error = max(loss_error, LOSS_OF_THIN)
+    resisted, unsure = _resisted(target, rings)
+    return _Found(kept / resisted, lost / resisted, error + unsure, loss_error + unsure, False)
+
+
+RESISTED, LEAKY = 0.3, 0.06
+"""Errors of the shares of a poor conductor: in parts of what its resistance takes off them, and of the square of its
+sheet's length over the coil's (discs of elements of steel and titanium from 0.03 mm on)."""
+
+
+def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
+    """How much less a thin poor conductor does for being small, for its currents die away in their own resistance; and
+    the relative error of that.
+
+    A sheet answers a field of length l like 1 / (1 + (s / l)^2), s = skin depth^2 / thickness; l is at most a quarter
+    of the target's radius, and for an endless one 0.3 of the coil's.
+    """
+    sheet = _skin_depth(target) ** 2 / target.thickness
+    own, endless = 0.5 * min(target.size) / 4.1, 0.3 * float(rings.radii.max())
+    less = max(1.0, (1.0 + (sheet / own) ** 2) / (1.0 + (sheet / endless) ** 2))
+    return less, min(RESISTED * (1.0 - 1.0 / less) + LEAKY * (sheet / endless) ** 2, 0.6)
 
 
 def _like_a_conductor(target: Target, distance: float) -> float:
     # 1 where the reflection of a wave as long as the distance (m) is that of a conductor, 0 where a magnet's.
     metal = target.material
+    if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
+        return 1.0
     layer = Layer(metal.conductivity, metal.relative_permeability, target.thickness)
     factor = complex(reflection(np.array([1.0 / distance]), FREQUENCY, [layer])[0])
     return 0.5 * (1.0 - factor.real / abs(factor)) if abs(factor) > 1e-9 else 1.0
@@ -151,16 +191,20 @@ def _corner(coil: CoilSpec) -> float:
     return 0.5 * min(coil.size) if coil.shape == "racetrack" else coil.corner_radius
 
 
+def _skin_depth(target: Target) -> float:
+    metal = target.material
+    return 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * metal.relative_permeability * metal.conductivity)
+
+
+def _shape(target: Target) -> str:
+    return "circle" if target.shape == "circle" else "rectangle"
+
+
 def _plate(target: Target) -> tuple[Plate, float]:
     # A good conductor is a perfect one whose faces lie half a skin depth deeper.
-    metal = target.material
-    depth = 0.25 * target.thickness
-    if metal.conductivity > 0.0:
-        skin = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * metal.relative_permeability * metal.conductivity)
-        depth = min(depth, 0.5 * skin)
-    shape = "circle" if target.shape == "circle" else "rectangle"
+    depth = min(0.25 * target.thickness, 0.5 * _skin_depth(target))
     size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
-    return Plate(shape, size, target.thickness - 2.0 * depth), depth
+    return Plate(_shape(target), size, target.thickness - 2.0 * depth), depth
 
 
 def _notes(
