@@ -93,7 +93,7 @@ PURE = 0.99
 MAGNETIC = 1.5
 """Relative permeability from which on a target draws the field in: below, it can only be a poor conductor."""
 
-BETWEEN = ((0.5, 1.3, 0.92), (0.75, 0.6, 0.8), (0.95, 0.4, 0.65), (1.3, 0.25, 0.45))
+BETWEEN = ((0.5, 1.3, 0.95), (0.75, 0.75, 0.82), (0.95, 0.5, 0.7), (1.15, 0.35, 0.5), (1.6, 0.15, 0.3))
 """Relative errors of the shares of inductance and loss of magnetic metals, which are neither good conductors nor
 magnets, up to a shorter side over the coil's diameter: they lose less (tests/validation/disc_of_elements.py)."""
 

@@ -162,7 +162,7 @@ def two_layers(*design):
     assert corner_inductance([bent_track(w, spec.trace_width) for w in coil.windings]) == pytest.approx(
         loss.direct_change, rel=1e-6)  # fmt: skip
     assert loss.direct == pytest.approx(winding_resistance(spec, coil, COPPER), rel=1e-12)
-    return even, loss, limit_of(sheets, FREQUENCIES, (3, 5))
+    return even, loss, limit_of(sheets, FREQUENCIES, (4, 6))
 
 
 @pytest.mark.slow
@@ -170,10 +170,12 @@ def two_layers(*design):
                                     ("octagon", 4, 2, 200)])  # fmt: skip
 def test_layers_above_each_other(design):
     even, loss, found = two_layers(*design)
+    errors = (loss.inductance_changes(FREQUENCIES) - (found[3:5] - found[0])) / even
+    print(design, "L %", np.round(100 * errors, 3))
     assert even == pytest.approx(found[0], rel=3e-4)
     assert loss.direct_change == pytest.approx(found[1] - found[0], abs=5e-4 * even)
     lacking = loss.inductance_changes(FREQUENCIES) - (found[3:5] - found[0])
-    assert np.all(np.abs(lacking) < np.array([5e-4, 3.5e-3]) * even)
+    assert np.all(np.abs(lacking) < np.array([5e-4, 2.5e-3]) * even)
     ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / found[5:7]
     assert np.all(np.abs(ratios - 1.0) < np.array([2e-3, 0.03]))
 
