@@ -88,7 +88,7 @@ def test_two_discretisations_agree(thickness, loss):
 @pytest.mark.parametrize("metal", ["copper", "304", "17-4"])
 def test_elements_converge(metal):
     coarse, middle, fine = (by_elements(1e-3, 5e-3, 0.2e-3, metal, cells) for cells in (1.0, 1.5, 2.25))
-    assert coarse == pytest.approx(fine, rel=4e-3)
+    assert coarse == pytest.approx(fine, rel=6e-3)
     assert middle == pytest.approx(fine, rel=2e-3)
 
 
