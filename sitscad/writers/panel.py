@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from sitscad.geometry.path import Path, Point, rectangle
+from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.layout.bridges import Bridge, bridge_ends
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
@@ -14,13 +15,14 @@ from sitscad.writers._drill_map import map_file, map_text
 from sitscad.writers._excellon_text import DrilledHole, drill_text, on_grid
 from sitscad.writers._fabrication_files import (
     FabricationFile,
+    body_files,
     drill_files,
     gerber_files,
     panel_attributes,
     panel_path,
     profile_file,
 )
-from sitscad.writers._gerber_image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, stroke, xy
+from sitscad.writers._gerber_image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, regions, stroke, xy
 from sitscad.writers._panel_image import Image, image_of, repeated
 from sitscad.writers._stroke_font import length, strokes
 
@@ -46,6 +48,7 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
         images = [(image_of(files[file.path]), panel.parts)]
         if file.path in coupon:
             images.append((image_of(coupon[file.path]), panel.coupons))
+        images += _lower_layers(panel, file)
         images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
         made |= _file(layout, file, repeated(images))
     made |= _file(layout, profile_file(layout), profile(rectangle(0.0, 0.0, *panel.size)))
@@ -64,6 +67,27 @@ def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[st
     path = file.path if file.function == CUTS else panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
     titled = replace(file, path=path, title=f"panel: {file.title}")
     return {path: document(layout, titled, body, panel_attributes(layout))}
+
+
+def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
+    """Where beside the boards there are the layers that tails are without: coupons have coils on all of them, and rails
+    a fiducial on the lowest; none for another file.
+    """
+    layout, coupon = panel.layout, panel.coupon
+    if file not in body_files(layout):
+        return []
+    (width, height), rail = panel.size, panel.rail
+    rails = [
+        rectangle(0.0, 0.0, width, rail),
+        rectangle(0.0, height - rail, width, height),
+        rectangle(0.0, rail, rail, height - rail),
+        rectangle(width - rail, rail, width, height - rail),
+    ]
+    frame = image_of(document(layout, file, regions(Region(each) for each in rails)))
+    images: list[tuple[Image, tuple[Point, ...]]] = [(frame, (Point(0.0, 0.0),))]
+    if coupon is not None:
+        images.append((image_of(document(layout, file, regions((Region(coupon.outline),)))), panel.coupons))
+    return images
 
 
 def _marks(panel: Panel, file: FabricationFile) -> tuple[tuple[str, ...], tuple[str, ...]]:

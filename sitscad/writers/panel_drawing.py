@@ -9,6 +9,7 @@ from typing import Protocol
 
 from sitscad.geometry.path import bounding_box, circle, rectangle
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+from sitscad.layout.thickness import tail_copper
 from sitscad.units import show
 from sitscad.writers._drawing import (
     HIDDEN,
@@ -25,7 +26,7 @@ from sitscad.writers._drawing import (
     scale_text,
     span,
 )
-from sitscad.writers._fabrication_files import panel_path
+from sitscad.writers._fabrication_files import body_files, panel_path
 from sitscad.writers._fingerprint import fingerprint, on_drawing, panel_images, shell_line
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet, text_width
@@ -165,8 +166,14 @@ def _notes(panel: Panel) -> Iterator[str]:
     else:
         yield "4. No place for a bridge was found: the parts are to be held as the fabricator sees fit."
     yield "5. Deliver the panel whole. Parts are cut out by the customer."
+    number = 6
     if panel.coupons:
-        yield "6. Coupons: one coil with solder pads, for measuring inductance."
+        yield f"{number}. Coupons: one coil with solder pads, for measuring inductance."
+        number += 1
+    if body_files(panel.layout):
+        where = "the parts' bodies, the coupons and the rails" if panel.coupons else "the parts' bodies and the rails"
+        lower = f"{tail_copper(panel.layout) + 1} to {panel.layout.copper_layers}"
+        yield f"{number}. Copper {lower} and what lies between: {where} only, not the parts' tails."
 
 
 def _bridge(panel: Panel) -> float:

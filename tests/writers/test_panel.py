@@ -38,6 +38,18 @@ fpc:
   %s
 """
 
+FOUR_LAYERS = """
+sitscad: 1
+name: small-part
+coil: {shape: circle, outer_diameter: 4, turns: 5.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
+array: {pattern: line, count: 2, pitch: 4.5}
+fpc:
+  stackup: flex-4l
+  rules: generic-fine
+  tail: {length: 30, connector: zif-0.5mm, layers: 2}
+  panel: {parts: [1, 2]}
+"""
+
 
 @pytest.fixture(scope="module")
 def small():
@@ -99,6 +111,26 @@ def test_the_coupon_is_the_first_coil_with_two_pads(small):
     for at in panel.coupons:
         one = moved(shapes.image(shapes.read(single)), at)
         assert whole.intersection(area(panel.coupon, at)).symmetric_difference(one).area < 1e-6
+
+
+def test_layers_that_tails_are_without_are_wherever_else_the_panel_has_copper():
+    """Rails carry fiducials on the lowest layer, coupons coils on all: the extent drew the boards' bodies alone."""
+    layout = lay_out(load_text(FOUR_LAYERS))
+    panel = plan(layout)
+    files = layouts.order_set(layout, panel)
+    extent = image(files, "fpc/panel/small-part-panel-Body_Layers.gbr").buffer(1e-6)
+    assert panel.coupons
+    for layer in ("In2_Cu", "B_Cu"):
+        lower = image(files, f"fpc/panel/small-part-panel-{layer}.gbr")
+        for at in panel.parts:
+            lower = lower.difference(area(layout, at))
+        assert lower.area > 0.5 and extent.contains(lower), layer
+    own = image(files, "fpc/small-part-Body_Layers.gbr")
+    for at in panel.parts:
+        cell = area(layout, at)
+        assert extent.intersection(cell).symmetric_difference(moved(own, at).intersection(cell)).area < 1e-3
+    said = files["fpc/panel/small-part-panel-readme.txt"].decode()
+    assert "Copper 3 to 4 and what lies between: the parts' bodies, the coupons and the rails only" in said
 
 
 def test_holes_are_those_of_all_copies_and_the_tooling_holes_are_not_plated(small):
