@@ -14,13 +14,16 @@ from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
 from sitscad.writers._drill_map import map_file, map_text
 from sitscad.writers._excellon_text import DrilledHole, drill_text, on_grid
 from sitscad.writers._fabrication_files import (
+    CUTS,
     FabricationFile,
     body_files,
+    cut_file,
     drill_files,
     gerber_files,
     panel_attributes,
     panel_path,
     profile_file,
+    tooling_file,
 )
 from sitscad.writers._gerber_image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, regions, stroke, xy
 from sitscad.writers._panel_image import Image, image_of, repeated
@@ -28,8 +31,6 @@ from sitscad.writers._stroke_font import length, strokes
 
 TEXT_HEIGHT = 1.5e-3
 TEXT_PEN = 0.2e-3
-
-CUTS = "Other,Part_Cuts"
 
 
 def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
@@ -54,12 +55,6 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
     made |= _file(layout, profile_file(layout), profile(rectangle(0.0, 0.0, *panel.size)))
     made |= _file(layout, cut_file(layout), _cuts(panel.cuts))
     return made | _drills(panel) | {panel_path(layout, ".json"): _places(panel)}
-
-
-def cut_file(layout: Layout) -> FabricationFile:
-    """The cuts round the parts."""
-    title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
-    return FabricationFile(panel_path(layout, "-Part_Cuts.gbr"), CUTS, "Positive", title)
 
 
 def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
@@ -137,9 +132,9 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     for file in drill_files(layout):
         path = panel_path(layout, "-PTH.drl")
         made[path] = drill_text(f"{name}: panel: {file.title}", file.function, attributes, plated, "ViaDrill")
-    function = f"NonPlated,1,{layout.copper_layers},NPTH"
-    title = f"{name}: panel: tooling holes, not plated"
-    made[panel_path(layout, "-NPTH.drl")] = drill_text(title, function, attributes, tooling, "ComponentDrill")
+    holes = tooling_file(layout)
+    title = f"{name}: panel: {holes.title}"
+    made[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
     chart = map_file(panel_path(layout, "-Drill_Map.gbr"))
     drawing = map_text(rectangle(0.0, 0.0, *panel.size), plated, tooling)
     return made | {chart.path: document(layout, chart, drawing, attributes)}

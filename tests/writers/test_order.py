@@ -398,6 +398,25 @@ def test_the_archive_keeps_names_where_the_rules_say_so(board):
         assert archive(files).read(name) == files[f"fpc/{name}"]
 
 
+def test_the_archives_list_of_files_keeps_its_column_under_shorter_names(board):
+    lines = archive(layouts.order_set(board)).read("readme.txt").decode().splitlines()
+    begin, end = lines.index("Files"), lines.index("Fingerprint")
+    rows = [re.match(r"(\S+)? +", line) for line in lines[begin + 2 : end] if line]
+    assert len(rows) > 10 and len({row.end() for row in rows}) == 1
+
+
+@pytest.mark.parametrize("length", range(40, 60, 3))
+def test_names_of_files_are_not_broken_at_their_hyphens(length):
+    """A broken name cannot be looked for, and is not renamed in the archive."""
+    board = layouts.thin_tail(layouts.two_coils(4))
+    name = ("a-" * 30)[:length] + "x"
+    spec = replace(board.spec, name=name, fpc=replace(board.spec.fpc, panel=PanelSpec("always", (1, 2))))
+    layout = replace(board, spec=spec)
+    for path, content in layouts.order_set(layout, plan(layout)).items():
+        if path.endswith("readme.txt"):
+            assert not re.search(r"a-$", content.decode(), re.MULTILINE), path
+
+
 def test_a_forced_order_says_so_inside_its_archive(board):
     assert order_archive.NOTE not in archive(layouts.order_set(board)).namelist()
     sent = archive(layouts.order_set(board, forced="do not order: 2 errors\n"))

@@ -285,6 +285,19 @@ def test_the_archive_holds_the_panel_and_not_the_single_board(small):
     assert "small-part.GTL" not in names and "small-part-netlist.d356" in names
 
 
+def test_the_archive_says_of_every_image_of_the_panel_what_it_is():
+    """GM2, GM3 and GM4 are a choice of ours, and the readme of the archive named the single board's files alone."""
+    layout = lay_out(load_text(FOUR_LAYERS))
+    sent = zipfile.ZipFile(io.BytesIO(layouts.order_set(layout, plan(layout))["fpc/small-part-order.zip"]))
+    lines = sent.read("small-part-panel-readme.txt").decode().splitlines()
+    listed = dict(line.split("  ", 1) for line in lines if line.startswith("small-part-panel") and "  " in line)
+    images = {name for name in sent.namelist() if "-panel" in name and not name.endswith((".txt", ".pdf"))}
+    assert {"small-part-panel.GM2", "small-part-panel.GM3", "small-part-panel.GM4"} < images <= set(listed)
+    assert "stiffener" in listed["small-part-panel.GM2"] and "cuts round" in listed["small-part-panel.GM4"]
+    assert "small-part-panel-readme.txt" in sent.read("readme.txt").decode()
+    assert len({len(name) + 2 + len(text) - len(text.lstrip()) for name, text in listed.items()}) == 1
+
+
 def test_the_coupon_s_inductance_says_at_which_frequency(small):
     """It stood there without one, and a meter at 100 kHz reads another value than at the sensor's."""
     layout, panel, _ = small
