@@ -187,6 +187,7 @@ def test_the_summary_says_what_was_not_so(package, capsys):
     hole = package / "fpc/small-part-PTH.drl"
     hole.write_text(without(0, r"^X.*\n")(hole.read_text()))
     (package / "estimate.json").unlink()
+    (package / "notes.txt").write_text("not from here")
     with pytest.raises(SystemExit) as stop:
         main(["verify", str(package)])
     lines = capsys.readouterr().out.splitlines()
@@ -194,7 +195,7 @@ def test_the_summary_says_what_was_not_so(package, capsys):
     assert stop.value.code == 1
     assert len([line for line in lines if line.startswith("no-hole")]) == 1
     assert lines[-1] == (
-        f"differs: {count - 1} of {count} files against the manifest, "
+        f"differs: {count} files against the manifest (1 missing, 1 changed, 1 not in the manifest), "
         "the copper of the Gerber files is not that of nets C1, C2, the panel is not made of the single board"
     )
 
