@@ -357,7 +357,8 @@ def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digi
         return f"{number} +- {scatter} {name}{per}"
     if sigma < 0.01 * abs(value) or not float(number):
         return f"{shown}{per} +- {scatter} {other}{per}"
-    return f"{number} +- {float(f'{sigma * float(number) / value:.2g}'):.7g} {name}{per}"
+    scale = 10.0 ** round(math.log10(float(number) / value))
+    return f"{number} +- {float(f'{sigma * scale:.2g}'):.7g} {name}{per}"
 
 
 def _titled(title: str, lines: Sequence[str], colour: bool) -> str:
