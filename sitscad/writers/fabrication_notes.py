@@ -28,6 +28,7 @@ from sitscad.writers._flex_facts import (
     bend_text,
     contact_text,
     finish_text,
+    holes_text,
     laminate_text,
     stiffener_text,
     thickness_texts,
@@ -121,6 +122,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     )
     yield "Holes", _holes(layout)
     yield "Finish", finish_text(layout).removeprefix("Finish on bare contacts: ")
+    yield "Legend", "none, and no date code or maker's mark on the boards"
     yield "Laminates", laminate_text(layout)
     yield "Class", "IPC-6013 class 2 unless the order says otherwise"
     if layout.stiffener is not None:
@@ -188,7 +190,7 @@ def _holes(layout: Layout) -> str:
         f"{count} of {show(drill, 'm')} (pad {show(pad, 'm')})"
         for count, (drill, pad) in zip(counts, sizes, strict=True)
     ]
-    return f"{', '.join(kinds)}, plated, through all layers, finished diameters"
+    return f"{', '.join(kinds)}, plated, finished diameters; {holes_text(layout)}"
 
 
 def _stiffener(layout: Layout) -> str:

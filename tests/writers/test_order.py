@@ -182,6 +182,18 @@ def test_holes_are_drawn_as_in_their_table(board):
     assert board.vias and len(symbols) == len(board.vias) + in_body + rows
 
 
+def test_holes_in_a_thinner_tail_are_not_said_to_go_through_all_layers():
+    """Drawing and readme asked for ten holes through four layers, of which the tail has two."""
+    whole = layouts.two_coils(4)
+    thin = layouts.thin_tail(whole)
+    inside = sum(via.centre.x > thin.body[2] for via in thin.vias)
+    assert inside
+    said = f"{len(thin.vias) - inside} through all 4 layers, {inside} in the tail through its 2 layers"
+    assert said in " ".join(layouts.order_set(thin)["fpc/readme.txt"].decode().split())
+    assert any(said in note for note in board_drawing.notes(thin))
+    assert "finished diameters; through all layers" in layouts.order_set(whole)["fpc/readme.txt"].decode()
+
+
 def test_plating_is_named_only_where_there_are_holes(board):
     assert "holes plated 12 um nominal" in _flex_facts.finish_text(lay_out(load_text(SIX)))
     bare = replace(board, vias=())
