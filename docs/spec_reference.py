@@ -64,7 +64,8 @@ def _title(section: type[Section], places: Places) -> str:
     paths = places[section]
     if len(paths) == 1:
         return paths[0] or "Top level"
-    return f"A {section.__name__.removesuffix('Document').lower()} written out"
+    name = section.__name__.removesuffix("Document").lower()
+    return f"{'An' if name[0] in 'aeiou' else 'A'} {name} written out"
 
 
 def _about(section: type[Section], paths: list[str]) -> str:

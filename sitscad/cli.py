@@ -188,6 +188,8 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
                      that the frequency follows the losses too.
       Rp             parallel resistance, what the tank's losses are to the drive:
                      1 kohm and more are asked, usual are 1 to 10.
+      frequency      by the converter's data sheet, equation 1: losses and the
+                     drive's 5 ns keep it 0.1 to 2 % below 1 / (2 pi sqrt(L C)).
       step           smallest difference of inductance that the converter can
                      tell at this scan rate, usually 10 to 400 pH; at half the
                      rate about half. Quantisation noise, step / sqrt 12, is the

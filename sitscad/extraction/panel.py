@@ -13,12 +13,18 @@ from numpy.typing import NDArray
 
 from sitscad.extraction.artwork import ExtractionError, file_functions
 from sitscad.extraction.coupon import compare_coupon, shown
-from sitscad.extraction.panel_frame import Box, cut_differences, frame_differences, shown_place
+from sitscad.extraction.panel_frame import (
+    Box,
+    cut_differences,
+    frame_differences,
+    inside_rails,
+    shown_place,
+)
 from sitscad.extraction.panel_list import PanelList, Place, read_panel_list
 from sitscad.extraction.plotted import COLUMNS, Plotted, drilled, plotted
 from sitscad.record import record
 
-OUTLINE, CUTS = "Profile,NP", "Other,Part_Cuts"
+OUTLINE, CUTS, EXTENT = "Profile,NP", "Other,Part_Cuts", "Other,Extent_of"
 
 NEAR = 1e-6
 """So far (m) a cut's drawn line may stand over the outline's: rounding moves an arc's centre by nanometres."""
@@ -115,7 +121,11 @@ def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: li
             yield from _unequal(coupon[function], copy, f"{name}, coupon {number}", "the first coupon")
         if function == CUTS and listed.coupons:
             yield from cut_differences(coupon[function], listed.coupon_bridges, f"{name}, coupon 1")
-        yield from frame_differences(there.chosen(~taken), function, name, listed, apertures)
+        rest = there.chosen(~taken)
+        if function.startswith(EXTENT):
+            yield from _off_rails(rest, name, listed, apertures)
+        else:
+            yield from frame_differences(rest, function, name, listed, apertures)
     if listed.coupons:
         found = compare_coupon(coupon, apertures)
         yield from (f"the panel's coupon: {difference.kind.value}: {difference.message}" for difference in found)
@@ -139,6 +149,15 @@ def _unequal(own: Plotted, copy: Plotted, where: str, other: str = "the single b
         if some
     ]
     yield f"{where} is not as {other}: {', '.join(words) or 'objects doubled or in another order'}"
+
+
+def _off_rails(rest: Plotted, name: str, listed: PanelList, apertures: Sequence[str]) -> Iterator[str]:
+    """Whether the layers that tails are without are just on the rails, beside boards and coupons."""
+    inner = shapely.box(*(each * 1e-9 for each in inside_rails(listed)))
+    rails = shapely.box(0.0, 0.0, *(each * 1e-9 for each in listed.size)) - inner
+    drawn = shown(rest, apertures) if len(rest.objects) else shapely.Polygon()
+    if drawn.symmetric_difference(rails).area > rails.length * NEAR:
+        yield f"{name} does not show just the rails beside boards and coupons"
 
 
 def _off_outline(cuts: Plotted, outline: Plotted, name: str, apertures: Sequence[str]) -> Iterator[str]:

@@ -77,7 +77,11 @@ def read_manifest(folder: Path) -> Manifest:
         forced = document.get("forced") is True
         return Manifest(str(document["sitscad"]), _texts(document["spec"]), forced, nets, files)
     except OSError as error:
-        raise PackageError(f"{folder} is not a package of sitscad: {MANIFEST}: {error.strerror or error}") from error
+        inside = ", ".join(str(found.parent) for found in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
+        hint = f"; it holds {inside}: name one of these" if inside else ""
+        raise PackageError(
+            f"{folder} is not a package of sitscad: {MANIFEST}: {error.strerror or error}{hint}"
+        ) from error
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise PackageError(f"{folder / MANIFEST} is not a manifest of sitscad: {error}") from error
 

@@ -17,7 +17,8 @@ from sitscad.record import record
 class Verification:
     """What reading a package back found: every difference in one sentence, and what was looked at.
 
-    ``files`` counts those that the manifest names, ``missing`` those of them that are not there; ``nets`` are the
+    ``files`` counts those that the manifest names, ``missing`` and ``changed`` those of them that are not there or not
+    as they were built, ``foreign`` others; ``nets`` are the
     layout's, None where the package has no Gerber files; ``panel_boards`` is how many boards were held against the
     single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either.
     """
@@ -30,6 +31,8 @@ class Verification:
     wrong_nets: int = 0
     panel_boards: int | None = None
     wrong_boards: int = 0
+    changed: int = 0
+    foreign: int = 0
 
     @property
     def ok(self) -> bool:
@@ -42,8 +45,9 @@ class Verification:
         return tuple(self._words())
 
     def _words(self) -> Iterator[str]:
-        there = f"{self.files - self.missing} of {self.files}" if self.missing else str(self.files)
-        yield f"{there} files against the manifest"
+        wrong = ((self.missing, "missing"), (self.changed, "changed"), (self.foreign, "not in the manifest"))
+        words = ", ".join(f"{count} {word}" for count, word in wrong if count)
+        yield f"{self.files} files against the manifest{f' ({words})' if words else ''}"
         if self.nets is None:
             yield "no Gerber files"
         elif self.wrong_nets:
@@ -70,16 +74,22 @@ def verify(directory: str | Path) -> Verification:
     folder = Path(directory)
     with explained(f"cannot read {folder}"):
         manifest = read_manifest(folder)
-        files = list(_file_differences(folder, manifest))
-        missing = sum(not (folder / name).exists() for name in manifest.files)
+        missing, changed, foreign = _file_differences(folder, manifest)
+        files = (
+            *(f"{name} is missing" for name in missing),
+            *(f"{name} is not the file that was built (its SHA-256 differs)" for name in changed),
+            *(f"{name} is not in the manifest" for name in foreign),
+        )
+        counts = {"missing": len(missing), "changed": len(changed), "foreign": len(foreign)}
         if not any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
-            return Verification(folder, tuple(files), len(manifest.files), None, missing)
+            return Verification(folder, files, len(manifest.files), None, **counts)
         with _readers():
             nets = tuple(dict.fromkeys(_net_differences(folder, manifest.nets)))
             boards, panel = _panel_differences(folder, manifest)
-    differences = (*files, *nets, *panel)
-    names = tuple(sorted(manifest.nets))
-    return Verification(folder, differences, len(manifest.files), names, missing, len(nets), boards, len(panel))
+    return Verification(
+        folder, (*files, *nets, *panel), len(manifest.files), tuple(sorted(manifest.nets)), wrong_nets=len(nets),
+        panel_boards=boards, wrong_boards=len(panel), **counts,
+    )  # fmt: skip
 
 
 @contextmanager
@@ -94,15 +104,12 @@ def _readers() -> Iterator[None]:
         raise MissingExtra(f"reading Gerber files back needs {missing}: pip install 'sitscad[all]'") from error
 
 
-def _file_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    for name, entry in manifest.files.items():
-        if not (folder / name).exists():
-            yield f"{name} is missing"
-        elif intact(folder, {name: entry}) is None:
-            yield f"{name} is not the file that was built (its SHA-256 differs)"
-    for name in foreign_files(folder, manifest):
-        if name not in manifest.files:
-            yield f"{name} is not in the manifest"
+def _file_differences(folder: Path, manifest: Manifest) -> tuple[list[str], list[str], list[str]]:
+    """The files that are missing, those that are not as they were built, and those that the manifest does not name."""
+    missing = [name for name in manifest.files if not (folder / name).exists()]
+    there = {name: entry for name, entry in manifest.files.items() if name not in missing}
+    changed = [name for name, entry in there.items() if intact(folder, {name: entry}) is None]
+    return missing, changed, [name for name in foreign_files(folder, manifest) if name not in manifest.files]
 
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:

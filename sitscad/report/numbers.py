@@ -72,8 +72,9 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("winding resistance, sensor frequency", lambda c: quantity(c.resistance_ac, "ohm")),
         ("contact to contact, direct current", lambda c: quantity(c.terminal_resistance_dc, "ohm")),
         ("tank capacitance, in all", lambda c: quantity(c.capacitance, "F")),
-        ("of that, the coil's own", lambda c: quantity(c.self_capacitance, "F")),
+        ("of that, the coil's own, with leads and tail", lambda c: quantity(c.self_capacitance, "F")),
         ("- between its layers and turns", lambda c: quantity(c.winding_capacitance, "F")),
+        ("- of leads and tail", lambda c: quantity(c.self_capacitance - c.winding_capacitance, "F")),
         ("sensor frequency, free", lambda c: quantity(c.sensor_frequency, "Hz")),
         ("self-resonance", lambda c: quantity(c.self_resonance, "Hz")),
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
@@ -253,7 +254,7 @@ def _count(value: int | None) -> str:
 
 def _timing_rows(r: ReadoutEstimate) -> list[list[str]]:
     parts = (("settling", r.settle_time), ("conversion", r.conversion_time), ("switching", r.switch_time))
-    rows = [[f"- {name}", quantity(value, "s", 3)] for name, value in parts if value is not None]
+    rows = [[f"- {name}", quantity(value, "s")] for name, value in parts if value is not None]
     if r.read_back_time is not None:
         rows.append(["reading all results over I2C at 400 kHz", quantity(r.read_back_time, "s", 3)])
         rows.append(["scans a second that I2C can carry", quantity(r.readable_rate, "")])
@@ -346,14 +347,18 @@ def quantity(value: float | None, unit: str, digits: int = 4) -> str:
 
 
 def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
-    """A number and one sigma of it, the unit once where both have the same: ``-6.49 +- 2.3 nH/N``."""
+    """A number and one sigma of it, in the number's unit unless sigma is far below it: ``1.15 +- 0.087 mm``."""
     shown = quantity(value, unit, digits)
     if sigma is None or not math.isfinite(sigma) or shown == NONE:
         return shown + (per if shown != NONE else "")
     number, _, name = shown.partition(" ")
     scatter, _, other = quantity(sigma, unit, 2).partition(" ")
-    first = number if name == other else f"{shown}{per}"
-    return f"{first} +- {scatter} {other}{per}"
+    if name == other:
+        return f"{number} +- {scatter} {name}{per}"
+    if sigma < 0.01 * abs(value) or not float(number):
+        return f"{shown}{per} +- {scatter} {other}{per}"
+    scale = 10.0 ** round(math.log10(float(number) / value))
+    return f"{number} +- {float(f'{sigma * scale:.2g}'):.7g} {name}{per}"
 
 
 def _titled(title: str, lines: Sequence[str], colour: bool) -> str:

@@ -93,7 +93,8 @@ def _head(checked: CheckedSpec, spec: SensorSpec) -> str:
     errors = _counted(checked.count(Severity.ERROR), "error")
     verdict = "No errors found" if checked.ok else f"{errors}: do not order this"
     coil = spec.coil
-    turns = f"{coil.turns_in_words} turns on {_counted(len(coil.layers), 'layer')}"
+    each = "each of " if len(coil.layers) > 1 and not coil.unequal_turns else ""
+    turns = f"{coil.turns_in_words} turns on {each}{_counted(len(coil.layers), 'layer')}"
     shape = _ADJECTIVES.get(coil.shape, coil.shape)
     what = (
         f"{_counted(len(spec.array.placements), f'{shape} coil')} of {show(coil.outer_diameter, 'm')}, {turns}, "

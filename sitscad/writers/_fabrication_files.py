@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import uuid
+from dataclasses import replace
 from datetime import UTC, datetime
 
 from sitscad import __version__
@@ -13,6 +14,7 @@ from sitscad.record import record
 from sitscad.spec.stackup import LayerKind, Stackup
 
 FOLDER = "fpc"
+CUTS = "Other,Part_Cuts"
 VENDOR = "sitscad"
 _PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
 
@@ -131,6 +133,28 @@ def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
 def panel_path(layout: Layout, ending: str) -> str:
     """The path inside the package of one file of the panel's set, such as ``fpc/panel/NAME-panel-F_Cu.gbr``."""
     return f"{FOLDER}/panel/{layout.spec.name}-panel{ending}"
+
+
+def cut_file(layout: Layout) -> FabricationFile:
+    """The cuts round the parts of a panel."""
+    title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
+    return FabricationFile(panel_path(layout, "-Part_Cuts.gbr"), CUTS, "Positive", title)
+
+
+def tooling_file(layout: Layout) -> FabricationFile:
+    """The drill file of a panel's tooling holes."""
+    function = f"NonPlated,1,{layout.copper_layers},NPTH"
+    return FabricationFile(panel_path(layout, "-NPTH.drl"), function, "Positive", "tooling holes, not plated")
+
+
+def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """All Gerber and drill files of the panel's set in the order of the board's, then what the panel alone has."""
+    board = (*gerber_files(layout), *drill_files(layout))
+    stem = fabrication_path(layout, "").removesuffix("-")
+    copies = (replace(file, path=panel_path(layout, file.path.removeprefix(stem))) for file in board)
+    frame = {profile_file(layout).function: "outline of the panel"}
+    named = (replace(file, title=frame.get(file.function, file.title)) for file in copies)
+    return (*named, tooling_file(layout), cut_file(layout))
 
 
 def panel_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:

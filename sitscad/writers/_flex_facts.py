@@ -36,6 +36,27 @@ def finish_text(layout: Layout) -> str:
     return f"Finish on bare contacts: {row['words']}. Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
 
 
+def tail_holes(layout: Layout) -> int:
+    """How many holes go through fewer layers than the others: those in a tail that has fewer."""
+    if tail_copper(layout) == layout.copper_layers:
+        return 0
+    return sum(via.centre.x > layout.body[2] for via in layout.vias)
+
+
+def holes_text(layout: Layout) -> str:
+    """Through which layers the plated holes go; the copper of the body and of a thinner tail differ."""
+    count, through = len(layout.vias), tail_copper(layout)
+    inside = tail_holes(layout)
+    if not inside:
+        return "through all layers"
+    own = f"{inside} in the tail through its {_layers(through)}"
+    return f"{count - inside} through all {layout.copper_layers} layers, {own}"
+
+
+def _layers(count: int) -> str:
+    return f"{count} layer{'s' * (count > 1)}"
+
+
 def bend_radius(layout: Layout) -> float | None:
     """Smallest radius (m) that the tail may be bent to by the fabricator's rules; None where they state none."""
     tail, rules = layout.spec.fpc.tail, layout.spec.fpc.rules

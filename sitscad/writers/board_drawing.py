@@ -38,7 +38,15 @@ from sitscad.writers._drill_map import SYMBOLS, tool_table
 from sitscad.writers._excellon_text import DrilledHole, millimetres, on_grid
 from sitscad.writers._fabrication_files import fabrication_path
 from sitscad.writers._fingerprint import board_images, on_drawing
-from sitscad.writers._flex_facts import bend_text, finish_text, stiffener_text, thickness_texts, turn_text
+from sitscad.writers._flex_facts import (
+    bend_text,
+    finish_text,
+    holes_text,
+    stiffener_text,
+    tail_holes,
+    thickness_texts,
+    turn_text,
+)
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet, text_width
 
@@ -242,9 +250,10 @@ def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
     """The table of holes with the drill map's symbols."""
     holes = [DrilledHole(on_grid(v.centre.x), on_grid(v.centre.y), on_grid(v.drill)) for v in layout.vias]
     rows = [["", "finished hole", "holes", "plated", "pad"]]
+    plated = "yes, see notes" if tail_holes(layout) else "yes, all layers"
     for diameter, count, _ in tool_table(holes, ()):
         pads = sorted({show(v.pad, "m") for v in layout.vias if on_grid(v.drill) == diameter})
-        rows.append(["", f"{millimetres(diameter, 3)} mm", str(count), "yes, all layers", ", ".join(pads)])
+        rows.append(["", f"{millimetres(diameter, 3)} mm", str(count), plated, ", ".join(pads)])
     if len(rows) == 1:
         rows.append(["", "none", "", "", ""])
     low = table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
@@ -270,6 +279,8 @@ def notes(layout: Layout) -> Iterator[str]:
         f"outer copper edges, tracks {show(coil.trace_width, 'm')}, gaps {show(coil.trace_spacing, 'm')}."
     )
     yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
+    if tail_holes(layout):
+        yield f"{next(number)}. Holes: {holes_text(layout)}."
     if layout.stiffener is not None:
         yield f"{next(number)}. Stiffener below the contacts: {stiffener_text(layout)}."
     if layout.bend_zone is not None:

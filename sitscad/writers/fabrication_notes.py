@@ -28,13 +28,13 @@ from sitscad.writers._flex_facts import (
     bend_text,
     contact_text,
     finish_text,
+    holes_text,
     laminate_text,
     stiffener_text,
     thickness_texts,
     turn_text,
 )
-
-TEXT_WIDTH = 100
+from sitscad.writers._text_section import TEXT_WIDTH, section
 
 
 def render(layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
@@ -48,27 +48,16 @@ def readme(layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes
     """The order's parameters, what matters to the sensor, the files, and the fingerprint of `files` if given."""
     sections = [
         _incomplete(layout),
-        _section("What to make", _order(layout, panel)),
-        _section("Stack-up, from the top", _layers(layout)),
-        _section("What the sensor depends on", _care(layout)),
-        _section("Test", _test(layout)),
+        section("What to make", _order(layout, panel)),
+        section("Stack-up, from the top", _layers(layout)),
+        section("What the sensor depends on", _care(layout)),
+        section("Test", _test(layout)),
         _contact_table(layout),
-        _section("Files", _files(layout, panel)),
+        section("Files", _files(layout, panel)),
         _fingerprint(layout, panel, files) if files else [],
     ]
     title = f"{layout.spec.name}: flexible printed circuit of an inductive sensor"
     return "\n".join([title, "=" * len(title), "", *(line for section in sections for line in section)])
-
-
-def _section(title: str, rows: Iterator[tuple[str, str]]) -> list[str]:
-    """A heading and rows of a name and a text, the text wrapped beside its name."""
-    lines = [title, "-" * len(title)]
-    pairs = list(rows)
-    indent = max(len(name) for name, _ in pairs) + 2
-    for name, text in pairs:
-        first, *rest = wrap(text, TEXT_WIDTH - indent, break_long_words=False) or [""]
-        lines += [f"{name:<{indent}}{first}".rstrip(), *(" " * indent + more for more in rest)]
-    return [*lines, ""]
 
 
 def _contact_table(layout: Layout) -> list[str]:
@@ -96,7 +85,15 @@ def _fingerprint(layout: Layout, panel: Panel | None, files: Mapping[str, bytes]
             f"{name}."
         )
     digest, line = fingerprint(files, images), shell_line(images)
-    return [title, "-" * len(title), *wrap(what, TEXT_WIDTH, break_long_words=False), "", digest, line, ""]
+    return [
+        title,
+        "-" * len(title),
+        *wrap(what, TEXT_WIDTH, break_long_words=False, break_on_hyphens=False),
+        "",
+        digest,
+        line,
+        "",
+    ]
 
 
 def _incomplete(layout: Layout) -> list[str]:
@@ -125,6 +122,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     )
     yield "Holes", _holes(layout)
     yield "Finish", finish_text(layout).removeprefix("Finish on bare contacts: ")
+    yield "Legend", "none, and no date code or maker's mark on the boards"
     yield "Laminates", laminate_text(layout)
     yield "Class", "IPC-6013 class 2 unless the order says otherwise"
     if layout.stiffener is not None:
@@ -192,7 +190,7 @@ def _holes(layout: Layout) -> str:
         f"{count} of {show(drill, 'm')} (pad {show(pad, 'm')})"
         for count, (drill, pad) in zip(counts, sizes, strict=True)
     ]
-    return f"{', '.join(kinds)}, plated, through all layers, finished diameters"
+    return f"{', '.join(kinds)}, plated, finished diameters; {holes_text(layout)}"
 
 
 def _stiffener(layout: Layout) -> str:
@@ -307,7 +305,11 @@ def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     )
     yield _name(layout, "stackup.pdf"), "drawing of the stack-up (also as SVG)"
     if panel is not None:
-        yield "Archive", "holds the panel's images; those of the single board listed here stay in the package"
+        readme = panel_path(layout, "-readme.txt").rpartition("/")[2]
+        yield (
+            "Archive",
+            f"holds the panel's images, listed in {readme}; those of the single board listed here stay in the package",
+        )
         yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({_panel_name(layout)})"
     yield _name(layout, "order.zip"), "what is sent: the files of the order under the fabricator's names"
     yield _name(layout, "board.svg"), "picture of the whole board, for orientation only"

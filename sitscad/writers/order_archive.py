@@ -78,8 +78,17 @@ def _renamed(path: str, content: bytes, names: Mapping[str, str]) -> bytes:
     if not path.endswith((".txt", ".gbrjob")):
         return content
     for old, new in sorted(names.items(), key=lambda pair: -len(pair[0])):
-        content = content.replace(old.rpartition("/")[2].encode("ascii"), new.encode("ascii"))
+        content = _called(content, old.rpartition("/")[2].encode("ascii"), new.encode("ascii"))
     return content
+
+
+def _called(content: bytes, old: bytes, new: bytes) -> bytes:
+    """One file's name replaced by another; where a column follows it, that stays where it was."""
+    return re.sub(
+        re.escape(old) + rb"(?P<gap>  +)?",
+        lambda found: new + (b" " * max(2, len(found[0]) - len(new)) if found["gap"] else b""),
+        content,
+    )
 
 
 def _zipped(contents: Mapping[str, bytes]) -> bytes:

@@ -7,27 +7,30 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from sitscad.geometry.path import Path, Point, rectangle
+from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.layout.bridges import Bridge, bridge_ends
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
 from sitscad.writers._drill_map import map_file, map_text
 from sitscad.writers._excellon_text import DrilledHole, drill_text, on_grid
 from sitscad.writers._fabrication_files import (
+    CUTS,
     FabricationFile,
+    body_files,
+    cut_file,
     drill_files,
     gerber_files,
     panel_attributes,
     panel_path,
     profile_file,
+    tooling_file,
 )
-from sitscad.writers._gerber_image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, stroke, xy
+from sitscad.writers._gerber_image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, regions, stroke, xy
 from sitscad.writers._panel_image import Image, image_of, repeated
 from sitscad.writers._stroke_font import length, strokes
 
 TEXT_HEIGHT = 1.5e-3
 TEXT_PEN = 0.2e-3
-
-CUTS = "Other,Part_Cuts"
 
 
 def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
@@ -46,6 +49,7 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
         images = [(image_of(files[file.path]), panel.parts)]
         if file.path in coupon:
             images.append((image_of(coupon[file.path]), panel.coupons))
+        images += _lower_layers(panel, file)
         images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
         made |= _file(layout, file, repeated(images))
     made |= _file(layout, profile_file(layout), profile(rectangle(0.0, 0.0, *panel.size)))
@@ -53,17 +57,32 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
     return made | _drills(panel) | {panel_path(layout, ".json"): _places(panel)}
 
 
-def cut_file(layout: Layout) -> FabricationFile:
-    """The cuts round the parts."""
-    title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
-    return FabricationFile(panel_path(layout, "-Part_Cuts.gbr"), CUTS, "Positive", title)
-
-
 def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
     """One Gerber file of the panel, called like the board's own."""
     path = file.path if file.function == CUTS else panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
     titled = replace(file, path=path, title=f"panel: {file.title}")
     return {path: document(layout, titled, body, panel_attributes(layout))}
+
+
+def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
+    """Where beside the boards there are the layers that tails are without: coupons have coils on all of them, and rails
+    a fiducial on the lowest; none for another file.
+    """
+    layout, coupon = panel.layout, panel.coupon
+    if file not in body_files(layout):
+        return []
+    (width, height), rail = panel.size, panel.rail
+    rails = [
+        rectangle(0.0, 0.0, width, rail),
+        rectangle(0.0, height - rail, width, height),
+        rectangle(0.0, rail, rail, height - rail),
+        rectangle(width - rail, rail, width, height - rail),
+    ]
+    frame = image_of(document(layout, file, regions(Region(each) for each in rails)))
+    images: list[tuple[Image, tuple[Point, ...]]] = [(frame, (Point(0.0, 0.0),))]
+    if coupon is not None:
+        images.append((image_of(document(layout, file, regions((Region(coupon.outline),)))), panel.coupons))
+    return images
 
 
 def _marks(panel: Panel, file: FabricationFile) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -113,9 +132,9 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     for file in drill_files(layout):
         path = panel_path(layout, "-PTH.drl")
         made[path] = drill_text(f"{name}: panel: {file.title}", file.function, attributes, plated, "ViaDrill")
-    function = f"NonPlated,1,{layout.copper_layers},NPTH"
-    title = f"{name}: panel: tooling holes, not plated"
-    made[panel_path(layout, "-NPTH.drl")] = drill_text(title, function, attributes, tooling, "ComponentDrill")
+    holes = tooling_file(layout)
+    title = f"{name}: panel: {holes.title}"
+    made[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
     chart = map_file(panel_path(layout, "-Drill_Map.gbr"))
     drawing = map_text(rectangle(0.0, 0.0, *panel.size), plated, tooling)
     return made | {chart.path: document(layout, chart, drawing, attributes)}

@@ -9,6 +9,7 @@ from typing import Protocol
 
 from sitscad.geometry.path import bounding_box, circle, rectangle
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+from sitscad.layout.thickness import tail_copper
 from sitscad.units import show
 from sitscad.writers._drawing import (
     HIDDEN,
@@ -25,13 +26,14 @@ from sitscad.writers._drawing import (
     scale_text,
     span,
 )
-from sitscad.writers._fabrication_files import panel_path
+from sitscad.writers._drill_map import map_file
+from sitscad.writers._fabrication_files import body_files, panel_files, panel_path
 from sitscad.writers._fingerprint import fingerprint, on_drawing, panel_images, shell_line
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet, text_width
+from sitscad.writers._text_section import TEXT_WIDTH, section
 
 ROOM = (32.0, 46.0, 150.0, 135.0)
-TEXT_WIDTH = 100
 
 
 class State(Protocol):
@@ -130,7 +132,7 @@ def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
         return
     box, size = bounding_box([panel.coupon.outline]), 2.2
     first, last = panel.coupons[0], panel.coupons[-1]
-    y, begin, end = view.y(first.y) - 0.8, view.x(first.x + box[2]) + 1.0, view.x(last.x + box[0]) - 1.0
+    y, begin, end = view.y(first.y) - 0.8, view.x(first.x + box[2]) + 2.0, view.x(last.x + box[0]) - 2.0
     if len(panel.coupons) == 1:
         sheet.text(begin, y, "coupon", size)
     elif end - begin > 2.0 * text_width("coupon", size) + 1.0:
@@ -165,8 +167,14 @@ def _notes(panel: Panel) -> Iterator[str]:
     else:
         yield "4. No place for a bridge was found: the parts are to be held as the fabricator sees fit."
     yield "5. Deliver the panel whole. Parts are cut out by the customer."
+    number = 6
     if panel.coupons:
-        yield "6. Coupons: one coil with solder pads, for measuring inductance."
+        yield f"{number}. Coupons: one coil with solder pads, for measuring inductance."
+        number += 1
+    if body_files(panel.layout):
+        where = "the parts' bodies, the coupons and the rails" if panel.coupons else "the parts' bodies and the rails"
+        lower = f"{tail_copper(panel.layout) + 1} to {panel.layout.copper_layers}"
+        yield f"{number}. Copper {lower} and what lies between: {where} only, not the parts' tails."
 
 
 def _bridge(panel: Panel) -> float:
@@ -185,8 +193,25 @@ def readme(panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str,
         *_nubs(panel),
         *_coupon(panel, coupon_estimates),
     ]
-    lines = [line for text in paragraphs for line in [*wrap(text, TEXT_WIDTH, subsequent_indent="   "), ""]]
-    return "\n".join([title, "=" * len(title), "", *lines, *(_fingerprint(panel, files) if files else [])])
+    lines = [
+        line
+        for text in paragraphs
+        for line in [*wrap(text, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False), ""]
+    ]
+    listed = section("Files", _files(panel))
+    return "\n".join([title, "=" * len(title), "", *lines, *listed, *(_fingerprint(panel, files) if files else [])])
+
+
+def _files(panel: Panel) -> Iterator[tuple[str, str]]:
+    """The panel's images and papers, each with what it is: mechanical layers are called by bare numbers in archives."""
+    layout = panel.layout
+    for file in panel_files(layout):
+        kind = "Excellon, metric" if file.path.endswith(".drl") else f"Gerber X2, {file.function}"
+        yield file.name, f"{file.title} ({kind})"
+    drill_map = map_file(panel_path(layout, "-Drill_Map.gbr"))
+    yield drill_map.name, "drill map (Gerber drawing)"
+    yield panel_path(layout, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"
+    yield "Coordinates", "millimetres, one origin for all files of the panel: its lower left corner"
 
 
 def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
@@ -195,7 +220,13 @@ def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
         "Fingerprint: SHA-256 of the panel's Gerber and drill files one after another, in the order of the line below; "
         "in the folder that holds them that line prints the same. The panel's drawing shows its first 16 digits."
     )
-    return [*wrap(what, TEXT_WIDTH, subsequent_indent="   "), "", fingerprint(files, images), shell_line(images), ""]
+    return [
+        *wrap(what, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False),
+        "",
+        fingerprint(files, images),
+        shell_line(images),
+        "",
+    ]
 
 
 def _nubs(panel: Panel) -> Iterator[str]:

@@ -321,7 +321,7 @@ def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
 @pytest.mark.parametrize(
     ("value", "sigma", "shown"),
     [(-6.49e-9, 2.4e-9, "-6.49 +- 2.4 nH/N"), (1e-9, 0.2e-12, "1 nH/N +- 0.2 pH/N"), (5e-9, None, "5 nH/N"),
-     (math.nan, 1.0, "-")],
+     (math.nan, 1.0, "-"), (1.15e-6, 87e-9, "1.15 +- 0.087 uH/N"), (-0.95e-9, 1.2e-9, "-950 +- 1200 pH/N")],
 )  # fmt: skip
 def test_a_number_and_its_sigma_share_a_unit_where_they_can(value, sigma, shown):
     assert numbers.plus_minus(value, sigma, "H", "/N") == shown

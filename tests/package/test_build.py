@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -322,3 +323,8 @@ class TestVerify:
             sitscad.verify(tmp_path)
         with pytest.raises(PackageError):
             sitscad.verify(tmp_path / "absent")
+
+    def test_the_folder_of_packages_names_them(self, good, tmp_path):
+        built = sitscad.build(good, tmp_path, ("firmware",)).directory
+        with pytest.raises(PackageError, match=f"it holds {re.escape(str(built))}: name one of these"):
+            sitscad.verify(tmp_path)

@@ -170,10 +170,24 @@ def test_a_file_of_the_panel_that_is_gone_is_found(package):
     assert "the panel has nothing like small-part-B_Mask.gbr" in said
 
 
+def test_the_layers_that_tails_are_without_are_on_the_rails_and_not_between_the_boards(tmp_path):
+    text = (SPEC % "[1, 2]").replace("3.5, turns: 6.5, layers: 2", "4, turns: 5.75, layers: 4").replace("0.1", "80 um")
+    text = text.replace("pitch: 4", "pitch: 4.5").replace("fpc:", "fpc:\n  stackup: flex-4l\n  rules: generic-fine")
+    spec = sitscad.load_text(text.replace("0.5mm}", "0.5mm, layers: 2}"), "four.yaml")
+    package = sitscad.build(spec, tmp_path, ["gerber"], force=True).directory
+    assert compare_panel(package / "fpc", package / "fpc/panel") == (2, ())
+    said = changed(package, "-Body_Layers.gbr", without(0, r"G36\*\n(?:[XG].*\n)*?G37\*\n"))
+    assert said
+    area = "G36*\nX0Y0D02*\nG01*\nX20000000Y0D01*\nX20000000Y15000000D01*\nX0Y15000000D01*\nX0Y0D01*\nG37*\nM02*"
+    said = changed(package, "-Body_Layers.gbr", lambda text: text.replace("M02*", area))
+    assert "small-part-panel-Body_Layers.gbr does not show just the rails beside boards and coupons" in said
+
+
 def test_the_summary_says_what_was_not_so(package, capsys):
     hole = package / "fpc/small-part-PTH.drl"
     hole.write_text(without(0, r"^X.*\n")(hole.read_text()))
     (package / "estimate.json").unlink()
+    (package / "notes.txt").write_text("not from here")
     with pytest.raises(SystemExit) as stop:
         main(["verify", str(package)])
     lines = capsys.readouterr().out.splitlines()
@@ -181,7 +195,7 @@ def test_the_summary_says_what_was_not_so(package, capsys):
     assert stop.value.code == 1
     assert len([line for line in lines if line.startswith("no-hole")]) == 1
     assert lines[-1] == (
-        f"differs: {count - 1} of {count} files against the manifest, "
+        f"differs: {count} files against the manifest (1 missing, 1 changed, 1 not in the manifest), "
         "the copper of the Gerber files is not that of nets C1, C2, the panel is not made of the single board"
     )
 

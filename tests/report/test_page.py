@@ -12,6 +12,7 @@ import pytest
 import sitscad
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.contacts import contacts
+from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.report.page import _findings, render
 from sitscad.spec import templates
@@ -182,3 +183,26 @@ def test_contacts_and_unverified_figures_are_listed(design):
     assert {"generic-flex hole_to_hole", "generic-flex drill_to_copper"} <= {figure.what for figure in figures}
     grasper = unverified_figures(sitscad.load_text(templates.read("grasper_4layer"), "spec.yaml"))
     assert {"jaw generic-5mm width", "connector zif-0.5mm contact_width"} <= {figure.what for figure in grasper}
+
+
+def test_the_head_says_that_turns_are_those_of_each_layer(design):
+    """12 turns on 2 layers could be six on each."""
+    assert "12 turns on each of 2 layers" in _page(design)
+
+
+def test_the_times_of_a_coil_and_its_capacitances_add_up_as_they_are_printed(design):
+    """The conversion was rounded to a digit less than the sum, and the capacitance of leads and tail was left out."""
+    factors = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "pF": 1.0}
+
+    def shown(row):
+        number, unit = row[1].split()
+        return float(number) * factors[unit]
+
+    rows = {row[0]: row for row in numbers.readout_rows(design[1])}
+    parts = [shown(rows[f"- {name}"]) for name in ("settling", "conversion", "switching")]
+    assert sum(parts) == pytest.approx(shown(rows["time on one coil"]), abs=1.1e-6)
+    rows = {row[0]: row for row in numbers.coil_rows(design[1])}
+    own = shown(rows["of that, the coil's own, with leads and tail"])
+    assert shown(rows["- between its layers and turns"]) + shown(rows["- of leads and tail"]) == pytest.approx(
+        own, 1e-3
+    )

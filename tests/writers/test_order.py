@@ -182,6 +182,18 @@ def test_holes_are_drawn_as_in_their_table(board):
     assert board.vias and len(symbols) == len(board.vias) + in_body + rows
 
 
+def test_holes_in_a_thinner_tail_are_not_said_to_go_through_all_layers():
+    """Drawing and readme asked for ten holes through four layers, of which the tail has two."""
+    whole = layouts.two_coils(4)
+    thin = layouts.thin_tail(whole)
+    inside = sum(via.centre.x > thin.body[2] for via in thin.vias)
+    assert inside
+    said = f"{len(thin.vias) - inside} through all 4 layers, {inside} in the tail through its 2 layers"
+    assert said in " ".join(layouts.order_set(thin)["fpc/readme.txt"].decode().split())
+    assert any(said in note for note in board_drawing.notes(thin))
+    assert "finished diameters; through all layers" in layouts.order_set(whole)["fpc/readme.txt"].decode()
+
+
 def test_plating_is_named_only_where_there_are_holes(board):
     assert "holes plated 12 um nominal" in _flex_facts.finish_text(lay_out(load_text(SIX)))
     bare = replace(board, vias=())
@@ -396,6 +408,25 @@ def test_the_archive_keeps_names_where_the_rules_say_so(board):
     files = layouts.order_set(board)
     for name in archive(files).namelist():
         assert archive(files).read(name) == files[f"fpc/{name}"]
+
+
+def test_the_archives_list_of_files_keeps_its_column_under_shorter_names(board):
+    lines = archive(layouts.order_set(board)).read("readme.txt").decode().splitlines()
+    begin, end = lines.index("Files"), lines.index("Fingerprint")
+    rows = [re.match(r"(\S+)? +", line) for line in lines[begin + 2 : end] if line]
+    assert len(rows) > 10 and len({row.end() for row in rows}) == 1
+
+
+@pytest.mark.parametrize("length", range(40, 60, 3))
+def test_names_of_files_are_not_broken_at_their_hyphens(length):
+    """A broken name cannot be looked for, and is not renamed in the archive."""
+    board = layouts.thin_tail(layouts.two_coils(4))
+    name = ("a-" * 30)[:length] + "x"
+    spec = replace(board.spec, name=name, fpc=replace(board.spec.fpc, panel=PanelSpec("always", (1, 2))))
+    layout = replace(board, spec=spec)
+    for path, content in layouts.order_set(layout, plan(layout)).items():
+        if path.endswith("readme.txt"):
+            assert not re.search(r"a-$", content.decode(), re.MULTILINE), path
 
 
 def test_a_forced_order_says_so_inside_its_archive(board):

@@ -38,6 +38,18 @@ fpc:
   %s
 """
 
+FOUR_LAYERS = """
+sitscad: 1
+name: small-part
+coil: {shape: circle, outer_diameter: 4, turns: 5.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
+array: {pattern: line, count: 2, pitch: 4.5}
+fpc:
+  stackup: flex-4l
+  rules: generic-fine
+  tail: {length: 30, connector: zif-0.5mm, layers: 2}
+  panel: {parts: [1, 2]}
+"""
+
 
 @pytest.fixture(scope="module")
 def small():
@@ -99,6 +111,26 @@ def test_the_coupon_is_the_first_coil_with_two_pads(small):
     for at in panel.coupons:
         one = moved(shapes.image(shapes.read(single)), at)
         assert whole.intersection(area(panel.coupon, at)).symmetric_difference(one).area < 1e-6
+
+
+def test_layers_that_tails_are_without_are_wherever_else_the_panel_has_copper():
+    """Rails carry fiducials on the lowest layer, coupons coils on all: the extent drew the boards' bodies alone."""
+    layout = lay_out(load_text(FOUR_LAYERS))
+    panel = plan(layout)
+    files = layouts.order_set(layout, panel)
+    extent = image(files, "fpc/panel/small-part-panel-Body_Layers.gbr").buffer(1e-6)
+    assert panel.coupons
+    for layer in ("In2_Cu", "B_Cu"):
+        lower = image(files, f"fpc/panel/small-part-panel-{layer}.gbr")
+        for at in panel.parts:
+            lower = lower.difference(area(layout, at))
+        assert lower.area > 0.5 and extent.contains(lower), layer
+    own = image(files, "fpc/small-part-Body_Layers.gbr")
+    for at in panel.parts:
+        cell = area(layout, at)
+        assert extent.intersection(cell).symmetric_difference(moved(own, at).intersection(cell)).area < 1e-3
+    said = files["fpc/panel/small-part-panel-readme.txt"].decode()
+    assert "Copper 3 to 4 and what lies between: the parts' bodies, the coupons and the rails only" in said
 
 
 def test_holes_are_those_of_all_copies_and_the_tooling_holes_are_not_plated(small):
@@ -251,6 +283,19 @@ def test_the_archive_holds_the_panel_and_not_the_single_board(small):
     names = zipfile.ZipFile(io.BytesIO(files["fpc/small-part-order.zip"])).namelist()
     assert {"small-part-panel.GTL", "small-part-panel.GM4", "small-part-panel-NPTH.drl", "readme.txt"} <= set(names)
     assert "small-part.GTL" not in names and "small-part-netlist.d356" in names
+
+
+def test_the_archive_says_of_every_image_of_the_panel_what_it_is():
+    """GM2, GM3 and GM4 are a choice of ours, and the readme of the archive named the single board's files alone."""
+    layout = lay_out(load_text(FOUR_LAYERS))
+    sent = zipfile.ZipFile(io.BytesIO(layouts.order_set(layout, plan(layout))["fpc/small-part-order.zip"]))
+    lines = sent.read("small-part-panel-readme.txt").decode().splitlines()
+    listed = dict(line.split("  ", 1) for line in lines if line.startswith("small-part-panel") and "  " in line)
+    images = {name for name in sent.namelist() if "-panel" in name and not name.endswith((".txt", ".pdf"))}
+    assert {"small-part-panel.GM2", "small-part-panel.GM3", "small-part-panel.GM4"} < images <= set(listed)
+    assert "stiffener" in listed["small-part-panel.GM2"] and "cuts round" in listed["small-part-panel.GM4"]
+    assert "small-part-panel-readme.txt" in sent.read("readme.txt").decode()
+    assert len({len(name) + 2 + len(text) - len(text.lstrip()) for name, text in listed.items()}) == 1
 
 
 def test_the_coupon_s_inductance_says_at_which_frequency(small):
