@@ -36,12 +36,19 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
         yield from nothing_estimated(subject)
         return
     if worst.value >= floor:
-        yield from near_limit(worst, floor, "H", "inductance", "a few more turns make it safe", "coil.turns")
+        yield from near_limit(
+            worst,
+            floor,
+            "H",
+            "inductance",
+            "a few more turns make it safe, where the coil has room for them",
+            "coil.turns",
+        )
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
     yield Complaint(
         f"the inductance of {where(worst)} is "
-        f"{show(worst.value, 'H')}{other_states(subject, worst, 'inductance', 'H')}; below {show(floor, 'H')} the "
+        f"{show(worst.value, 'H')}{other_states(subject, worst, 'inductance', 'H', 4)}; below {show(floor, 'H')} the "
         f"converter cannot measure it{in_sigmas(worst, floor, 'H')}",
         "inductance grows with the square of turns and layers: more of them, a larger coil, or more distance from "
         "target and jaw",
@@ -71,9 +78,9 @@ def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
         larger = list(capacitor(subject.spec, [value for value in preferred_values() if value >= wanted][:3]))
         yield Complaint(
             f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}"
-            f"{other_states(subject, worst, 'frequency', 'Hz')}; the converter stops at {show(high, 'Hz')}"
+            f"{other_states(subject, worst, 'frequency', 'Hz', 4)}; the converter stops at {show(high, 'Hz')}"
             f"{in_sigmas(worst, high, 'Hz')}",
-            "a larger capacitor, or more turns",
+            "a larger capacitor, or more inductance",
             "readout.capacitance",
             worst.value,
             high,
@@ -108,7 +115,10 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
     floor_name = "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
     floor, specified = ldc1614.limit(floor_name), ldc1614.limit("parallel_resistance_min")
     if worst.value >= specified:
-        hint = "measure the first boards; a little more distance from target and jaw, or a turn more, makes it safe"
+        hint = (
+            "measure the first boards; a little more distance from target and jaw makes it safe, or more turns where "
+            "the coil has room for them"
+        )
         yield from near_limit(worst, specified, "ohm", "parallel resistance", hint, "coil.layers")
         return
     is_error = worst.value < floor

@@ -148,28 +148,35 @@ def stack_height(subject: Subject) -> Iterator[Verdict]:
 
 def elastomer_cover(subject: Subject) -> Iterator[Verdict]:
     """The pad carries the whole target and lies wholly on the board."""
-    spec, pad = subject.spec, pad_of(subject)
+    spec, pad, body = subject.spec, pad_of(subject), subject.layout.body_size
     if spec.target is not None:
         for axis, word in enumerate(("x", "y")):
             over = spec.target.size[axis] - pad.size[axis]
+            enough = (
+                f"make target and elastomer at most {show(body[axis], 'm')}, as the board's body is"
+                if spec.target.size[axis] - body[axis] > ROUNDING
+                else "make the elastomer at least as large"
+            )
             if over > ROUNDING:
                 yield Complaint(
                     f"the target overhangs the elastomer by {show(over, 'm')} along {word}",
-                    "an unsupported edge bends and tilts the target: make the elastomer at least as large",
+                    f"an unsupported edge bends and tilts the target: {enough}",
                     "elastomer.size",
                     pad.size[axis],
                     spec.target.size[axis],
                     "m",
                 )
     for axis, word in enumerate(("x", "y")):
-        over = pad.size[axis] - subject.layout.body_size[axis]
+        over = pad.size[axis] - body[axis]
         if over > ROUNDING:
+            too = spec.target is not None and spec.target.size[axis] - body[axis] > ROUNDING
             yield Complaint(
                 f"the elastomer is {show(over, 'm')} larger than the board's body along {word}",
-                "what hangs over is neither bonded nor supported: make it smaller",
+                f"what hangs over is neither bonded nor supported: make it{' and the target' if too else ''} at most "
+                f"{show(body[axis], 'm')}",
                 "elastomer.size",
                 pad.size[axis],
-                subject.layout.body_size[axis],
+                body[axis],
                 "m",
             )
 

@@ -72,9 +72,12 @@ COUNTED = 10.0
 NEAR = 2.0
 """Sigmas within which a number that keeps its limit is still worth a note."""
 
+AT_RISK = 1.0
+"""Sigmas within which it is worth a warning: of six boards more than one is beyond the limit."""
+
 
 def near_limit(reading: Reading | None, limit: float, unit: str, words: str, hint: str, key: str) -> Iterator[Verdict]:
-    """A note for a reading that keeps its limit by less than two sigma of manufacture."""
+    """A note for a reading that keeps its limit by less than two sigma of manufacture, a warning by less than one."""
     if reading is None:
         return
     count = sigmas_between(reading, limit)
@@ -87,7 +90,7 @@ def near_limit(reading: Reading | None, limit: float, unit: str, words: str, hin
             reading.value,
             limit,
             unit,
-            Severity.NOTE,
+            Severity.WARNING if count < AT_RISK else Severity.NOTE,
             sigma=count,
         )
 
@@ -178,11 +181,12 @@ def where(reading: Reading) -> str:
     return f"coil {reading.coil} {STATE_WORDS.get(reading.state, reading.state)}"
 
 
-def other_states(subject: Subject, worst: Reading, attribute: str, unit: str) -> str:
-    """The same coil's other states, in brackets."""
+def other_states(subject: Subject, worst: Reading, attribute: str, unit: str, digits: int = 3) -> str:
+    """The same coil's other states, in brackets, with as many digits as the message gives the worst."""
     others = [r for r in readings_of(subject, attribute) if r.coil == worst.coil and r.state != worst.state]
     words = [
-        f"{STATE_WORDS.get(r.state, r.state)} {show(r.value, unit, 3) if unit else f'{r.value:.3g}'}" for r in others
+        f"{STATE_WORDS.get(r.state, r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}"
+        for r in others
     ]
     return f" ({', '.join(words)})" if words else ""
 

@@ -256,7 +256,7 @@ def scattered(numbers, **sigma):
 @pytest.mark.parametrize(
     ("rule", "how", "sigma", "limit", "count"),
     [
-        ("SIT201", {"inductance": 0.21e-6}, {"inductance": 10e-9}, 0.2e-6, 1.0),
+        ("SIT201", {"inductance": 0.212e-6}, {"inductance": 10e-9}, 0.2e-6, 1.2),
         ("SIT202", {"frequency": 9.9e6}, {"frequency": 0.2e6}, 10e6, 0.5),
         ("SIT203", {}, {"parallel_resistance": 80.0}, 1000.0, 1.25),
     ],
@@ -264,7 +264,8 @@ def scattered(numbers, **sigma):
 def test_a_limit_kept_by_little_is_noted_with_its_sigmas(rule, how, sigma, limit, count, judge, design, estimates):
     spec = design()
     (found,) = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))
-    assert (found.severity, found.limit) == (Severity.NOTE, limit)
+    # by less than one sigma more than one board of six is beyond it
+    assert (found.severity, found.limit) == (Severity.WARNING if count < 0.9 else Severity.NOTE, limit)
     assert found.sigma == pytest.approx(count)
     assert f"{count:.1f} sigma" in found.message and "trace width" in found.message
     assert judge(rule, spec, None, scattered(estimates(spec, **how))) == []
