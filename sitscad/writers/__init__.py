@@ -44,7 +44,7 @@ WRITERS: tuple[Writer, ...] = (
     Writer("ipc356", "gerber"),
     Writer("placement", "gerber", applies=lambda spec: spec.readout.chip is not None),
     Writer("gerber_job", "gerber"),
-    Writer("fabrication_notes", "gerber", ("layout", "panel", "files")),
+    Writer("fabrication_notes", "gerber", ("layout", "panel", "files", "forced")),
     Writer("board_picture", "gerber"),
     Writer("board_drawing", "gerber", ("layout", "forced", "files")),
     Writer("stackup_drawing", "gerber", ("layout", "forced", "files")),

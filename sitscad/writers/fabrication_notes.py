@@ -13,6 +13,7 @@ from sitscad.layout.thickness import Where, finished_thickness, tail_copper, tai
 from sitscad.spec.presets import unverified_rows
 from sitscad.spec.unverified import is_unverified
 from sitscad.units import show
+from sitscad.writers._drawing import FORCED
 from sitscad.writers._fabrication_files import (
     FOLDER,
     body_files,
@@ -37,16 +38,21 @@ from sitscad.writers._flex_facts import (
 from sitscad.writers._text_section import TEXT_WIDTH, section
 
 
-def render(layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+def render(
+    layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None, forced: str = ""
+) -> dict[str, bytes]:
     """The readme for the fabricator by its path in the package; ``panel`` is what it is ordered in, if any; ``files``
-    has the images whose fingerprint it states.
+    has the images whose fingerprint it states; it begins with a warning where ``forced`` is not empty.
     """
-    return {f"{FOLDER}/readme.txt": readme(layout, panel, files).encode("utf-8")}
+    return {f"{FOLDER}/readme.txt": readme(layout, panel, files, bool(forced)).encode("utf-8")}
 
 
-def readme(layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None) -> str:
+def readme(
+    layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None, forced: bool = False
+) -> str:
     """The order's parameters, what matters to the sensor, the files, and the fingerprint of `files` if given."""
     sections = [
+        [f"{FORCED}.", ""] if forced else [],
         _incomplete(layout),
         section("What to make", _order(layout, panel)),
         section("Stack-up, from the top", _layers(layout)),

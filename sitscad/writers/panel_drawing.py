@@ -12,6 +12,7 @@ from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
 from sitscad.layout.thickness import tail_copper
 from sitscad.units import show
 from sitscad.writers._drawing import (
+    FORCED,
     HIDDEN,
     THICK,
     THIN,
@@ -84,7 +85,7 @@ def render(
     return {
         panel_path(layout, "-drawing.svg"): sheet.svg().encode("utf-8"),
         panel_path(layout, "-drawing.pdf"): pdf([sheet]),
-        panel_path(layout, "-readme.txt"): readme(panel, coupon_estimates, files).encode("utf-8"),
+        panel_path(layout, "-readme.txt"): readme(panel, coupon_estimates, files, bool(forced)).encode("utf-8"),
     }
 
 
@@ -181,7 +182,12 @@ def _bridge(panel: Panel) -> float:
     return panel.layout.spec.fpc.panel.bridge
 
 
-def readme(panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str, bytes] | None = None) -> str:
+def readme(
+    panel: Panel,
+    coupon_estimates: Estimates | None,
+    files: Mapping[str, bytes] | None = None,
+    forced: bool = False,
+) -> str:
     """The panel in words: what is delivered, what the coupon should measure; with `files` its images' fingerprint."""
     title = f"{panel.layout.spec.name}: panel of flexible circuits"
     width, height = (show(side, "m") for side in panel.size)
@@ -199,7 +205,10 @@ def readme(panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str,
         for line in [*wrap(text, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False), ""]
     ]
     listed = section("Files", _files(panel))
-    return "\n".join([title, "=" * len(title), "", *lines, *listed, *(_fingerprint(panel, files) if files else [])])
+    warning = [f"{FORCED}.", ""] if forced else []
+    return "\n".join(
+        [title, "=" * len(title), "", *warning, *lines, *listed, *(_fingerprint(panel, files) if files else [])]
+    )
 
 
 def _files(panel: Panel) -> Iterator[tuple[str, str]]:

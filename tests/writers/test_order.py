@@ -429,6 +429,16 @@ def test_names_of_files_are_not_broken_at_their_hyphens(length):
             assert not re.search(r"a-$", content.decode(), re.MULTILINE), path
 
 
+def test_both_readmes_of_a_forced_order_begin_with_it(board):
+    spec = replace(board.spec, fpc=replace(board.spec.fpc, panel=PanelSpec("always", (1, 2))))
+    layout = replace(board, spec=spec)
+    made = layouts.order_set(layout, plan(layout), forced="do not order: 2 errors\n")
+    readmes = [text.decode() for name, text in made.items() if name.endswith("readme.txt")]
+    assert len(readmes) == 2
+    for text in readmes:
+        assert text.splitlines()[3] == "MADE IN SPITE OF ERRORS, NOT FOR ORDER."
+
+
 def test_a_forced_order_says_so_inside_its_archive(board):
     assert order_archive.NOTE not in archive(layouts.order_set(board)).namelist()
     sent = archive(layouts.order_set(board, forced="do not order: 2 errors\n"))
