@@ -35,17 +35,18 @@ def spared_squares(coil: Coil, layout: Layout) -> dict[int, float]:
     drops = {(id(layout.traces[drop.track]), drop.at_start): drop for drop in layout.teardrops}
     vias = [item for item in coil.series if isinstance(item, Via)]
     pads = [pad for pad in layout.pads if pad.net == coil.net]
-    found: dict[int, float] = {}
-    for trace in coil.series:
-        if isinstance(trace, Trace):
-            spared = -math.fsum(
-                _end(trace, at_start, vias, pads, drops.get((id(trace), at_start))) for at_start in (True, False)
-            )
-            most = (1.0 - LEAST) * trace.path.length / trace.width
-            found[trace.layer] = found.get(trace.layer, 0.0) + min(spared, most)
+    tracks = [item for item in coil.series if isinstance(item, Trace)]
+    spared = {
+        id(trace): [-_end(trace, at_start, vias, pads, drops.get((id(trace), at_start))) for at_start in (True, False)]
+        for trace in tracks
+    }
     for one, other in pairwise(coil.series):
         if isinstance(one, Trace) and isinstance(other, Trace):
-            found[one.layer] -= _joint(one, other)
+            spared[id(min(one, other, key=lambda trace: trace.width))].append(-_joint(one, other))
+    found: dict[int, float] = {}
+    for trace in tracks:
+        most = (1.0 - LEAST) * trace.path.length / trace.width
+        found[trace.layer] = found.get(trace.layer, 0.0) + min(math.fsum(spared[id(trace)]), most)
     return found
 
 

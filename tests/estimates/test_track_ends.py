@@ -79,6 +79,19 @@ def test_a_neck_narrower_than_the_lead_begins_where_it_leaves_the_lead_s_round_e
     assert spared_squares(alone, layout) == {2: pytest.approx(-step_squares(5.0))}
 
 
+def test_a_neck_shorter_than_the_lead_is_wide_does_not_vanish():
+    """Its way would end within the lead's round end: a tenth of it counts."""
+    layout = wide(0.5)
+    coil = layout.coils[0]
+    lead, neck = next(
+        pair
+        for pair in pairwise([item for item in coil.series if isinstance(item, Trace) and item.layer == 2])
+        if pair[1].role is Role.TAIL
+    )
+    broad = replace(coil, series=(replace(lead, width=30 * neck.path.length), neck))
+    assert spared_squares(broad, layout) == {2: pytest.approx(0.9 * neck.path.length / neck.width)}
+
+
 @pytest.mark.slow
 @pytest.mark.needs("gerbonara", "gmsh", "scipy", "shapely")
 @pytest.mark.parametrize(("width", "within"), [(0.5, 0.016), (0.1, 0.006)])
