@@ -1,14 +1,18 @@
-"""What the wide ends of a layout's tracks spare direct current: the pads of vias, teardrops and contacts."""
+"""What a layout's tracks spare direct current where they end: in pads of vias, teardrops and contacts, and where one
+goes on as another, round a corner or narrower.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
-from sitscad.geometry.path import Point
+from sitscad.geometry.path import Point, Segment
 from sitscad.layout.board import Coil, Layout, Pad, Trace, Via
 from sitscad.layout.teardrops import Teardrop
-from sitscad.physics.track_ends import contact_squares, pad_squares, teardrop_squares
+from sitscad.physics.resistance import bend_squares
+from sitscad.physics.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares
 
 SAME = 1e-9
 """Points nearer to each other than this (m) are one."""
@@ -16,26 +20,65 @@ SAME = 1e-9
 LEAST = 0.1
 """Share of a track's centre line that counts in any case: short stubs lie in pads at both ends."""
 
+LEAST_TURN = 1e-3
+"""Turns of less (rad) are none."""
+
+MOST_TURN = math.radians(120.0)
+"""Sharper ones count as this."""
+
+START = 1e-4
+"""Share of a piece from which its direction is taken."""
+
 
 def spared_squares(coil: Coil, layout: Layout) -> dict[int, float]:
     """Squares that each copper layer's tracks of a coil have less than their centre lines, by layer."""
     drops = {(id(layout.traces[drop.track]), drop.at_start): drop for drop in layout.teardrops}
     vias = [item for item in coil.series if isinstance(item, Via)]
     pads = [pad for pad in layout.pads if pad.net == coil.net]
+    tracks = [item for item in coil.series if isinstance(item, Trace)]
+    spared = {
+        id(trace): [-_end(trace, at_start, vias, pads, drops.get((id(trace), at_start))) for at_start in (True, False)]
+        for trace in tracks
+    }
+    for one, other in pairwise(coil.series):
+        if isinstance(one, Trace) and isinstance(other, Trace):
+            spared[id(min(one, other, key=lambda trace: trace.width))].append(-_joint(one, other))
     found: dict[int, float] = {}
-    for trace in coil.series:
-        if isinstance(trace, Trace):
-            spared = -math.fsum(
-                _end(trace, at_start, vias, pads, drops.get((id(trace), at_start))) for at_start in (True, False)
-            )
-            most = (1.0 - LEAST) * trace.path.length / trace.width
-            found[trace.layer] = found.get(trace.layer, 0.0) + min(spared, most)
+    for trace in tracks:
+        most = (1.0 - LEAST) * trace.path.length / trace.width
+        found[trace.layer] = found.get(trace.layer, 0.0) + min(math.fsum(spared[id(trace)]), most)
     return found
+
+
+def _joint(one: Trace, other: Trace) -> float:
+    """Squares beyond both centre lines where a track goes on as another: a corner, and a change of width.
+
+    A corner whose legs are shorter than the track is wide counts less: the current has no room to cut it.
+    """
+    here, there = min(
+        ((a, b) for a in _legs(one) for b in _legs(other)), key=lambda legs: legs[0].start.distance(legs[1].start)
+    )
+    wide, narrow = max(one.width, other.width), min(one.width, other.width)
+    turn = math.pi - abs(math.remainder(_heading(here) - _heading(there), 2.0 * math.pi))
+    share = min(1.0, here.length / wide, there.length / wide)
+    bend = share * bend_squares(round(min(turn, MOST_TURN), 6)) if turn > LEAST_TURN else 0.0
+    return bend + step_squares(round(wide / narrow, 6))
+
+
+def _legs(trace: Trace) -> tuple[Segment, Segment]:
+    """The first and the last piece of a track, each from the track's end."""
+    return trace.path.segments[0], trace.path.segments[-1].reversed()
+
+
+def _heading(leg: Segment) -> float:
+    """The direction (rad) in which a piece begins."""
+    ahead = leg.at(START)
+    return math.atan2(ahead.y - leg.start.y, ahead.x - leg.start.x)
 
 
 def _end(trace: Trace, at_start: bool, vias: list[Via], pads: list[Pad], drop: Teardrop | None) -> float:
     """Squares of one end of a track beyond its centre line."""
-    leg = trace.path.segments[0] if at_start else trace.path.segments[-1].reversed()
+    leg = _legs(trace)[0 if at_start else 1]
     width, place = trace.width, leg.start
     reach = max(_along(drop, leg.start, leg.end)) if drop is not None else 0.0
     via = next((via for via in vias if via.centre.distance(place) < SAME), None)

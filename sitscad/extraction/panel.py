@@ -18,6 +18,7 @@ from sitscad.extraction.panel_frame import (
     cut_differences,
     frame_differences,
     inside_rails,
+    mark_reach,
     shown_place,
 )
 from sitscad.extraction.panel_list import PanelList, Place, read_panel_list
@@ -109,6 +110,7 @@ def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: li
             own = there.chosen(_inside(there, copies.board, listed.boards[0])).shifted(*_back(listed.boards[0]))
             yield from _off_outline(own, single.of(OUTLINE), name, apertures)
             yield from cut_differences(own, listed.bridges, f"{name}, board 1")
+            yield from _cut_bridges(own, listed.bridges, f"{name}, board 1", apertures)
         for number, move in enumerate(listed.boards, 1):
             inside = _inside(there, copies.board, move)
             taken |= inside
@@ -121,6 +123,7 @@ def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: li
             yield from _unequal(coupon[function], copy, f"{name}, coupon {number}", "the first coupon")
         if function == CUTS and listed.coupons:
             yield from cut_differences(coupon[function], listed.coupon_bridges, f"{name}, coupon 1")
+            yield from _cut_bridges(coupon[function], listed.coupon_bridges, f"{name}, coupon 1", apertures)
         rest = there.chosen(~taken)
         if function.startswith(EXTENT):
             yield from _off_rails(rest, name, listed, apertures)
@@ -164,6 +167,18 @@ def _off_outline(cuts: Plotted, outline: Plotted, name: str, apertures: Sequence
     area = shown(outline, apertures).buffer(NEAR)
     if not shapely.covers(area, shown(cuts, apertures)):
         yield f"{name} does not cut along the board's outline"
+
+
+def _cut_bridges(
+    cuts: Plotted, bridges: Sequence[tuple[Place, Place]], where: str, apertures: Sequence[str]
+) -> Iterator[str]:
+    """Bridges into which the cut reaches farther than with its round ends: drawn there and back, it ends nowhere."""
+    area = shown(cuts, apertures)
+    ends = max((mark_reach(tool, "", apertures) for tool in cuts.objects[:, 0].tolist()), default=0)
+    for begin, end in bridges:
+        across = shapely.LineString([(x * 1e-9, y * 1e-9) for x, y in (begin, end)])
+        if across.difference(area).length < across.length - ends * 1e-9 - 2.0 * NEAR:
+            yield f"{where}: the cut goes into the bridge at {shown_place(begin)} of the board"
 
 
 def _point(row: tuple[int, ...]) -> str:

@@ -56,7 +56,7 @@ def _off_rails(
         yield f"{name} has {unknown.total()} marks that are not listed, the first at {shown_place(at)} of the panel"
     lines = rest.objects[(rest.objects[:, 2] != FLASH) | (rest.objects[:, 0] == REGION)]
     x0, y0, x1, y1 = Plotted(lines).boxes().T
-    half = np.array([_reach(tool, name, apertures) for tool in lines[:, 0].tolist()], dtype=np.int64)
+    half = np.array([mark_reach(tool, name, apertures) for tool in lines[:, 0].tolist()], dtype=np.int64)
     inner = inside_rails(listed)
     wrong = (x1 + half > inner[0]) & (x0 - half < inner[2]) & (y1 + half > inner[1]) & (y0 - half < inner[3])
     wrong |= ((lines[:, 0] == REGION) & (lines[:, 2] > 0)) | (lines[:, 1] > 0)
@@ -96,7 +96,7 @@ def _diameter(tool: int, name: str, apertures: Sequence[str]) -> int:
     return round(float(found[1]) * 1e6) if found else 0
 
 
-def _reach(tool: int, name: str, apertures: Sequence[str]) -> int:
+def mark_reach(tool: int, name: str, apertures: Sequence[str]) -> int:
     """Half the width (nm) of an aperture or a hole, or more."""
     if name.endswith(".drl"):
         return tool // 2

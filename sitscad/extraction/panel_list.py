@@ -43,6 +43,8 @@ def read_panel_list(panel: Path) -> PanelList:
         raise ExtractionError(f"the panel has {len(lists)} lists of places, where one is expected")
     try:
         document = json.loads(lists[0].read_text(encoding="utf-8"))
+        if document["unit"] != "mm":
+            raise ValueError("its unit is not mm")
         found = PanelList(
             size=_place(document["size"]),
             boards=_places(document["parts"]),
@@ -55,7 +57,7 @@ def read_panel_list(panel: Path) -> PanelList:
             fiducial=_length(document["fiducial_diameter"]),
             fiducial_opening=_length(document["fiducial_opening"]),
         )
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise ExtractionError(f"{lists[0].name} is no list of places: {type(error).__name__}: {error}") from error
     if not found.boards:
         raise ExtractionError(f"{lists[0].name} names no board")

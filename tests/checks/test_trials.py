@@ -14,7 +14,7 @@ from sitscad.spec.rules import SpecError
 
 NAMED = re.compile(
     r"((?:coil|fpc|readout|target|elastomer)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
-    r"(?= with | and | or |;|,| instead| is enough| mends| makes| fits| leaves| \(|$)"
+    r"(?= with | and | or |;|,| instead| is enough| is long| mends| makes| fits| leaves| \(|$)"
 )
 
 
@@ -91,6 +91,13 @@ QUICK = {
     "octagon with no room inside": (design("octagon", 6, 13.25, 2, 100, 100, "generic-flex"), {"SIT112"}),
     "too fast a tank": (
         design("circle", 6, 12, 2, 100, 100, "generic-flex", readout={"capacitance": "47 pF"}), {"SIT202"},
+    ),
+    "a tail too short to bend": (
+        design(
+            "circle", 6, 12, 2, 100, 100, "generic-flex",
+            fpc={"rules": "generic-flex", "tail": {**TAIL, "length": 10, "bend": "dynamic", "layers": 1}},
+        ),
+        {"SIT123"},
     ),
     "too slow a scan": (
         design("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}), {"SIT210"},

@@ -164,6 +164,32 @@ def test_a_bridge_that_all_boards_lack_is_found(package):
     assert "does not stop at both ends of the bridge" in changed(package, "-Part_Cuts.gbr", change)
 
 
+def test_a_bridge_cut_there_and_back_is_found(package):
+    """The cut then ends where it did, and nothing holds the boards."""
+
+    def change(text):
+        pairs = zip(cuts, [*cuts[1:], cuts[0]], strict=True)
+        lines = [f"{end}D02*\n{begin}D01*\n{end}D01*" for (_, _, end), (_, begin, _) in pairs]
+        return drawn("\n".join(lines))(text).replace("%ADD99C,0.2*%", "%ADD99C,0.05*%")
+
+    cuts = cut_paths((package / "fpc/panel/small-part-panel-Part_Cuts.gbr").read_text())
+    assert "board 1: the cut goes into the bridge at" in changed(package, "-Part_Cuts.gbr", change)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("93.107107", "1" + 400 * "0"),
+        lambda text: 100_000 * "[",
+        lambda text: text.replace('"mm"', '"inch"'),
+        lambda text: text.replace('"unit": "mm",', ""),
+    ],
+    ids=["a number of 401 digits", "brackets without end", "inches", "no unit"],
+)
+def test_a_list_of_places_that_is_none_is_said_to_be_none(package, change):
+    assert "is no list of places" in changed(package, ".json", change)
+
+
 def test_a_file_of_the_panel_that_is_gone_is_found(package):
     (package / "fpc/panel/small-part-panel-B_Mask.gbr").unlink()
     said = "\n".join(compare_panel(package / "fpc", package / "fpc/panel")[1])

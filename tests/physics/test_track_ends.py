@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from sitscad.physics.track_ends import contact_squares, pad_squares, teardrop_squares
+from sitscad.physics.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares
 
 QUARTER = 32
 WIDTH = 1e-3
@@ -16,11 +16,7 @@ WIDTH = 1e-3
 
 def triangles_squares(pad: float, drill: float, reach: float = 0.0, fineness: float = 12.0) -> float:
     """Squares beyond the centre line's of a track that ends in a pad, by triangles of two sizes, extrapolated."""
-    from scipy import sparse
-    from scipy.sparse.linalg import spsolve
     from shapely import LineString, Point, box, union_all
-
-    from sitscad.extraction.mesh import triangulate
 
     end = (max(pad / 2, reach) + 3.0) * WIDTH
     middle = Point(0, 0)
@@ -32,18 +28,28 @@ def triangles_squares(pad: float, drill: float, reach: float = 0.0, fineness: fl
     area = union_all(parts).difference(middle.buffer(drill / 2 * WIDTH, quad_segs=QUARTER))
     assert not LineString([(end, 0), (end - WIDTH, 0)]).disjoint(area)
 
+    return solved(area, lambda at: np.hypot(*at.T) < drill / 2 * WIDTH * 1.00001, end, fineness) - end / WIDTH
+
+
+def solved(area, held_at, end: float, fineness: float) -> float:
+    """Squares between where `held_at` says so and x = `end`."""
+    from scipy import sparse
+    from scipy.sparse.linalg import spsolve
+
+    from sitscad.extraction.mesh import triangulate
+
     def squares(size: float) -> float:
         mesh = triangulate(area, size)
         rows, columns = np.repeat(mesh.triangles, 3, axis=1).ravel(), np.tile(mesh.triangles, (1, 3)).ravel()
         matrix = sparse.csr_matrix((mesh.stiffness().ravel(), (rows, columns)))
-        held = np.hypot(*mesh.points.T) < drill / 2 * WIDTH * 1.00001
+        held = held_at(mesh.points)
         free = ~(held | (mesh.points[:, 0] > end * (1 - 1e-9)))
         potential = held.astype(float)
         potential[free] = spsolve(matrix[free][:, free].tocsc(), -(matrix[free] @ potential))
         return 1.0 / float(potential @ (matrix @ potential))
 
     coarse, fine = (squares(WIDTH / fineness / by) for by in (1, 2))
-    return fine + (fine - coarse) / 3.0 - end / WIDTH
+    return fine + (fine - coarse) / 3.0
 
 
 @pytest.mark.needs("gmsh", "scipy", "shapely")
@@ -61,6 +67,32 @@ def test_a_pad_s_squares_are_those_of_triangles(pad, drill, bound):
 def test_a_teardrop_s_squares_are_those_of_triangles(pad, drill, reach):
     found = teardrop_squares(pad, drill, reach * pad)
     assert found == pytest.approx(triangles_squares(pad, drill, reach * pad), abs=0.08)
+
+
+@pytest.mark.needs("gmsh", "scipy", "shapely")
+@pytest.mark.parametrize(
+    ("wide", "fineness"),
+    [
+        (1.25, 12.0),
+        (3.0, 10.0),
+        pytest.param(5.0, 8.0, marks=pytest.mark.slow),
+        pytest.param(12.0, 4.0, marks=pytest.mark.slow),
+    ],
+)
+def test_a_narrow_track_in_a_wide_one_s_round_end_has_the_squares_of_triangles(wide, fineness):
+    from shapely import Point, box, union_all
+
+    begin, end = -2.0 * wide * WIDTH, (wide / 2 + 2.5) * WIDTH
+    broad, narrow = box(begin, -wide / 2 * WIDTH, 0, wide / 2 * WIDTH), box(0, -WIDTH / 2, end, WIDTH / 2)
+    area = union_all([broad, narrow, Point(0, 0).buffer(wide / 2 * WIDTH, quad_segs=48)])
+    found = solved(area, lambda at: at[:, 0] < begin * (1 - 1e-9), end, fineness) - (end - begin / wide) / WIDTH
+    assert step_squares(wide) == pytest.approx(found, abs=0.035)
+
+
+def test_tracks_of_one_width_have_no_step_and_wider_ones_spare_more():
+    assert step_squares(1.0) == 0.0 and -0.01 < step_squares(1.0 + 1e-3) < 0.0
+    steps = [step_squares(wide) for wide in (1.01, 1.25, 2.0, 5.0, 20.0)]
+    assert steps == sorted(steps, reverse=True)
 
 
 def test_a_longer_teardrop_and_a_larger_pad_conduct_better_and_no_teardrop_is_a_pad():
