@@ -191,9 +191,13 @@ def _corner(coil: CoilSpec) -> float:
     return 0.5 * min(coil.size) if coil.shape == "racetrack" else coil.corner_radius
 
 
+LEAST_CONDUCTIVITY = 1e-3
+"""Conductivity (S/m) below which a target does not conduct: its skin depth is then metres, and its effect nothing."""
+
+
 def _skin_depth(target: Target) -> float:
-    metal = target.material
-    return 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * metal.relative_permeability * metal.conductivity)
+    conductivity = max(target.material.conductivity, LEAST_CONDUCTIVITY)
+    return 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * target.material.relative_permeability * conductivity)
 
 
 def _shape(target: Target) -> str:

@@ -21,8 +21,9 @@ def checked(text, tmp_path):
     return sitscad.check(sitscad.load(spec))
 
 
-def test_a_target_that_does_not_conduct_is_refused(tmp_path):
-    result = checked(COIL + "target: {size: 8, material: {conductivity: 0 S/m}}\n", tmp_path)
+@pytest.mark.parametrize("conductivity", ["0 S/m", "1e-300 S/m", "1 S/m"])
+def test_a_target_that_does_not_conduct_is_refused(tmp_path, conductivity):
+    result = checked(f"{COIL}target: {{size: 8, material: {{conductivity: {conductivity}}}}}\n", tmp_path)
     assert "SIT305" in [finding.rule for finding in result.findings]
 
 
