@@ -99,7 +99,17 @@ def target_thickness(subject: Subject) -> Iterator[Verdict]:
             return
     depth = skin_depth(min(frequencies), target.material.conductivity, target.material.relative_permeability)
     ratio = target.thickness / depth
-    if ratio < 3.0:
+    if 3.0 * depth > min(target.size):
+        yield Complaint(
+            f"{target.material.name} hardly conducts: at {show(min(frequencies), 'Hz', 3)} the field goes "
+            f"{show(depth, 'm', 3)} deep, the target is {show(target.thickness, 'm', 3)} thick",
+            "take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
+            "target.material",
+            ratio,
+            1.0,
+            "skin depths",
+        )
+    elif ratio < 3.0:
         is_error = ratio < 1.0
         yield Complaint(
             f"the target is {show(target.thickness, 'm', 3)} thick, {ratio:.2g} skin depths of {target.material.name} "

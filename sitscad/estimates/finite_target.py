@@ -206,7 +206,7 @@ def _shape(target: Target) -> str:
 
 def _plate(target: Target) -> tuple[Plate, float]:
     # A good conductor is a perfect one whose faces lie half a skin depth deeper.
-    depth = min(0.25 * target.thickness, 0.5 * _skin_depth(target))
+    depth = min(0.25 * target.thickness, 0.25 * min(target.size), 0.5 * _skin_depth(target))
     size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
     return Plate(_shape(target), size, target.thickness - 2.0 * depth), depth
 

@@ -24,7 +24,8 @@ def checked(text, tmp_path):
 @pytest.mark.parametrize("conductivity", ["0 S/m", "1e-300 S/m", "1 S/m"])
 def test_a_target_that_does_not_conduct_is_refused(tmp_path, conductivity):
     result = checked(f"{COIL}target: {{size: 8, material: {{conductivity: {conductivity}}}}}\n", tmp_path)
-    assert "SIT305" in [finding.rule for finding in result.findings]
+    (found,) = (finding for finding in result.findings if finding.rule == "SIT305")
+    assert "copper" in found.hint and found.severity == sitscad.Severity.ERROR
 
 
 @pytest.mark.filterwarnings("error")
