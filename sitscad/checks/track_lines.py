@@ -15,21 +15,25 @@ WAIVER = "ask the fabricator for a waiver (no electrical test sees a short betwe
 
 def trace_width(subject: Subject) -> Iterator[Verdict]:
     """The coil's track against the fabricator's smallest track."""
-    coil, rules = subject.spec.coil, subject.spec.fpc.rules
-    if coil.trace_width < rules.trace_width - ROUNDING:
-        yield Complaint(
-            f"tracks are {um(coil.trace_width)} wide; {house(subject, 'trace_width')} makes "
-            f"{um(rules.trace_width)} and wider",
-            WIDEN,
-            "coil.trace_width",
-            coil.trace_width,
-            rules.trace_width,
-            "m",
-            source=source_of(subject, "trace_width"),
-            advice=lambda left: _widened(subject, left),
-        )
+    yield from _too_fine(subject, "trace_width", "tracks are {} wide", "wider")
     yield from _thicker_foil(subject, "trace_width", "tracks")
     yield from _drawn_width(subject)
+
+
+def _too_fine(subject: Subject, field: str, asked: str, more: str) -> Iterator[Complaint]:
+    """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
+    value, least = getattr(subject.spec.coil, field), getattr(subject.spec.fpc.rules, field)
+    if value < least - ROUNDING:
+        yield Complaint(
+            f"{asked.format(um(value))}; {house(subject, field)} makes {um(least)} and {more}",
+            WIDEN,
+            f"coil.{field}",
+            value,
+            least,
+            "m",
+            source=source_of(subject, field),
+            advice=lambda left: _widened(subject, left),
+        )
 
 
 def _thicker_foil(subject: Subject, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
@@ -70,19 +74,7 @@ def _drawn_width(subject: Subject) -> Iterator[Complaint]:
 
 def trace_spacing(subject: Subject) -> Iterator[Verdict]:
     """The asked spacing against the fabricator's smallest spacing."""
-    coil, rules = subject.spec.coil, subject.spec.fpc.rules
-    if coil.trace_spacing < rules.trace_spacing - ROUNDING:
-        yield Complaint(
-            f"turns stand {um(coil.trace_spacing)} apart; {house(subject, 'trace_spacing')} makes "
-            f"{um(rules.trace_spacing)} and more",
-            WIDEN,
-            "coil.trace_spacing",
-            coil.trace_spacing,
-            rules.trace_spacing,
-            "m",
-            source=source_of(subject, "trace_spacing"),
-            advice=lambda left: _widened(subject, left),
-        )
+    yield from _too_fine(subject, "trace_spacing", "turns stand {} apart", "more")
     yield from _thicker_foil(subject, "trace_spacing", "spacings")
 
 
