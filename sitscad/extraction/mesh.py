@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import gmsh
 import numpy as np
-from shapely import Polygon
+from shapely import Polygon, remove_repeated_points
 
 from sitscad.record import record
 
@@ -26,6 +26,9 @@ _OPTIONS = {
     "Mesh.MeshSizeMin": 0,
     "Mesh.RandomSeed": 1,
 }
+
+_SAME = 1e-9
+"""Corners nearer to each other than this (m) are one: triangles between them have no area, and conduct everything."""
 
 
 @record
@@ -49,6 +52,7 @@ class Mesh:
 def triangulate(area: Polygon, size: float) -> Mesh:
     """Triangles that fill a polygon (m), none longer than about `size` (m); equal polygons give equal triangles."""
     with _session():
+        area = remove_repeated_points(area, _SAME)
         millimetres = [np.asarray(ring.coords)[:-1] * 1e3 for ring in (area.exterior, *area.interiors)]
         gmsh.option.setNumber("Mesh.MeshSizeMax", size * 1e3)
         gmsh.model.geo.addPlaneSurface([_loop(ring) for ring in millimetres])
