@@ -137,11 +137,11 @@ BINARY = ("PK\x03\x04", "%PDF")
 
 
 def is_ipc_d_356(text: str) -> bool:
-    """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line.
+    """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line, or its units.
 
-    Not just its number: the last line but one of a PDF is a count of bytes, which may begin like one.
+    Not just a record's number: a fingerprint in a readme and the count of bytes in a PDF may begin like one.
     """
-    return bool(re.search(r"^3[12]7\S.{20}", text, re.MULTILINE))
+    return bool(re.search(r"^(?:3[12]7\S.{13} {3}|P  UNITS )", text, re.MULTILINE))
 
 
 def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:

@@ -83,6 +83,11 @@ def test_a_netlist_is_told_from_other_texts():
     assert not is_ipc_d_356("trailer\n<< /Size 12 >>\nstartxref\n32746\n%%EOF\n")
 
 
+def test_a_fingerprint_that_begins_like_a_record_is_no_netlist():
+    """One package of some thousand has such a readme: its own `verify` could not read it."""
+    assert not is_ipc_d_356("Fingerprint\n31746ba2e529cf6a34b6cb3542f9dc9c788091b0f53c80468b6245fa14899fe0\n")
+
+
 def test_archives_are_not_read_as_netlists(tmp_path):
     """An order's archive holds the netlist and a PDF, whose count of bytes began like a test record: verify stopped."""
     (tmp_path / "board.ipc").write_text(NETLIST, encoding="utf-8")
