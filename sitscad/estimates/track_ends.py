@@ -11,6 +11,7 @@ from itertools import pairwise
 from sitscad.geometry.path import Point, Segment
 from sitscad.layout.board import Coil, Layout, Pad, Trace, Via
 from sitscad.layout.teardrops import Teardrop
+from sitscad.physics.corners import MOST_TURN
 from sitscad.physics.resistance import bend_squares
 from sitscad.physics.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares
 
@@ -22,9 +23,6 @@ LEAST = 0.1
 
 LEAST_TURN = 1e-3
 """Turns of less (rad) are none."""
-
-MOST_TURN = math.radians(120.0)
-"""Sharper ones count as this."""
 
 START = 1e-4
 """Share of a piece from which its direction is taken."""
@@ -53,7 +51,8 @@ def spared_squares(coil: Coil, layout: Layout) -> dict[int, float]:
 def _joint(one: Trace, other: Trace) -> float:
     """Squares beyond both centre lines where a track goes on as another: a corner, and a change of width.
 
-    A corner whose legs are shorter than the track is wide counts less: the current has no room to cut it.
+    A corner sharper than MOST_TURN counts as that; one whose legs are shorter than the track is wide counts less: the
+    current has no room to cut it.
     """
     here, there = min(
         ((a, b) for a in _legs(one) for b in _legs(other)), key=lambda legs: legs[0].start.distance(legs[1].start)
@@ -85,7 +84,7 @@ def _end(trace: Trace, at_start: bool, vias: list[Via], pads: list[Pad], drop: T
     if via is not None:
         return _via_end(via, width, reach)
     for pad in pads:
-        if pad.layer == trace.layer and _is_in(pad, place):
+        if pad.layer == trace.layer and pad.holds(place):
             inside, across = _depth(pad, leg.start, leg.end)
             return contact_squares(inside / width, across / width, max(0.0, reach - inside) / width)
     return 0.0
@@ -93,11 +92,11 @@ def _end(trace: Trace, at_start: bool, vias: list[Via], pads: list[Pad], drop: T
 
 def _via_end(via: Via, width: float, corner: float) -> float:
     """The end in a via's pad; `corner` (m) is how far from its centre a teardrop's far corners lie, 0 without one."""
-    pad, drill, small = via.pad / width, via.drill / width, 0.5
-    rest = (corner / width) ** 2 - 4.0 * small * (pad / 2.0 - small)
+    pad, drill = via.pad / width, via.drill / width
+    rest = (corner / width) ** 2 - (pad - 1.0)
     if corner == 0.0 or rest < 0.0:
         return pad_squares(round(pad, 6), round(drill, 6))
-    # those corners are where the tangents meet the track's circle: small (large - small) / reach beyond its centre
+    # those corners are where the tangents meet the track's circle: (pad - 1) / (4 reach) beyond its centre, in widths
     reach = (corner / width + math.sqrt(rest)) / 2.0
     return teardrop_squares(round(pad, 6), round(drill, 6), round(reach, 6))
 
@@ -107,10 +106,6 @@ def _along(drop: Teardrop, start: Point, end: Point) -> Iterator[float]:
     length = start.distance(end)
     ux, uy = (end.x - start.x) / length, (end.y - start.y) / length
     return ((s.start.x - start.x) * ux + (s.start.y - start.y) * uy for s in drop.outline.segments)
-
-
-def _is_in(pad: Pad, at: Point) -> bool:
-    return abs(at.x - pad.centre.x) <= pad.size[0] / 2 and abs(at.y - pad.centre.y) <= pad.size[1] / 2
 
 
 def _depth(pad: Pad, start: Point, end: Point) -> tuple[float, float]:

@@ -62,6 +62,11 @@ class Pad:
     number: int
     reference: str = "J1"
 
+    def holds(self, point: Point) -> bool:
+        """Whether a point lies on it."""
+        (x, y), (w, h) = self.centre, self.size
+        return abs(point.x - x) <= w / 2 and abs(point.y - y) <= h / 2
+
 
 @record
 class Capacitor:

@@ -102,7 +102,7 @@ def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[tuple[Path
         yield from _of_via(via, leg, trace.width)
         return
     for pad in layout.pads:
-        if pad.layer == trace.layer and pad.net == trace.net and _holds(pad, leg.start):
+        if pad.layer == trace.layer and pad.net == trace.net and pad.holds(leg.start):
             yield from _of_contact(pad, leg, trace.width)
 
 
@@ -148,10 +148,6 @@ def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[tuple[Path, float
 
 def _exchanged(point: Point) -> Point:
     return Point(point.y, point.x)
-
-
-def _holds(pad: Pad, point: Point) -> bool:
-    return abs(point.x - pad.centre.x) <= pad.size[0] / 2 and abs(point.y - pad.centre.y) <= pad.size[1] / 2
 
 
 class _Surroundings:
@@ -235,7 +231,7 @@ class _Surroundings:
         if kind == "via":
             return self._layout.vias[number].centre.distance(leg.start) < SLACK
         if kind == "pad":
-            return _holds(self._layout.all_pads[number], leg.start)
+            return self._layout.all_pads[number].holds(leg.start)
         if number == index:
             return False  # what is left of it lies farther along it
         other = self._layout.traces[number].path
