@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.estimates.inductance_bounds import Crowding, error_bound
+from sitscad.estimates.inductance_bounds import FEW_TURNS, Crowding, error_bound
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.bent_tracks import BentTrack
@@ -171,7 +171,9 @@ class Method:
 
 
 def _spirals(geometry: WindingGeometry) -> float:
-    return float(spiral_inductance_matrix(list(geometry.spirals), Resolution(12, 8, 2)).sum())
+    # the ends of few turns weigh more, and their points are few
+    resolution = Resolution(12, 8, 2) if geometry.fewest_turns >= FEW_TURNS else Resolution(16, 12, 4)
+    return float(spiral_inductance_matrix(list(geometry.spirals), resolution).sum())
 
 
 def _spirals_coarse(geometry: WindingGeometry) -> float:

@@ -12,102 +12,106 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.legendre import gauss
-from sitscad.physics.mean_distance import level_heights
 from sitscad.physics.track_strands import (
     BLOCK,
     FLOOR,
+    Bundle,
     Track,
+    bundle,
     clearance_table,
     common_levels,
     directions,
-    strand_pairs,
 )
-from sitscad.record import record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+Rule = tuple[Array, Array]
+Pairs = tuple[Index, Index]
 
-CHUNK = 400
-"""Pairs of arcs that are worked on at once."""
-
-
-@record
-class Strands:
-    """A pair of strands: how far each lies to the left of its centre line (m), the height between them (m), and the
-    clearance (m2) over the distance (m) across that the pair keeps.
-    """
-
-    left: float
-    other_left: float
-    height: float
-    table: tuple[Array, Array]
-
-    def swapped(self) -> Strands:
-        """The same pair for the tracks in the other order."""
-        return Strands(self.other_left, self.left, self.height, self.table)
-
-    def clearance(self, across: Array) -> Array:
-        """The clearance (m2) of tracks at distances (m) across."""
-        return np.interp(across, *self.table)
+FAR_ARCS, FAR_POINTS = 3.0, 5
+"""Distance, in radii, from which an arc is summed at so few points: its far pieces are most of all."""
 
 
 def pairs_with_arcs(one: Track, other: Track, count: int) -> float:
     """Integral of t1.t2 / distance (m) over all pairs of pieces with at least one arc, `count` strands a track."""
     levels = common_levels(one, other, count)
+    strands = bundle(one, other, count, levels, one is other)
     table = clearance_table(one, other, count, levels)
-    heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
-    total = 0.0
-    for x1, x2, share in strand_pairs(one.width, other.width, count, one is other):
-        for height in heights:
-            pair = Strands(x1, x2, height, table)
-            value = _arcs_with_arcs(one, other, pair) + _arcs_with_sides(one, other, pair)
-            total += share / levels * (value + _arcs_with_sides(other, one, pair.swapped()))
-    return total
+    total = _arcs_with_arcs(one, other, strands, table)
+    total += _arcs_with_sides(one, other, strands, table)
+    return total + _arcs_with_sides(other, one, strands.swapped(), table)
 
 
-def _crowded(count: int) -> tuple[Array, Array]:
+def _crowded(count: int) -> Rule:
     # Gauss points of [0, 1] crowded towards both ends, where a piece that continues this one has a logarithm.
     nodes, weights = gauss(count)
     t = 0.5 * (1.0 + nodes)
     return t * t * (3.0 - 2.0 * t), 3.0 * weights * t * (1.0 - t)
 
 
-def _arc_points(arcs: Array, offset: float, count: int) -> tuple[Array, Array, Array]:
-    # Points (m, count, 2), unit tangents, and arc length per point.
-    t, weights = _crowded(count)
-    radius = arcs[:, 2] - arcs[:, 4] * offset
+def _plain(count: int) -> Rule:
+    nodes, weights = gauss(count)
+    return 0.5 * (1.0 + nodes), 0.5 * weights
+
+
+def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, Array]:
+    # At a rule's p shares of m arcs, for k strands: points (m, k, p, 2), unit tangents (m, 1, p, 2), lengths (m, k, p).
+    t, weights = rule
+    radius = arcs[:, 2, None] - arcs[:, 4, None] * offsets
     azimuth = arcs[:, 3, None] + (arcs[:, 4] * arcs[:, 5])[:, None] * t
-    outward = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=2)
-    tangent = arcs[:, 4, None, None] * np.stack([-outward[..., 1], outward[..., 0]], axis=2)
-    return arcs[:, None, :2] + radius[:, None, None] * outward, tangent, (radius * arcs[:, 5])[:, None] * weights
+    outward = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=2)[:, None]
+    tangent = arcs[:, 4, None, None, None] * np.stack([-outward[..., 1], outward[..., 0]], axis=3)
+    where = arcs[:, None, None, :2] + radius[..., None, None] * outward
+    return where, tangent, (radius * arcs[:, 5, None])[..., None] * weights
 
 
-def _arcs_with_sides(one: Track, other: Track, pair: Strands, points: int = 14) -> float:
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1])
+
+
+def _arcs_with_sides(one: Track, other: Track, strands: Bundle, table: tuple[Array, Array]) -> float:
     # Arcs of one at Gauss points in the closed potential of the sides of the other.
     if not len(one.arcs) or not len(other.starts):
         return 0.0
-    rows = max(1, BLOCK // (points * len(other.starts)))
-    return math.fsum(
-        _arc_rows_with_sides(one.arcs[k : k + rows], other, pair, points) for k in range(0, len(one.arcs), rows)
-    )
+    t = directions(other.ends - other.starts)
+    reach = _dot(other.ends - other.starts, t)
+    rows = max(1, BLOCK // len(other.starts))
+    total = 0.0
+    for k in range(0, len(one.arcs), rows):
+        arcs = one.arcs[k : k + rows]
+        away = arcs[:, None, :2] - other.starts
+        beyond = np.clip(_dot(away, t), 0.0, reach)[..., None]
+        apart = np.hypot(*np.moveaxis(away - beyond * t, 2, 0))
+        far = apart > FAR_ARCS * arcs[:, None, 2]
+        for chosen, rule in ((far, _plain(FAR_POINTS)), (~far, _crowded(14))):
+            i, j = np.nonzero(chosen)
+            for part in strands.blocks(i.size, rule[0].size):
+                total += _some_arcs_with_sides(arcs[i[part]], other, j[part], strands, table, rule)
+    return total
 
 
-def _arc_rows_with_sides(arcs: Array, other: Track, pair: Strands, points: int) -> float:
-    where, tangent, length = _arc_points(arcs, pair.left, points)
-    start, end = other.strand(pair.other_left)
-    t = directions(end - start)
-    reach = np.sum((end - start) * t, axis=1)
-    dx, dy = where[:, :, :1] - start[:, 0], where[:, :, 1:] - start[:, 1]
-    along = dx * t[:, 0] + dy * t[:, 1]
-    across = dx * t[:, 1] - dy * t[:, 0]
-    moved = pair.left - pair.other_left
-    ends = np.minimum(np.abs(across[:, 0] + moved), np.abs(across[:, -1] + moved))
-    rho = np.sqrt(np.maximum(across**2 + pair.height**2 + pair.clearance(ends)[:, None, :], FLOOR))
-    potential = np.arcsinh((reach - along) / rho) + np.arcsinh(along / rho)
-    return float(np.sum(potential * (tangent @ t.T) * length[:, :, None]))
+def _some_arcs_with_sides(
+    arcs: Array, other: Track, sides: Index, strands: Bundle, table: tuple[Array, Array], rule: Rule
+) -> float:
+    where, tangent, length = _arc_points(arcs, strands.offsets[0], rule)
+    start, end = strands.ends(other, sides, 1)
+    t = directions(other.ends[sides] - other.starts[sides])[:, None, :]
+    reach = _dot(end - start, t)[..., None]
+    away = where - start[:, :, None, :]
+    along, across = _dot(away, t[:, :, None]), away[..., 0] * t[..., 1:] - away[..., 1] * t[..., :1]
+    moved = strands.offsets[0] - strands.offsets[1]
+    ends = np.minimum(np.abs(across[..., 0] + moved), np.abs(across[..., -1] + moved))
+    square = across**2 + np.interp(ends, *table)[..., None]
+    share = _dot(tangent, t[:, :, None]) * length
+    total = 0.0
+    for height in strands.heights:
+        rho = np.sqrt(np.maximum(square + height * height, FLOOR))
+        potential = np.arcsinh((reach - along) / rho) + np.arcsinh(along / rho)
+        total += float(np.sum(potential * share, axis=(0, 2)) @ strands.shares)
+    return total / strands.heights.size
 
 
-def _arcs_with_arcs(one: Track, other: Track, pair: Strands) -> float:
+def _arcs_with_arcs(one: Track, other: Track, strands: Bundle, table: tuple[Array, Array]) -> float:
     if not len(one.arcs) or not len(other.arcs):
         return 0.0
     a, b = one.arcs, other.arcs
@@ -116,74 +120,80 @@ def _arcs_with_arcs(one: Track, other: Track, pair: Strands) -> float:
     other_low = np.where(b[:, 4] > 0, b[:, 3], b[:, 3] - b[:, 5])
     turn = np.abs(np.remainder(low[:, None] - other_low + math.pi, 2.0 * math.pi) - math.pi)
     concentric = (apart < 1e-9) & (turn < 1e-9) & (np.abs(a[:, None, 5] - b[:, 5]) < 1e-9)
-    total = _concentric_arcs(one, other, np.nonzero(concentric), pair)
     opposite = apart > 0.3 * np.maximum(a[:, None, 2], b[:, 2])
-    for method, chosen in ((_opposite_arcs, opposite), (_other_arcs, ~concentric & ~opposite)):
+    far = apart > FAR_ARCS * (a[:, None, 2] + b[:, 2])
+    total = 0.0
+    for chosen, method, points in (
+        (concentric, _concentric_arcs, 14),
+        (opposite & far, _far_arcs, FAR_POINTS**2),
+        (opposite & ~far, _opposite_arcs, 100),
+        (~concentric & ~opposite, _other_arcs, 160),
+    ):
         i, j = np.nonzero(chosen)
-        for k in range(0, i.size, CHUNK):
-            part = slice(k, k + CHUNK)
-            total += method(one, other, (i[part], j[part]), pair)
+        for part in strands.blocks(i.size, points):
+            for height in strands.heights:
+                values = method(a[i[part]], b[j[part]], strands, height * height, table)
+                total += float(values @ strands.shares) / strands.heights.size
     return total
 
 
-def _opposite_arcs(one: Track, other: Track, pairs: tuple[Index, ...], pair: Strands, points: int = 10) -> float:
+def _far_arcs(a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array]) -> Array:
+    return _opposite_arcs(a, b, strands, square, table, _plain(FAR_POINTS))
+
+
+def _opposite_arcs(
+    a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array], rule: Rule | None = None
+) -> Array:
     # Arcs about centres well apart meet at most at their ends: points crowded there on both.
-    i, j = pairs
-    p, t, along = _arc_points(one.arcs, pair.left, points)
-    q, u, other_along = _arc_points(other.arcs, pair.other_left, points)
-    square = (p[i, :, None, 0] - q[j, None, :, 0]) ** 2 + (p[i, :, None, 1] - q[j, None, :, 1]) ** 2
-    extra = pair.height**2 + pair.table[1][0]
-    dot = np.einsum("kna,kma->knm", t[i], u[j])
-    value = dot / np.sqrt(np.maximum(square + extra, FLOOR))
-    return float(np.einsum("knm,kn,km->", value, along[i], other_along[j]))
+    p, t, along = _arc_points(a, strands.offsets[0], rule or _crowded(10))
+    q, u, other_along = _arc_points(b, strands.offsets[1], rule or _crowded(10))
+    away = p[:, :, :, None, :] - q[:, :, None, :, :]
+    dot = _dot(t[:, :, :, None, :], u[:, :, None, :, :])
+    value = dot / np.sqrt(np.maximum(_dot(away, away) + square + table[1][0], FLOOR))
+    return np.asarray(np.sum(np.matmul(value, other_along[..., None])[..., 0] * along, axis=(0, 2)))
 
 
-def _concentric_arcs(one: Track, other: Track, pairs: tuple[Index, ...], pair: Strands, points: int = 14) -> float:
+def _concentric_arcs(a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array]) -> Array:
     # Only the difference of azimuth v matters: (angle - v) is how much of the arcs has it.
-    i, j = pairs
-    if not i.size:
-        return 0.0
-    a, b = one.arcs[i], other.arcs[j]
-    r1, r2, angle = a[:, 2] - a[:, 4] * pair.left, b[:, 2] - b[:, 4] * pair.other_left, a[:, 5, None]
-    clearance = pair.clearance(np.abs(a[:, 2] - b[:, 2]))
-    square = np.maximum((r1 - r2) ** 2 + pair.height**2 + clearance, FLOOR)[:, None]
-    product = (r1 * r2)[:, None]
-    nodes, weights = gauss(points)
-    scale = np.sqrt(square / product)
+    r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
+    r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
+    angle = a[:, 5, None, None]
+    clearance = np.interp(np.abs(a[:, 2] - b[:, 2]), *table)[:, None]
+    apart = np.maximum((r1 - r2) ** 2 + square + clearance, FLOOR)[..., None]
+    product = (r1 * r2)[..., None]
+    nodes, weights = gauss(14)
+    scale = np.sqrt(apart / product)
     reach = np.arcsinh(angle / scale)
     v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
     jacobian = 0.5 * reach * weights * np.sqrt(v * v + scale * scale)
-    kernel = product * np.cos(v) / np.sqrt(square + 4.0 * product * np.sin(0.5 * v) ** 2)
-    return float(np.sum((a[:, 4] * b[:, 4])[:, None] * 2.0 * jacobian * (angle - v) * kernel))
+    kernel = product * np.cos(v) / np.sqrt(apart + 4.0 * product * np.sin(0.5 * v) ** 2)
+    way = (a[:, 4] * b[:, 4])[:, None, None]
+    return np.asarray(np.sum(way * 2.0 * jacobian * (angle - v) * kernel, axis=(0, 2)))
 
 
-def _other_arcs(one: Track, other: Track, pairs: tuple[Index, ...], pair: Strands, points: int = 20) -> float:
-    i, j = pairs
-    if not i.size:
-        return 0.0
-    where, tangent, length = _arc_points(one.arcs, pair.left, points)
-    b = other.arcs[j]
-    radius = (b[:, 2] - b[:, 4] * pair.other_left)[:, None]
-    away = where[i] - b[:, None, :2]
+def _other_arcs(a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array]) -> Array:
+    where, tangent, length = _arc_points(a, strands.offsets[0], _crowded(20))
+    b = b[:, :, None, None]
+    radius = b[:, 2] - b[:, 4] * strands.offsets[1][:, None]
+    away = where - np.moveaxis(b[:, :2], 1, 3)
     distance = np.hypot(away[..., 0], away[..., 1])
-    offset = b[:, 4, None] * (np.arctan2(away[..., 1], away[..., 0]) - b[:, 3, None]) % (2.0 * math.pi)
-    span = b[:, 5, None]
+    offset = b[:, 4] * (np.arctan2(away[..., 1], away[..., 0]) - b[:, 3]) % (2.0 * math.pi)
+    span = b[:, 5]
     nearest = np.where(offset <= span, offset, np.where(offset - span < 2.0 * math.pi - offset, span, 0.0))
-    extra = pair.height**2 + pair.clearance(np.abs(distance - radius))
     product = distance * radius
-    gap = (distance - radius) ** 2 + extra
+    gap = (distance - radius) ** 2 + square + np.interp(np.abs(distance - radius), *table)
     scale = np.sqrt(np.maximum(gap + 4.0 * product * np.sin(0.5 * (offset - nearest)) ** 2, FLOOR)) / radius
     nodes, weights = gauss(8)
-    heading = np.arctan2(tangent[i][..., 1], tangent[i][..., 0])
-    total = 0.0
+    heading = np.arctan2(tangent[..., 1], tangent[..., 0])[..., None]
+    azimuth, way = b[:, 3, ..., None], b[:, 4, ..., None]
+    total = np.zeros(strands.shares.size)
     for edge in (0.0, span):
         reach = np.arcsinh((edge - nearest) / scale)[..., None]
         v = scale[..., None] * np.sinh(0.5 * reach * (1.0 + nodes))
         jacobian = 0.5 * np.abs(reach) * weights * np.sqrt(v * v + scale[..., None] ** 2)
         tau = nearest[..., None] + v
-        square = gap[..., None] + 4.0 * product[..., None] * np.sin(0.5 * (offset[..., None] - tau)) ** 2
-        azimuth = b[:, 3, None, None] + b[:, 4, None, None] * tau
-        dot = b[:, 4, None, None] * np.sin(heading[..., None] - azimuth)
-        inner = np.sum(jacobian * dot / np.sqrt(np.maximum(square, FLOOR)), axis=2)
-        total += float(np.sum(inner * radius * length[i]))
+        apart = gap[..., None] + 4.0 * product[..., None] * np.sin(0.5 * (offset[..., None] - tau)) ** 2
+        dot = way * np.sin(heading - azimuth - way * tau)
+        inner = np.sum(jacobian * dot / np.sqrt(np.maximum(apart, FLOOR)), axis=3)
+        total += np.sum(inner * radius * length, axis=(0, 2))
     return total

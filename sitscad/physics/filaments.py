@@ -217,7 +217,7 @@ def inclined_integral(
     cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it cancels.
     """
     height = np.sqrt(square)
-    result = np.zeros(np.broadcast(u0, v0).shape)
+    result = np.zeros(np.broadcast(u0, v0, square).shape)
     # 1 - |cosine| without the difference: the lines of nearly parallel filaments cross far away
     way, bent = np.sign(cosine), sine * sine / (1.0 + np.abs(cosine))
     for u, v, sign in ((u1, v1, 1.0), (u0, v1, -1.0), (u1, v0, -1.0), (u0, v0, 1.0)):
@@ -230,8 +230,8 @@ def inclined_integral(
     middle = np.hypot(0.5 * (u0 + u1) - 0.5 * (v0 + v1) * cosine, 0.5 * (v0 + v1) * sine)
     far = middle > 12.0 * np.maximum(np.abs(u1 - u0), np.abs(v1 - v0))
     if far.any():
-        each = np.broadcast_to(np.asarray(square, dtype=float), far.shape)[far]
-        result[far] = _inclined_far(u0[far], u1[far], v0[far], v1[far], cosine[far], each)
+        far = np.broadcast_to(far, result.shape)
+        result[far] = _inclined_far(*(np.broadcast_to(x, far.shape)[far] for x in (u0, u1, v0, v1, cosine, square)))
     return result
 
 

@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.filaments import inclined_integral, parallel_filaments
-from sitscad.physics.mean_distance import level_heights
 from sitscad.physics.track_strands import (
     BLOCK,
     FLOOR,
     Track,
+    bundle,
     clearance_table,
     common_levels,
     directions,
-    strand_pairs,
 )
 
 Array = NDArray[np.float64]
@@ -144,23 +143,20 @@ def _parallel_sides(
     one: Track, other: Track, t1: Array, double: Array, pairs: tuple[Index, ...], count: int, levels: int
 ) -> float:
     i, j = pairs
-    if not i.size:
-        return 0.0
-    axis, height = t1[i], one.z - other.z
     away = other.starts[j] - one.starts[i]
-    lateral = np.abs(axis[:, 0] * away[:, 1] - axis[:, 1] * away[:, 0])
-    clearance = np.interp(lateral, *clearance_table(one, other, count, levels))
-    heights = level_heights(height, (one.thickness, other.thickness), levels)
+    lateral = np.abs(t1[i, 0] * away[:, 1] - t1[i, 1] * away[:, 0])
+    clearance = np.interp(lateral, *clearance_table(one, other, count, levels))[:, None, None]
+    strands = bundle(one, other, count, levels)
     total = 0.0
-    for x1, x2, share in strand_pairs(one.width, other.width, count, False):
-        (p0, p1), (q0, q1) = one.strand(x1), other.strand(x2)
-        to_start, to_end = q0[j] - p0[i], q1[j] - p0[i]
-        length = np.sum(axis * (p1 - p0)[i], axis=1)
-        start, end = np.sum(axis * to_start, axis=1), np.sum(axis * to_end, axis=1)
-        gap = axis[:, 0] * to_start[:, 1] - axis[:, 1] * to_start[:, 0]
-        for h in heights:
-            value = parallel_filaments(length, start, end, np.maximum(gap**2 + h * h + clearance, FLOOR))
-            total += share / levels * float(np.sum(double[i, j] * value))
+    for part in strands.blocks(i.size):
+        (p0, p1), (q0, q1) = strands.ends(one, i[part], 0), strands.ends(other, j[part], 1)
+        axis = t1[i[part], None, :]
+        to_start, to_end = q0 - p0, q1 - p0
+        length, start, end = (np.sum(axis * x, axis=2)[..., None] for x in (p1 - p0, to_start, to_end))
+        gap = (axis[..., 0] * to_start[..., 1] - axis[..., 1] * to_start[..., 0])[..., None]
+        square = np.maximum(gap**2 + strands.heights**2 + clearance[part], FLOOR)
+        value = parallel_filaments(length, start, end, square)
+        total += strands.mean(value, double[i[part], j[part]])
     return total * 4.0 * math.pi / MU0
 
 
@@ -175,29 +171,27 @@ def _inclined_sides(
     far: bool,
 ) -> float:
     i, j = pairs
-    if not i.size:
-        return 0.0
-    t1, t2 = directions(one.ends - one.starts)[i], directions(other.ends - other.starts)[j]
-    c, s, weight = np.sum(t1 * t2, axis=1), direction[1][i, j], direction[0][i, j]
+    own, others = directions(one.ends - one.starts), directions(other.ends - other.starts)
     # Where tracks of two layers cross, the mean over their thicknesses leaves 1/distance as it is (to fourth order).
-    height = abs(one.z - other.z)
-    heights = level_heights(height, (one.thickness, other.thickness), levels)
-    extra: Array | float = 0.0 if height else np.interp(apart, *clearance_table(one, other, count))
+    extra = np.zeros(i.size) if one.z != other.z else np.interp(apart, *clearance_table(one, other, count))
     if far:
         # Far apart, the mean over both sections of the harmonic 1/distance: what lies along a side cancels at corners.
-        extra = (one.thickness**2 + other.thickness**2 - one.width**2 - other.width**2) / 12.0
+        extra[:] = (one.thickness**2 + other.thickness**2 - one.width**2 - other.width**2) / 12.0
+    strands = bundle(one, other, count, levels)
     total = 0.0
-    for x1, x2, share in strand_pairs(one.width, other.width, count, False):
-        (p0, p1), (q0, q1) = one.strand(x1), other.strand(x2)
-        away = q0[j] - p0[i]
+    for part in strands.blocks(i.size):
+        (p0, p1), (q0, q1) = strands.ends(one, i[part], 0), strands.ends(other, j[part], 1)
+        t1, t2 = own[i[part], None, :], others[j[part], None, :]
+        c, s = np.sum(t1 * t2, axis=2), direction[1][i[part], j[part]][:, None]
+        away = q0 - p0
         # distances along both axes, from the point where the two lines cross
-        u0 = -(away[:, 0] * t2[:, 1] - away[:, 1] * t2[:, 0]) / s
-        v0 = -(away[:, 0] * t1[:, 1] - away[:, 1] * t1[:, 0]) / s
-        u1 = u0 + np.sum(t1 * (p1 - p0)[i], axis=1)
-        v1 = v0 + np.sum(t2 * (q1 - q0)[j], axis=1)
-        for h in heights:
-            value = inclined_integral(u0, u1, v0, v1, c, np.abs(s), np.maximum(h * h + extra, FLOOR))
-            total += share / len(heights) * float(np.sum(weight * value))
+        u0 = -(away[..., 0] * t2[..., 1] - away[..., 1] * t2[..., 0]) / s
+        v0 = -(away[..., 0] * t1[..., 1] - away[..., 1] * t1[..., 0]) / s
+        u1, v1 = u0 + np.sum(t1 * (p1 - p0), axis=2), v0 + np.sum(t2 * (q1 - q0), axis=2)
+        square = np.maximum(strands.heights**2 + extra[part, None, None], FLOOR)
+        u0, u1, v0, v1, c, s = (x[..., None] for x in (u0, u1, v0, v1, c, np.abs(s)))
+        value = inclined_integral(u0, u1, v0, v1, c, s, square)
+        total += strands.mean(value, direction[0][i[part], j[part]])
     return total
 
 

@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.legendre import gauss
-from sitscad.physics.mean_distance import strand_clearance
+from sitscad.physics.mean_distance import level_heights, strand_clearance
 from sitscad.record import record
 
 Array = NDArray[np.float64]
+
+
+CROSSING_STRANDS = 3
+"""Most strands of layers that cross: the clearance of more is so small that each pair would need points of its own."""
 
 
 @record
@@ -105,15 +109,6 @@ def _likeness(a: SpiralLayer, b: SpiralLayer) -> tuple[object, ...]:
             a.radius, b.radius, a.pitch, a.turns, b.turns, a.inward == b.inward)  # fmt: skip
 
 
-def _strands(first: SpiralLayer, second: SpiralLayer, count: int) -> list[tuple[float, float, float]]:
-    nodes, weights = gauss(count)
-    return [
-        (0.5 * first.width * nodes[a], 0.5 * second.width * nodes[b], 0.25 * weights[a] * weights[b])
-        for a in range(count)
-        for b in range(count)
-    ]
-
-
 def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
     # Gauss points on [low, high] crowded about 0 with x = scale * sinh(t); arrays (panels, count).
     nodes, weights = gauss(count)
@@ -140,13 +135,14 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     span = max(spans)
     height = (first.z - second.z) / unit
     offset = first.sense * (first.angle - second.angle)
+    strands = resolution.strands
     count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
     centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1, dtype=np.float64)
     apart = np.abs(rb - ra - b * centres)
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     slant = mean_radius / math.hypot(mean_radius, b)
     clearance = strand_clearance(apart * slant, height, (first.width / unit, second.width / unit),
-                                 (first.thickness / unit, second.thickness / unit), resolution.strands)  # fmt: skip
+                                 (first.thickness / unit, second.thickness / unit), strands)  # fmt: skip
     low, high, owner = _panels(centres, -spans[0], spans[1], [0.0, spans[1] - spans[0]])
     reach = apart**2 + height**2 + clearance
     smallest = 0.02 * (first.width / unit) ** 2
@@ -158,20 +154,33 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     theta = (0.5 * (start + end))[..., None] + (0.5 * (end - start))[..., None] * nodes
     weight = (weight * 0.5 * (end - start))[..., None] * along
     extra = height**2 + clearance[owner][:, None, None]
-    cosine, sine = np.cos(v)[..., None], -np.sin(v)[..., None]
+    cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
     half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
-    r1, step = ra - b * theta, (rb - ra - b * u)[..., None]
-    # a track is cut along its normal: along the radius it is wider, and turns are nearer than their radii say
-    stretch, other_stretch = np.sqrt(1.0 + (b / r1) ** 2), np.sqrt(1.0 + (b / (r1 + step)) ** 2)
+    step = (rb - ra - b * u)[..., None]
+    r1 = ra - b * theta
+    r2 = r1 + step
+    weight = weight * ((b * b + r1 * r2) * cosine + b * step * sine)
+    one, other = _beside(r1, b, first.width / unit, strands), _beside(r2, b, second.width / unit, strands)
     total = 0.0
-    for x1, x2, share in _strands(first, second, resolution.strands):
-        p = r1 + x1 / unit * stretch
-        difference = step + (x2 * other_stretch - x1 * stretch) / unit
-        q = p + difference
-        product = p * q
-        dot = (b * b + product) * cosine + b * (p - q) * sine
-        total += share * float(np.sum(weight * dot / np.sqrt(difference**2 + 2.0 * product * half + extra)))
+    for share, p, a, x1, stretch in one:
+        for other_share, q, c, x2, other_stretch in other:
+            squared = (x1 - x2 - step) ** 2 + (a - c) ** 2 + extra
+            squared += 2.0 * ((p * q + a * c) * half + (p * c - a * q) * sine)
+            total += share * other_share * float(np.sum(weight * stretch * other_stretch / np.sqrt(squared)))
     return total
+
+
+def _beside(radius: Array, b: float, width: float, count: int) -> list[tuple[float, Array, Array, Array, Array]]:
+    # The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
+    # along radius and azimuth, how far out it lies, and how much longer it is than the centre line.
+    speed = np.sqrt(radius**2 + b * b)
+    curvature = (radius**2 + 2.0 * b * b) / speed**3
+    found = []
+    for node, weight in zip(*gauss(count), strict=True):
+        x = 0.5 * width * float(node)
+        outwards = x * radius / speed
+        found.append((0.5 * float(weight), radius + outwards, x * b / speed, outwards, 1.0 + x * curvature))
+    return found
 
 
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
@@ -183,7 +192,12 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     count = math.ceil(span / math.pi) + 2
     centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-1, count, dtype=np.float64)
     widths = (first.width / unit, second.width / unit)
-    table = _clearance_table(height, widths, (first.thickness / unit, second.thickness / unit), resolution.strands)
+    strands = min(resolution.strands, CROSSING_STRANDS)
+    thicknesses = (first.thickness / unit, second.thickness / unit)
+    table = _clearance_table(height, widths, thicknesses, strands)
+    # each pair of strands at two heights: thick ones near each other cross as the mean distance alone does not say
+    low_level, high_level = level_heights(height, thicknesses, 2)
+    level, apart_levels = 0.5 * (low_level**2 + high_level**2), 0.5 * (high_level**2 - low_level**2)
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
     low, high, owner = _panels(centres, 0.0, math.fsum(spans), list(spans))
@@ -198,19 +212,20 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     gap, gap_weight = _graded(apart + least.ravel(), apart + most.ravel(), width.ravel(), 2 * resolution.along)
     shape = (*width.shape, 2 * resolution.along)
     gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
-    extra = height**2 + np.interp(np.abs(gap), *table)
+    extra = level + np.interp(np.abs(gap), *table)
     cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
     half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
     both = (ra + rb - b * total_angle)[..., None]
-    middle, other_middle = 0.5 * (both + gap), 0.5 * (both - gap)
-    stretch, other_stretch = np.sqrt(1.0 + (b / middle) ** 2), np.sqrt(1.0 + (b / other_middle) ** 2)
+    r1, r2 = 0.5 * (both + gap), 0.5 * (both - gap)
+    weight = weight * ((b * b - r1 * r2) * cosine + b * both * sine)
+    one, other = _beside(r1, b, widths[0], strands), _beside(r2, b, widths[1], strands)
     total = 0.0
-    for x1, x2, share in _strands(first, second, resolution.strands):
-        p, q = middle + x1 / unit * stretch, other_middle + x2 / unit * other_stretch
-        product = p * q
-        dot = (b * b - product) * cosine + b * (p + q) * sine
-        squared = (p - q) ** 2 + 2.0 * product * half + extra
-        total += share * float(np.sum(weight * dot / np.sqrt(squared)))
+    for share, p, a, _, stretch in one:
+        for other_share, q, c, _, other_stretch in other:
+            squared = (p - q) ** 2 + (a + c) ** 2 + extra
+            squared += 2.0 * ((p * q - a * c) * half + (p * c + a * q) * sine)
+            inverse = 1.0 / np.sqrt(squared - apart_levels) + 1.0 / np.sqrt(squared + apart_levels)
+            total += 0.5 * share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
     return total
 
 
@@ -219,4 +234,4 @@ def _clearance_table(
     height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int
 ) -> tuple[Array, Array]:
     across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
-    return across, strand_clearance(across, height, widths, thicknesses, strands)
+    return across, strand_clearance(across, height, widths, thicknesses, strands, 2)

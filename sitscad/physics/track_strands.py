@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.legendre import gauss
-from sitscad.physics.mean_distance import strand_clearance
+from sitscad.physics.mean_distance import level_heights, strand_clearance
 from sitscad.record import record
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 FLOOR = 1e-24
 """Least squared distance over the squared size of the tracks: strands that meet do so without a division by zero."""
@@ -100,14 +101,41 @@ def _mitre(one: Array, other: Array) -> Array:
     return np.asarray((left + right) / (1.0 + left @ right))
 
 
-def strand_pairs(w1: float, w2: float, count: int, same: bool) -> list[tuple[float, float, float]]:
-    """Offsets (m) of two strands from their centre lines and their share, for all pairs; a pair of one track once."""
+@record(eq=False)
+class Bundle:
+    """All pairs of strands of two tracks: offsets (m) and shares (k) of the pairs, heights (m) between them."""
+
+    offsets: tuple[Array, Array]
+    shares: Array
+    heights: Array
+
+    def swapped(self) -> Bundle:
+        """The same pairs for the tracks in the other order."""
+        return Bundle(self.offsets[::-1], self.shares, self.heights)
+
+    def blocks(self, count: int, points: int = 3) -> list[slice]:
+        """So many pairs of pieces, each of so many points, in parts that a processor's cache holds."""
+        rows = max(1, BLOCK // (points * self.shares.size * self.heights.size))
+        return [slice(k, k + rows) for k in range(0, count, rows)]
+
+    def ends(self, track: Track, sides: Index, which: int) -> tuple[Array, Array]:
+        """Starts and ends (n, k, 2) of the strands of some sides of the first (0) or the second (1) track."""
+        offset = self.offsets[which][:, None]
+        starts = track.starts[sides, None, :] + offset * track.before[sides, None, :]
+        return starts, track.ends[sides, None, :] + offset * track.after[sides, None, :]
+
+    def mean(self, values: Array, weights: Array) -> float:
+        """The sum of values (n, k, heights) by the pieces' weights (n) and the strands' shares."""
+        return float(weights @ np.mean(values, axis=2) @ self.shares)
+
+
+def bundle(one: Track, other: Track, count: int, levels: int, same: bool = False) -> Bundle:
+    """All pairs of `count` strands a track, at the Gauss points of its width; of the same track each pair once."""
     nodes, weights = gauss(count)
-    return [
-        (0.5 * w1 * nodes[a], 0.5 * w2 * nodes[b], 0.25 * weights[a] * weights[b] * (2.0 if same and a != b else 1.0))
-        for a in range(count)
-        for b in range(a + 1 if same else count)
-    ]
+    a, b = np.triu_indices(count) if same else np.divmod(np.arange(count * count), count)
+    shares = 0.25 * weights[a] * weights[b] * (np.where(a == b, 1.0, 2.0) if same else 1.0)
+    heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
+    return Bundle((0.5 * one.width * nodes[a], 0.5 * other.width * nodes[b]), shares, np.array(heights))
 
 
 @lru_cache(maxsize=256)

@@ -26,6 +26,9 @@ FEW = 16
 BENT = ((1.0, 3), (8.0, 4))
 """Width over layer distance, and how many strands a track with arcs gets from there on."""
 
+FEW_CORNERS = (3.0, 3)
+"""Width over layer distance from which a track of few pieces with rounded corners gets so many strands more."""
+
 
 def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, int] = (2, 3)) -> float:
     """Mutual inductance (H) of two tracks of equal width (the self one for the same object), uniform current.
@@ -52,7 +55,10 @@ def _bent_strands(one: Track, other: Track) -> int:
     if one.z == other.z:
         return 3 if few and one is other else 2
     wide = max(one.width, other.width) / abs(one.z - other.z)
-    return max([2, *(strands for least, strands in BENT if wide >= least)])
+    count = max([2, *(strands for least, strands in BENT if wide >= least)])
+    # half circles are none: strands of two layers cross far from their ends, and more would need more points
+    rounded = len(one.arcs) and float(np.max(one.arcs[:, 5])) < 0.9 * math.pi
+    return count + (FEW_CORNERS[1] if few and rounded and wide >= FEW_CORNERS[0] else 0)
 
 
 def track_inductance_matrix(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> Array:
