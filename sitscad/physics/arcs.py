@@ -122,12 +122,14 @@ def _arcs_with_arcs(one: Track, other: Track, strands: Bundle, table: tuple[Arra
     concentric = (apart < 1e-9) & (turn < 1e-9) & (np.abs(a[:, None, 5] - b[:, 5]) < 1e-9)
     opposite = apart > 0.3 * np.maximum(a[:, None, 2], b[:, 2])
     far = apart > FAR_ARCS * (a[:, None, 2] + b[:, 2])
+    beside = one.z != other.z and apart < a[:, None, 2] + b[:, 2] + max(one.width, other.width)
+    may_cross = ~concentric & ~far & (~opposite | beside)
     total = 0.0
     for chosen, method, points in (
         (concentric, _concentric_arcs, 14),
         (opposite & far, _far_arcs, FAR_POINTS**2),
-        (opposite & ~far, _opposite_arcs, 100),
-        (~concentric & ~opposite, _other_arcs, 160),
+        (opposite & ~far & ~may_cross, _opposite_arcs, 100),
+        (may_cross, _other_arcs, 160),
     ):
         i, j = np.nonzero(chosen)
         for part in strands.blocks(i.size, points):
@@ -144,12 +146,16 @@ def _far_arcs(a: Array, b: Array, strands: Bundle, square: float, table: tuple[A
 def _opposite_arcs(
     a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array], rule: Rule | None = None
 ) -> Array:
-    # Arcs about centres well apart meet at most at their ends: points crowded there on both.
-    p, t, along = _arc_points(a, strands.offsets[0], rule or _crowded(10))
-    q, u, other_along = _arc_points(b, strands.offsets[1], rule or _crowded(10))
+    # Arcs about centres well apart, on one layer: they meet at most at their ends, where points are crowded on both.
+    rule, middle = rule or _crowded(10), np.zeros(1)
+    away = _arc_points(a, middle, rule)[0][:, :, :, None, :] - _arc_points(b, middle, rule)[0][:, :, None, :, :]
+    nearest = np.sqrt(np.min(_dot(away, away), axis=(1, 2, 3)))
+    p, t, along = _arc_points(a, strands.offsets[0], rule)
+    q, u, other_along = _arc_points(b, strands.offsets[1], rule)
     away = p[:, :, :, None, :] - q[:, :, None, :, :]
     dot = _dot(t[:, :, :, None, :], u[:, :, None, :, :])
-    value = dot / np.sqrt(np.maximum(_dot(away, away) + square + table[1][0], FLOOR))
+    apart = _dot(away, away) + square + np.interp(nearest, *table)[:, None, None, None]
+    value = dot / np.sqrt(np.maximum(apart, FLOOR))
     return np.asarray(np.sum(np.matmul(value, other_along[..., None])[..., 0] * along, axis=(0, 2)))
 
 

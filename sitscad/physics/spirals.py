@@ -141,8 +141,10 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     apart = np.abs(rb - ra - b * centres)
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     slant = mean_radius / math.hypot(mean_radius, b)
-    clearance = strand_clearance(apart * slant, height, (first.width / unit, second.width / unit),
-                                 (first.thickness / unit, second.thickness / unit), strands)  # fmt: skip
+    widths, thicknesses = (first.width / unit, second.width / unit), (first.thickness / unit, second.thickness / unit)
+    levels = 2 if height else 1
+    clearance = strand_clearance(apart * slant, height, widths, thicknesses, strands, levels)
+    level, levels_apart = _levels(height, thicknesses, levels)
     low, high, owner = _panels(centres, -spans[0], spans[1], [0.0, spans[1] - spans[0]])
     reach = apart**2 + height**2 + clearance
     smallest = 0.02 * (first.width / unit) ** 2
@@ -153,7 +155,7 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     nodes, along = gauss(resolution.along)
     theta = (0.5 * (start + end))[..., None] + (0.5 * (end - start))[..., None] * nodes
     weight = (weight * 0.5 * (end - start))[..., None] * along
-    extra = height**2 + clearance[owner][:, None, None]
+    extra = level + clearance[owner][:, None, None]
     cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
     half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
     step = (rb - ra - b * u)[..., None]
@@ -166,7 +168,8 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
         for other_share, q, c, x2, other_stretch in other:
             squared = (x1 - x2 - step) ** 2 + (a - c) ** 2 + extra
             squared += 2.0 * ((p * q + a * c) * half + (p * c - a * q) * sine)
-            total += share * other_share * float(np.sum(weight * stretch * other_stretch / np.sqrt(squared)))
+            inverse = _inverse_distance(squared, levels_apart)
+            total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
     return total
 
 
@@ -183,6 +186,20 @@ def _beside(radius: Array, b: float, width: float, count: int) -> list[tuple[flo
     return found
 
 
+def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
+    # Mean and half the difference of the squared heights at which strands are taken: two of them for two layers, whose
+    # mean distance alone does not say all where they are thick and near each other.
+    low, high = (level_heights(height, thicknesses, levels) * 2)[:2]
+    return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
+
+
+def _inverse_distance(squared: Array, levels_apart: float) -> Array:
+    # The mean of 1/distance at both heights.
+    if not levels_apart:
+        return 1.0 / np.sqrt(squared)
+    return 0.5 / np.sqrt(squared - levels_apart) + 0.5 / np.sqrt(squared + levels_apart)
+
+
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
@@ -195,9 +212,7 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     strands = min(resolution.strands, CROSSING_STRANDS)
     thicknesses = (first.thickness / unit, second.thickness / unit)
     table = _clearance_table(height, widths, thicknesses, strands)
-    # each pair of strands at two heights: thick ones near each other cross as the mean distance alone does not say
-    low_level, high_level = level_heights(height, thicknesses, 2)
-    level, apart_levels = 0.5 * (low_level**2 + high_level**2), 0.5 * (high_level**2 - low_level**2)
+    level, levels_apart = _levels(height, thicknesses, 2)
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
     low, high, owner = _panels(centres, 0.0, math.fsum(spans), list(spans))
@@ -224,8 +239,8 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
         for other_share, q, c, _, other_stretch in other:
             squared = (p - q) ** 2 + (a + c) ** 2 + extra
             squared += 2.0 * ((p * q - a * c) * half + (p * c + a * q) * sine)
-            inverse = 1.0 / np.sqrt(squared - apart_levels) + 1.0 / np.sqrt(squared + apart_levels)
-            total += 0.5 * share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
+            inverse = _inverse_distance(squared, levels_apart)
+            total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
     return total
 
 

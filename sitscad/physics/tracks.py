@@ -20,8 +20,11 @@ __all__ = ["Bend", "Side", "Track", "track", "track_inductance_matrix", "tracks_
 
 Array = NDArray[np.float64]
 
-FEW = 16
-"""Pieces up to which a track with arcs gets a third strand: its ends weigh more, and it costs little."""
+FEW = 24
+"""Pieces up to which the ends of a track with arcs weigh so much that more strands are worth their cost."""
+
+OWN = ((8, 5), (48, 3))
+"""Pieces, and how many strands a track with arcs of so many pieces or fewer gets for its own inductance."""
 
 BENT = ((1.0, 3), (8.0, 4))
 """Width over layer distance, and how many strands a track with arcs gets from there on."""
@@ -51,14 +54,14 @@ def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, in
 
 
 def _bent_strands(one: Track, other: Track) -> int:
-    few = len(one.starts) + len(one.arcs) <= FEW
+    pieces = len(one.starts) + len(one.arcs)
     if one.z == other.z:
-        return 3 if few and one is other else 2
+        return next((strands for most, strands in OWN if one is other and pieces <= most), 2)
     wide = max(one.width, other.width) / abs(one.z - other.z)
     count = max([2, *(strands for least, strands in BENT if wide >= least)])
     # half circles are none: strands of two layers cross far from their ends, and more would need more points
     rounded = len(one.arcs) and float(np.max(one.arcs[:, 5])) < 0.9 * math.pi
-    return count + (FEW_CORNERS[1] if few and rounded and wide >= FEW_CORNERS[0] else 0)
+    return count + (FEW_CORNERS[1] if pieces <= FEW and rounded and wide >= FEW_CORNERS[0] else 0)
 
 
 def track_inductance_matrix(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> Array:
