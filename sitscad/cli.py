@@ -338,7 +338,8 @@ def _unreadable(path: str, error: Any) -> CheckedSpec:
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in _rules() if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    return sitscad.CheckedSpec(path, text, tuple(error.findings), not_checked, error.texts)
+    findings = sitscad.mended(error) if error.cramped is not None else error.findings
+    return sitscad.CheckedSpec(path, text, tuple(findings), not_checked, error.texts)
 
 
 def _build_one(spec: Any, output: str, only: Iterable[str] | None, force: bool) -> int:
