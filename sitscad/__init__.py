@@ -25,6 +25,7 @@ _HOMES = {
     "METHODS": "sitscad.estimates",
     "check": "sitscad.checks",
     "CheckResult": "sitscad.checks",
+    "mended": "sitscad.checks",
     "RULES": "sitscad.checks",
     "Finding": "sitscad.finding",
     "NotChecked": "sitscad.finding",
@@ -74,13 +75,14 @@ __all__ = [
     "list_templates",
     "load",
     "load_text",
+    "mended",
     "require_distinct_names",
     "verify",
     "write_template",
 ]
 
 if TYPE_CHECKING:
-    from sitscad.checks import RULES, CheckResult, check
+    from sitscad.checks import RULES, CheckResult, check, mended
     from sitscad.estimates import METHODS, Estimates, estimate
     from sitscad.finding import Finding, NotChecked, Severity
     from sitscad.layout import lay_out

@@ -79,8 +79,8 @@ def _say(message: str) -> None:
     click.echo(f"sitscad: {message}", err=True)
 
 
-def _counted_errors(count: int) -> str:
-    return f"{count} error{'' if count == 1 else 's'}"
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _colour(stream: Any) -> bool:
@@ -157,18 +157,26 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool) 
 @click.option("--format", "format_name", default="text", show_default=True, help="text or json.")
 @click.option("--select", type=_Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
 @click.option("--ignore", type=_Names(), default=(), help="Not these rules.")
-def check(specs: tuple[str, ...], format_name: str, select: tuple[str, ...], ignore: tuple[str, ...]) -> int:
+@click.option("--strict", is_flag=True, help="Warnings fail, too: exit code 1. Notes never do.")
+def check(
+    specs: tuple[str, ...], format_name: str, select: tuple[str, ...], ignore: tuple[str, ...], strict: bool
+) -> int:
     """Check SPECS against every rule that applies.
 
     Writes no files.
-    Exit code: 0 no errors, 1 errors found, 2 a spec cannot be read.
+    Exit code: 0 no errors, 1 errors found (with --strict: or warnings), 2 a spec cannot be read.
     """
     show = _row(sitscad.FINDING_FORMATS, format_name, "--format")
     for pattern in (*select, *ignore):
         _require_rule(pattern)
     checked = [_chosen(_checked(path), select, ignore) for path in specs]
     _print(show(checked, _colour(sys.stdout)))
-    return max(spec.exit_code for spec in checked)
+    code = max(spec.exit_code for spec in checked)
+    warnings = sum(spec.count(Severity.WARNING) for spec in checked)
+    if strict and warnings and code == 0:
+        _say(f"--strict: {_counted(warnings, 'warning')} and no error; warnings fail (--ignore leaves rules out)")
+        return 1
+    return code
 
 
 @cli.command(example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
@@ -228,7 +236,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         asked = f"the method {method} does not meet" if method else "no method meets"
         _say(f"{asked} a tolerance of {tolerance:g} for this coil: {worst.method} states {worst.inductance_error:.2g}")
     if not checked.ok:
-        _say(f"the checks found {_counted_errors(checked.count(Severity.ERROR))}: sitscad check {spec}")
+        _say(f"the checks found {_counted(checked.count(Severity.ERROR), 'error')}: sitscad check {spec}")
     return checked.exit_code
 
 
@@ -338,7 +346,8 @@ def _unreadable(path: str, error: Any) -> CheckedSpec:
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in _rules() if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    return sitscad.CheckedSpec(path, text, tuple(error.findings), not_checked, error.texts)
+    findings = sitscad.mended(error) if error.cramped is not None else error.findings
+    return sitscad.CheckedSpec(path, text, tuple(findings), not_checked, error.texts)
 
 
 def _build_one(spec: Any, output: str, only: Iterable[str] | None, force: bool) -> int:

@@ -11,6 +11,7 @@ from sitscad.checks.drive import DRIVE_RULES
 from sitscad.checks.electrical import ELECTRICAL_RULES
 from sitscad.checks.fabrication import FABRICATION_RULES
 from sitscad.checks.fit import FIT_RULES
+from sitscad.checks.plates import PLATE_RULES
 from sitscad.checks.response import RESPONSE_RULES
 from sitscad.checks.room import ROOM_RULES
 from sitscad.checks.rules import Outcome, Rule, Subject, outcomes
@@ -21,13 +22,13 @@ from sitscad.checks.trials import Trials
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.spec.rules import SPEC_RULES
+from sitscad.spec.rules import SPEC_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
 
-__all__ = ["RULES", "CheckResult", "Rule", "check", "explain"]
+__all__ = ["RULES", "CheckResult", "Rule", "check", "explain", "mended"]
 
 _LOADING = tuple(
     Rule(row.id, row.name, Severity.ERROR, row.summary, row.why, row.mend, "README, The spec") for row in SPEC_RULES
@@ -37,6 +38,7 @@ _LOADING = tuple(
 _TABLES = (
     _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, ROOM_RULES, DRAWN_FORM_RULES, BEND_RULES,
     ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES, TRANSDUCTION_RULES,
+    PLATE_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))
@@ -73,6 +75,15 @@ def check(spec: SensorSpec, layout: Layout | None = None, estimates: Estimates |
     trials = Trials(subject, RULES, said, not_checked)
     findings = [trials.advised(outcome) for outcome in said]
     return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked))
+
+
+def mended(error: SpecError) -> tuple[Finding, ...]:
+    """The findings of a spec that could not be loaded; where only coils or turns lack room, their hints name what gives
+    it, laid out and checked.
+    """
+    from sitscad.checks import cramped  # only specs that are refused
+
+    return cramped.mended(error, RULES)
 
 
 def explain(rule_id: str) -> str:

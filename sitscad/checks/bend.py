@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.changes import fail
+from sitscad.checks.changes import Change, tried
 from sitscad.checks.fabrication import ROUNDING, house, source_of
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
@@ -88,9 +88,7 @@ def _longer(subject: Subject, left: Left) -> str:
         return NO_ROOM
     words = f"fpc.tail.length: {length * 1e3:.1f} mm is long enough"
     longer = replace(subject.spec, fpc=replace(subject.spec.fpc, tail=replace(tail, length=length)))
-    broken = left(longer)
-    tried = f"tried, but {fail(broken)} then" if broken else "it was tried"
-    return f"{words} ({tried}), or fpc.tail.bend: none"
+    return f"{words} {tried(Change(words, longer), left)}, or fpc.tail.bend: none"
 
 
 def _length_that_does(subject: Subject) -> float | None:

@@ -7,11 +7,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 from sitscad.checks.rules import Left
 from sitscad.record import record
 from sitscad.spec import presets
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ElastomerPad, SensorSpec, Target
 from sitscad.spec.turns import most_turns, turn_fraction
 from sitscad.units import show
 
@@ -27,8 +28,18 @@ class Change:
 
 
 def first_that_mends(changes: Iterable[Change], left: Left) -> Change | None:
-    """The first change with which nothing is left to complain of; None where there is none."""
-    return next((change for change in changes if not left(change.spec)), None)
+    """The first change with which nothing is left to complain of, else the first that only brings warnings, whose words
+    then name those; None where there is none.
+    """
+    second = None
+    for change in changes:
+        if left(change.spec):
+            continue
+        warned = left.warned(change.spec)
+        if not warned:
+            return change
+        second = second or replace(change, words=f"{change.words} ({_warn(warned)} then)")
+    return second
 
 
 def named(changes: Iterable[Change]) -> str:
@@ -44,12 +55,19 @@ def in_vain(changes: Iterable[Change], left: Left) -> str:
 def tried(change: Change, left: Left) -> str:
     """What became of a change that was tried, in brackets: that it mends, or what then fails."""
     broken = left(change.spec)
-    return f"(tried, but {fail(broken)} then)" if broken else "(it was tried)"
+    if broken:
+        return f"(tried, but {fail(broken)} then)"
+    warned = left.warned(change.spec)
+    return f"(it was tried; {_warn(warned)} then)" if warned else "(it was tried)"
 
 
 def fail(rules: tuple[str, ...]) -> str:
     """That rules fail, in words."""
     return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
+
+
+def _warn(rules: tuple[str, ...]) -> str:
+    return f"{', '.join(rules)} warn{'s' if len(rules) == 1 else ''}"
 
 
 def more_turns(spec: SensorSpec, factor: float) -> Iterator[Change]:
@@ -201,25 +219,33 @@ def thicker_target(spec: SensorSpec, thickness: float) -> Change:
 
 def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Change]:
     """A target of such sides (m) on an elastomer that carries the whole of it, then on the one of now; one of a single
-    size (a circle, a square) takes the larger side.
+    size (a circle, a square) takes the larger side, then becomes a rectangle.
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
-    size = (length, width) if target.shape == "rectangle" else (max(length, width),) * 2
-    wanted = replace(spec, target=replace(target, size=size))
-    words = f"target.size: {_written(target.shape, size)}"
-    if pad is not None and (size[0] > pad.size[0] or size[1] > pad.size[1]):
-        below = (max(size[0], pad.size[0]), max(size[1], pad.size[1]))
-        below = below if pad.shape == "rectangle" else (max(below),) * 2
-        carried = replace(wanted, elastomer=replace(pad, size=below))
-        yield Change(f"{words} with elastomer.size: {_written(pad.shape, below)}", carried)
-    yield Change(words, wanted)
+    for words, wanted in resized("target", target, (length, width)):
+        if pad is not None and (wanted.size[0] > pad.size[0] or wanted.size[1] > pad.size[1]):
+            below = (max(wanted.size[0], pad.size[0]), max(wanted.size[1], pad.size[1]))
+            for carrying, larger in resized("elastomer", pad, below):
+                yield Change(f"{words} with {carrying}", replace(spec, target=wanted, elastomer=larger))
+        yield Change(words, replace(spec, target=wanted))
 
 
-def _written(shape: str, size: tuple[float, float]) -> str:
-    """A size as it stands in a spec (mm)."""
-    x, y = (f"{side * 1e3:.6g}" for side in size)
-    return f"[{x}, {y}]" if shape == "rectangle" else x
+Plate = TypeVar("Plate", Target, ElastomerPad)
+
+
+def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple[str, Plate]]:
+    """A plate of such sides (m), and how that is written; one of a single size (a circle, a square) takes the larger
+    side, then becomes a rectangle.
+    """
+    sides = [f"{side * 1e3:.6g}" for side in size]
+    rectangle = f"{key}.size: [{', '.join(sides)}]"
+    if plate.shape == "rectangle":
+        yield rectangle, replace(plate, size=size)
+        return
+    yield f"{key}.size: {max(size) * 1e3:.6g}", replace(plate, size=(max(size),) * 2)
+    if size[0] != size[1]:
+        yield f"{key}.shape: rectangle with {rectangle}", replace(plate, shape="rectangle", size=size)
 
 
 def larger_capacitor(changes: list[Change], now: float, left: Left) -> str:

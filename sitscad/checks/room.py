@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import islice
 
-from sitscad.checks.changes import fail, fewer_turns, first_that_mends
+from sitscad.checks.changes import Change, fewer_turns, first_that_mends, tried
 from sitscad.checks.clearances import drawn_rule
 from sitscad.checks.fabrication import FABRICATOR
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
@@ -44,8 +44,9 @@ def _advised(subject: Subject, finding: Finding) -> Complaint:
 
 def _hint_for_room(subject: Subject, finding: Finding, left: Left) -> str:
     changed, spec = remedy(subject.spec, finding), subject.spec
-    broken = left(changed) if changed is not None else ()
-    hint = finding.hint.replace("(it was tried)", f"(tried, but {fail(broken)} then)") if broken else finding.hint
+    hint = finding.hint
+    if changed is not None:
+        hint = hint.replace("(it was tried)", tried(Change("", changed), left))
     if finding.rule != "SIT112":
         return hint
     fewer = (change for change in fewer_turns(spec, spec.coil.turns, MOST_STEPS) if inner_vias_fit(change.spec))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.board import Layout
@@ -18,8 +18,16 @@ if TYPE_CHECKING:
 
 Kept = TypeVar("Kept")
 
-Left = Callable[[SensorSpec], tuple[str, ...]]
-"""What a changed spec still breaks: the rule in question, and those with errors that the spec as it stands has not."""
+
+class Left(Protocol):
+    """What a change of the spec leaves to complain of, when the changed design is laid out, estimated and checked."""
+
+    def __call__(self, changed: SensorSpec, /) -> tuple[str, ...]:
+        """What it still breaks: the rule in question, and those with errors that the spec as it stands has not."""
+
+    def warned(self, changed: SensorSpec) -> tuple[str, ...]:
+        """Other rules that warn of it, and not of the spec as it stands; of a change that breaks nothing."""
+
 
 Advice = Callable[[Left], str]
 """Writes a hint, given what tells whether a change mends the finding: an empty answer says that it does."""

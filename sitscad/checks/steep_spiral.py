@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from sitscad.checks.changes import fail, wider
+from sitscad.checks.changes import first_that_mends, tried, wider
 from sitscad.checks.rules import Left
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -41,9 +41,8 @@ def spacing_in_words(spec: SensorSpec, missing: float) -> str:
 
 def tried_spacing(spec: SensorSpec, missing: float, left: Left) -> str:
     """The same, tried; with fewer turns where the wider pitch takes the room of those."""
-    broken: tuple[str, ...] = ()
-    for change in wider(spec, 0.0, spacing_for(spec, missing)):
-        broken = left(change.spec)
-        if not broken:
-            return f"{change.words} gives them their distance (it was tried): {WHY}"
-    return spacing_in_words(spec, missing) + (f" (tried, but {fail(broken)} then)" if broken else "")
+    changes = list(wider(spec, 0.0, spacing_for(spec, missing)))
+    found = first_that_mends(changes, left)
+    if found is not None:
+        return f"{found.words} gives them their distance (it was tried): {WHY}"
+    return " ".join([spacing_in_words(spec, missing), *(tried(change, left) for change in changes[-1:])])

@@ -1,11 +1,11 @@
-"""SIT304 to SIT306, SIT310, SIT312 and SIT313: whether pad and target turn force into signal."""
+"""SIT304, SIT305, SIT310, SIT312 and SIT313: whether pad and target turn force into signal."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from sitscad.checks.changes import first_that_mends, in_vain, larger_target, stiffer_pad, thicker_target, tried
+from sitscad.checks.changes import stiffer_pad, thicker_target, tried
 from sitscad.checks.fit import ROUNDING, pad_of
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
@@ -18,7 +18,6 @@ MU_0 = 4e-7 * math.pi
 STRAIN_ERROR = 0.5
 WHOLE = 0.99
 """Share of a pad from which on it counts as loaded all over."""
-TARGET_LENGTH_TOLERANCE = 0.2
 MAGNETIC = 10.0
 """Relative permeability, and skin depths over thickness, from which on a target is a magnet and no conductor."""
 
@@ -133,72 +132,6 @@ def _thicker(subject: Subject, thickness: float, left: Left) -> str:
     faster = (thickness / target.thickness) ** 2  # a skin depth falls with the square root of the frequency
     higher = ", or a higher frequency" if faster * top <= ldc1614.limit("sensor_frequency_max") else ""
     return f"{change.words} or more {tried(change, left)}: 3 skin depths stop 95 %{higher}"
-
-
-def target_proportions(subject: Subject) -> Iterator[Verdict]:
-    """Over two coils in a line: length as their distance, width at least a coil's; else at least as large as a coil."""
-    target, array = subject.spec.target, subject.spec.array
-    assert target is not None
-    pitch = array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
-    coil = _largest_coil(subject)
-
-    def advice(left: Left) -> str:
-        return _proportioned(subject, pitch, coil, left)
-
-    if pitch and abs(target.size[0] / pitch - 1.0) > TARGET_LENGTH_TOLERANCE:
-        yield Complaint(
-            f"the target is {show(target.size[0], 'm')} long, the coils' centres are {show(pitch, 'm')} apart",
-            f"a target as long as that distance, {show(pitch, 'm')}, gives the most shear signal",
-            "target.size",
-            target.size[0],
-            pitch,
-            "m",
-            advice=advice,
-        )
-    ways = (("wide", 1),) if pitch else (("long", 0), ("wide", 1))
-    for word, axis in ways:
-        if target.size[axis] < coil[axis] - ROUNDING:
-            yield Complaint(
-                f"the target is {show(target.size[axis], 'm')} {word}, a coil {show(coil[axis], 'm')}: part of the "
-                "field passes beside it",
-                f"make it larger by {show(coil[axis] - target.size[axis], 'm')}",
-                "target.size",
-                target.size[axis],
-                coil[axis],
-                "m",
-                advice=advice,
-            )
-    if pitch is None and len(array.placements) > 1:
-        yield Undecided(
-            "the target's best length is known for two coils in a line only; of this array it was checked only that "
-            "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
-            "coil feels where a normal force is required)"
-        )
-
-
-def _proportioned(subject: Subject, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
-    """A target as long as two coils are apart and as wide as one, or as large as a coil, in words."""
-    target = subject.spec.target
-    assert target is not None
-    length = pitch or max(target.size[0], coil[0])
-    changes = list(larger_target(subject.spec, length, max(target.size[1], coil[1])))
-    found = first_that_mends(changes, left)
-    what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
-    if found is not None:
-        return f"{found.words} (it was tried): {what}"
-    return f"a target {what}: {in_vain(changes[:1], left)}"
-
-
-def _largest_coil(subject: Subject) -> tuple[float, float]:
-    """How far the coils reach along x and y (m), each turned as it stands."""
-    length, width = subject.spec.coil.size
-    turned = [placement.rotation for placement in subject.spec.array.placements]
-    if length == width:
-        return length, width
-    return (
-        max(abs(length * math.cos(a)) + abs(width * math.sin(a)) for a in turned),
-        max(abs(length * math.sin(a)) + abs(width * math.cos(a)) for a in turned),
-    )
 
 
 def target_rotation(subject: Subject) -> Iterator[Verdict]:
@@ -359,16 +292,6 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "temperature.",
         "A thicker target, a better conductor, or a higher frequency.",
         "TI SNOA957B: 2 to 3 skin depths, 3 stop 95 %; depth = 1 / sqrt(pi f mu sigma)", ("target",), target_thickness,
-    ),
-    Rule(
-        "SIT306", "target-proportions", Severity.WARNING,
-        "Over two coils in a line the target is as long as their distance (within 20 %) and at least as wide as a "
-        "coil; over any other array it is at least as large as a coil both ways, and its best length is not judged.",
-        "Two coils: shear falls to less than a third when the target is much longer or shorter. Any coil: what does "
-        "not cover it loses normal signal. For other arrays no measured best size is known.",
-        "Over two coils set target.size to their distance; else make the target at least as large as a coil.",
-        "thesis of Jones 6.4, 6.5 and tables 6.3, 6.4; TI SNOA957B: target at least the sensor's area", ("target",),
-        target_proportions,
     ),
     Rule(
         "SIT310", "target-rotation", Severity.NOTE,

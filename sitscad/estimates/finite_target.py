@@ -221,11 +221,12 @@ def _notes(
     if min(shares[0].values()) > 0.995:
         return []
     said, lost = (", ".join(_range(part, state) for state in states) for part in shares)
-    whose = "a magnetic plate (its poles need room)" if magnetic else "a finite plate"
+    whose = "a finite magnetic plate (its poles need room)" if magnetic else "a finite plate"
     notes = [
-        f"the target is {whose}: it changes a coil's inductance by {said} of what an endless plate would, each +- "
-        f"{100.0 * errors[0]:.0f} %, and adds {lost} of its loss, +- {100.0 * errors[1]:.0f} % (currents crowd at the "
-        "edges)"
+        f"the target counts as {whose}. Compared with an endless sheet of the same material and thickness at the same "
+        f"gap, it changes a coil's inductance by {said} of the sheet's change (each share is known within "
+        f"{100.0 * errors[0]:.0f} % of itself), and the loss that it adds is {lost} of the sheet's (within "
+        f"{100.0 * errors[1]:.0f} %: currents crowd at its edges)"
     ]
     if spec.coil.shape != "circle":
         notes.append(f"for that share a {spec.coil.shape} coil counts as a round one of the same area, turn by turn")
@@ -235,4 +236,5 @@ def _notes(
 def _range(shares: Mapping[tuple[str, str], float], state: str) -> str:
     values = [share for (_, where), share in shares.items() if where == state]
     low, high = min(values), max(values)
-    return f"{low:.2f}" + (f" to {high:.2f}" if high - low > 0.005 else "") + f" {state}"
+    share = f"{100.0 * low:.0f}" + (f" to {100.0 * high:.0f}" if high - low > 0.005 else "")
+    return f"{share} % {'at rest' if state == 'rest' else state}"

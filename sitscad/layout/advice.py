@@ -64,7 +64,7 @@ def _wider_inside(spec: SensorSpec, finding: Finding, routes: remedies.Works) ->
 
 
 def _wider_between(spec: SensorSpec, finding: Finding, routes: remedies.Works) -> Finding:
-    near, first = remedies.nearest_distance(spec), _lead_room(spec)
+    near, first = remedies.nearest_distance(spec), lead_room(spec)
     more = None if near is None else remedies.least(spec, remedies.wider_array, routes, first)
     if near is not None and more is not None:
         wider = f"{_wider(spec, near, more)} lets them pass (it was tried), or perhaps another coil.start_angle"
@@ -105,7 +105,7 @@ def _too_near(spec: SensorSpec, finding: Finding, near: float, more: float, hint
     )
 
 
-def _lead_room(spec: SensorSpec) -> float:
+def lead_room(spec: SensorSpec) -> float:
     """What a via and a lead want beyond the gap between two coils (m), a track's pitch at least."""
     rules, pitch = spec.fpc.rules, spec.coil.trace_width + spec.fpc.rules.trace_spacing
     hole = joined_hole(rules, spec.coil.trace_width)

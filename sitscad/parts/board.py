@@ -6,7 +6,7 @@ from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.prism import prism
 from sitscad.parts.solid import Solid, SolidRole
-from sitscad.parts.stack import half_width, stack
+from sitscad.parts.stack import shield_size, stack
 
 
 def board_body(layout: Layout) -> Solid:
@@ -26,10 +26,10 @@ def stiffener(layout: Layout) -> Solid | None:
 
 def shield(layout: Layout) -> Solid | None:
     """The sheet between coil and jaw, as large as the board's body, narrower where the port asks for it."""
-    sheet, levels = layout.spec.shield, stack(layout).shield
-    if sheet is None or levels is None:
+    sheet, levels, size = layout.spec.shield, stack(layout).shield, shield_size(layout)
+    if sheet is None or levels is None or size is None:
         return None
     x0, _, x1, _ = layout.body
-    y, half = stack(layout).axis[1], half_width(layout, levels[0])
+    y, half = stack(layout).axis[1], size[1] / 2
     shape = prism(rectangle(x0, y - half, x1, y + half), *levels)
     return Solid("shield", shape, sheet.material.name, "#b87333", SolidRole.SHIELD)

@@ -97,6 +97,14 @@ def half_width(layout: Layout, z: float) -> float:
     return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
 
 
+def shield_size(layout: Layout) -> tuple[float, float] | None:
+    """Sides (m) along and across the jaw of the sheet between coil and jaw; None without one. The spec gives it none:
+    it is made as large as the board's body, and narrower where the port asks for it.
+    """
+    levels = stack(layout).shield
+    return None if levels is None else (layout.body_size[0], 2.0 * half_width(layout, levels[0]))
+
+
 def _shield(layout: Layout) -> tuple[float, float] | None:
     sheet, mount = layout.spec.shield, layout.spec.mount
     if sheet is None:

@@ -231,8 +231,7 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
         ["input divider", _count(r.input_divider)],
         ["RCOUNT", _count(r.rcount)],
         ["SETTLECOUNT", _count(r.settle_count)],
-        ["time on one coil", quantity(r.dwell_time, "s")],
-        *_timing_rows(r),
+        *_timing_rows(r, len(estimates.coils)),
         ["scans of all coils a second", quantity(r.scan_rate, "")],
         ["high-current drive", "yes" if r.high_current else "no"],
         *([["supply current, about", quantity(r.supply_current, "A", 3)]] if r.supply_current else []),
@@ -252,9 +251,20 @@ def _count(value: int | None) -> str:
     return NONE if value is None else str(value)
 
 
-def _timing_rows(r: ReadoutEstimate) -> list[list[str]]:
-    parts = (("settling", r.settle_time), ("conversion", r.conversion_time), ("switching", r.switch_time))
-    rows = [[f"- {name}", quantity(value, "s")] for name, value in parts if value is not None]
+def _timing_rows(r: ReadoutEstimate, coils: int) -> list[list[str]]:
+    """What a conversion takes: of a coil alone nothing is switched, and it settles once, after the start."""
+    alone = coils == 1 and r.settle_time is not None
+    parts = [("- conversion", r.conversion_time)]
+    if alone:
+        rows = [["from one result of the coil to the next", quantity(r.dwell_time - (r.settle_time or 0.0), "s")]]
+        parts += [
+            ("- pause between conversions, taken as long as a switch of channels", r.switch_time),
+            ("settling, once, before the first conversion", r.settle_time),
+        ]
+    else:
+        rows = [["time on one coil, of every scan", quantity(r.dwell_time, "s")]]
+        parts = [("- settling", r.settle_time), *parts, ("- switching to the next coil", r.switch_time)]
+    rows += [[name, quantity(value, "s")] for name, value in parts if value is not None]
     if r.read_back_time is not None:
         rows.append(["reading all results over I2C at 400 kHz", quantity(r.read_back_time, "s", 3)])
         rows.append(["scans a second that I2C can carry", quantity(r.readable_rate, "")])

@@ -14,6 +14,7 @@ from sitscad.units import show
 
 _MOST_COILS = 64
 _DEFAULT_GAP = 0.5e-3
+MORE_ROOM = "leads and vias between the coils may need more"
 _GRAIN = 1e-6  # missing lengths are named in micrometres
 _COUNTS = {"line": (2,), "grid": (2, 2), "triangle": (3,), "single": (1,)}
 _PATTERN_KEYS = {
@@ -73,7 +74,7 @@ def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remar
     size = coil.size[0] if pattern == "line" else max(coil.size)
     gap = max(_DEFAULT_GAP, coil.trace_spacing)
     pitch = size + gap
-    scale = _least_scale(_smallest(pattern, pitch), replace(coil, trace_spacing=gap)) or 1.0
+    scale = least_scale(_smallest(pattern, pitch), replace(coil, trace_spacing=gap)) or 1.0
     if scale > 1.0 + 1e-9:  # corners that face each other, or flat sides at an angle
         pitch = round(math.ceil(pitch * scale / _GRAIN) * _GRAIN, 9)
     remarks.default("array.pitch", show(pitch, "m"), "the coil's size and a gap, the default")
@@ -134,16 +135,16 @@ def _is_wide(gap: float, wanted: float) -> bool:
 
 def _wider(array: ArraySpec, coil: CoilSpec) -> str:
     """What mends gaps that are too small: a larger pitch, or all centres farther apart; gaps were measured with it."""
-    scale = _least_scale(array, coil)
+    scale = least_scale(array, coil)
     if scale is None:
         return "move them apart"
     if array.pitch is None:
-        return f"centres {math.ceil(scale * 1e4) / 1e4:.4f} times as far from each other leave that gap"
+        return f"centres {math.ceil(scale * 1e4) / 1e4:.4f} times as far from each other leave that gap; {MORE_ROOM}"
     more = math.ceil(array.pitch * (scale - 1.0) / _GRAIN - 1e-5) * _GRAIN
-    return f"a pitch larger by {more * 1e3:.3f} mm leaves that gap"
+    return f"a pitch larger by {more * 1e3:.3f} mm leaves that gap; {MORE_ROOM}"
 
 
-def _least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
+def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
     """How many times as far apart the centres must be, within a millionth above; None where two are in one place."""
     near = min(math.dist(a.centre, b.centre) for a, b in combinations(array.placements, 2))
     if near <= 0.0:

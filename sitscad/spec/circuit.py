@@ -46,6 +46,7 @@ def resolve_fpc(
         finish=document.finish,
         copper=document.copper,
         teardrops=document.teardrops,
+        boards=document.boards,
     )
 
 

@@ -89,6 +89,7 @@ PanelGap = Quantity("length", "0.5 mm", "20 mm")
 Rail = Quantity("length", "3 mm", "30 mm")
 Bridge = Quantity("length", "0.2 mm", "3 mm")
 Count = Special(_count, {"anyOf": [_COUNT_SCHEMA, _PAIR_OF_COUNTS]})
+BoardCount = Number(1, 100_000, whole=True)
 PartCount = Either("auto", Special(_columns_and_rows, _PAIR_OF_COUNTS))
 
 
@@ -211,6 +212,9 @@ class FpcDocument(Section):
     tail: TailDocument | None = key(Part(TailDocument), "none: solder pads at the outline", None)
     panel: str | PanelDocument = key(
         PanelChoice, "auto: when the part is too small to be made singly; none; or a section", "auto"
+    )
+    boards: int | None = key(
+        BoardCount, "how many are wanted: the papers of the order then say how many panels that takes", None
     )
     teardrops: str = key(
         Choice(("auto", "none")), "auto: tracks widen towards vias and contacts wherever the rules leave room", "auto"

@@ -10,7 +10,7 @@ from sitscad.spec.diagnosis import finding_from_flaw, finding_from_text
 from sitscad.spec.document import SpecDocument
 from sitscad.spec.reading import in_order, read_section, read_text
 from sitscad.spec.resolve import resolve
-from sitscad.spec.rules import SpecError
+from sitscad.spec.rules import ROOM_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml_text import TextError
 
@@ -37,7 +37,8 @@ def load_text(text: str, path: str | os.PathLike[str] = NO_FILE) -> SensorSpec:
     document, source = read_section(text.removeprefix("\ufeff"), name, SpecDocument, "sitscad: 1")
     folder = None if name == NO_FILE else Path(path).parent
     spec, remarks = resolve(document, source, folder)
-    if spec is None:
+    if remarks.flaws or remarks.findings:
         findings = [finding_from_flaw(flaw, source) for flaw in remarks.flaws]
-        raise SpecError((*in_order(findings), *remarks.findings), remarks.texts)
+        lacks_room = not remarks.findings and all(flaw.rule in ROOM_RULES for flaw in remarks.flaws)
+        raise SpecError((*in_order(findings), *remarks.findings), remarks.texts, spec if lacks_room else None)
     return replace(spec, source=replace(spec.source, defaults=tuple(remarks.defaults)))

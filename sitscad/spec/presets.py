@@ -49,6 +49,7 @@ def stackup(name: str) -> Stackup:
             parse_quantity(row["thickness"], "length"),
             row["material"],
             None if row["kind"] == "copper" else permittivity(row["material"]),
+            row["made_of"],
         )
         for row in rows
         if row["kind"] not in extra

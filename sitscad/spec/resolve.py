@@ -34,10 +34,8 @@ _CABLE_PER_METRE = {"inductance": 600e-9, "capacitance": 100e-12, "resistance": 
 _WRITTEN = "written out"
 
 
-def resolve(
-    document: SpecDocument, source: SpecSource, folder: Path | None = None
-) -> tuple[SensorSpec | None, Remarks]:
-    """The sensor in SI values, or None where the pieces do not fit each other; and what there is to say about it.
+def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = None) -> tuple[SensorSpec, Remarks]:
+    """The sensor in SI values, and what there is to say about it: unusable where that has flaws or findings.
 
     `folder` is the spec's, where the profile files are that it names; None for a text without a file.
     """
@@ -63,7 +61,7 @@ def resolve(
         source=source,
     )
     _note_plain_defaults(document, "", source.keys, remarks)
-    return (None if remarks.flaws or remarks.findings else spec), remarks
+    return spec, remarks
 
 
 def _note_plain_defaults(section: Section, path: str, written: Mapping[str, Any], remarks: Remarks) -> None:

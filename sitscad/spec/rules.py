@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from sitscad.finding import Finding
 from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
 
 
 @record
@@ -22,13 +23,21 @@ class SpecRule:
 class SpecError(ValueError):
     """The spec cannot be used; `findings` says everything that is wrong with it, in the order of the file.
 
-    ``texts`` are the texts of other files that findings point into, by path.
+    ``texts`` are the texts of other files that findings point into, by path. ``cramped`` is the spec as it was read
+    where nothing is wrong with it but that turns or coils lack room (`ROOM_RULES`): it cannot be made, but mended.
     """
 
-    def __init__(self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None, cramped: SensorSpec | None = None
+    ) -> None:
         super().__init__("; ".join(finding.message for finding in findings))
         self.findings = findings
         self.texts = dict(texts or {})
+        self.cramped = cramped
+
+
+ROOM_RULES = ("SIT014", "SIT016")
+"""The rules of the spec that say that coils or their turns have no room."""
 
 
 SPEC_RULES: tuple[SpecRule, ...] = (

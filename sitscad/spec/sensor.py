@@ -149,7 +149,8 @@ class FpcSpec:
     """The flexible printed circuit: stack-up, the fabricator's rules, the tail (none: solder pads at the outline).
 
     ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
-    ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``.
+    ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
+    many are wanted, None where the order says so.
     """
 
     stackup: Stackup
@@ -159,6 +160,7 @@ class FpcSpec:
     finish: str = "enig"
     copper: str = "rolled-annealed"
     teardrops: str = "none"
+    boards: int | None = None
 
 
 @record

@@ -18,12 +18,16 @@ class LayerKind(StrEnum):
 
 @record
 class StackLayer:
-    """One layer: its thickness in metres and its material (a row of the materials data)."""
+    """One layer: its thickness in metres and its material (a row of the materials data).
+
+    ``made_of`` names the films of a layer that is laminated from several, in words; empty where that is not stated.
+    """
 
     kind: LayerKind
     thickness: float
     material: str
     relative_permittivity: float | None = None
+    made_of: str = ""
 
 
 @record

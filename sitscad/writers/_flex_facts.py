@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import math
+from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 
@@ -10,8 +12,8 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_stretch
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.thickness import FinishedThickness, Where, finished_thickness, tail_copper
-from sitscad.spec.presets import DATA
-from sitscad.spec.stackup import LayerKind
+from sitscad.spec.presets import DATA, names
+from sitscad.spec.stackup import LayerKind, StackLayer
 from sitscad.units import show
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
@@ -144,6 +146,54 @@ def laminate_text(layout: Layout) -> str:
     )
     words = [f"{name}: {_LAMINATES[name]}" for name in names if name in _LAMINATES]
     return "; ".join(words) or "as the stack-up's materials say"
+
+
+def layer_text(layer: StackLayer) -> str:
+    """A layer's material and what it is laminated from, as far as the stack-up says."""
+    return f"{layer.material} ({layer.made_of})" if layer.made_of else layer.material
+
+
+def bond_texts(layout: Layout) -> dict[str, str]:
+    """Where copper is bonded to copper by more than one core: between which layers, and what of the sheets is known."""
+    stackup = layout.spec.fpc.stackup
+    places: dict[str, list[str]] = {}
+    for upper, lower in pairwise(layer.number for layer in stackup.copper):
+        films = stackup.between(upper, lower)
+        if len(films) > 1 or any(film.material == "bondply" for film in films):
+            places.setdefault(_bond_text(films), []).append(f"{upper} to {lower}")
+    return {f"copper {', '.join(between)}": text for text, between in places.items()}
+
+
+def _bond_text(films: Sequence[StackLayer]) -> str:
+    whole = show(sum(film.thickness for film in films), "m")
+    parts = ", ".join(f"{show(film.thickness, 'm')} {layer_text(film)}" for film in films)
+    text = f"{whole} from copper to copper: {parts}"
+    if all(film.material != "bondply" or film.made_of for film in films):
+        return text
+    unknown = "which sheets and how much adhesive make up the bondply is not stated in the stack-up"
+    return f"{text}; {unknown}: choose them to this distance, and tell us"
+
+
+def outline_text(layout: Layout) -> str:
+    """The outline's tolerance, and whose figure it is where the fabricator states none."""
+    rules = layout.spec.fpc.rules
+    holder = rules.holders.get("outline_tolerance", rules.name)
+    is_anothers = holder != rules.name and holder in names("rules")  # a user's own figure has a line of a file there
+    other = f" (not stated by {rules.name}: the figure of {holder}, to be confirmed)" if is_anothers else ""
+    return f"+/- {show(rules.outline_tolerance, 'm')}{other}"
+
+
+def quantity_text(boards: int | None, panel_parts: int | None) -> str:
+    """How many boards are wanted and, where they come in panels of so many, how many panels; empty if not said."""
+    if boards is None:
+        return ""
+    wanted = f"{boards} board{'s' * (boards > 1)}"
+    if panel_parts is None:
+        return wanted
+    panels = math.ceil(boards / panel_parts)
+    spare = panels * panel_parts - boards
+    more = f", {spare} more than wanted" if spare else ""
+    return f"{wanted}: {panels} panel{'s' * (panels > 1)} of {panel_parts} ({panels * panel_parts} boards{more})"
 
 
 _LAMINATES = {

@@ -42,6 +42,7 @@ from sitscad.writers._flex_facts import (
     bend_text,
     finish_text,
     holes_text,
+    outline_text,
     stiffener_text,
     tail_holes,
     thickness_texts,
@@ -271,7 +272,7 @@ def notes(layout: Layout) -> Iterator[str]:
     registration = show(rules.registration, "m")
     yield f"{next(number)}. Coordinates in mm from the files' origin (red cross). No layer is mirrored."
     yield (
-        f"{next(number)}. Outline +/- {_outline(layout)} mm, layers in register within {registration} "
+        f"{next(number)}. Outline {outline_text(layout)}, layers in register within {registration} "
         f"(rules {rules.name})."
     )
     yield (

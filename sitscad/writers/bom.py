@@ -11,7 +11,7 @@ from typing import Protocol
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.parts.stack import MOUNT_PIECES, seat_spans
+from sitscad.parts.stack import MOUNT_PIECES, seat_spans, shield_size
 from sitscad.record import record
 from sitscad.spec.sensor import Mount, SensorSpec
 from sitscad.units import show
@@ -155,10 +155,11 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
 
 def _carriers(layout: Layout) -> Iterator[Item]:
     spec = layout.spec
-    if spec.shield is not None:
-        x, y = layout.body_size
-        size = f"{_mm(x)} x {_mm(y)} x {_mm(spec.shield.thickness)} mm"
-        note = f"{_mm(spec.shield.gap)} mm under the circuit's bottom face"
+    sides = shield_size(layout)
+    if spec.shield is not None and sides is not None:
+        size = f"{_mm(sides[0])} x {_mm(sides[1])} x {_mm(spec.shield.thickness)} mm"
+        narrowed = ", narrower than the circuit's body to pass the port" if sides[1] < layout.body_size[1] else ""
+        note = f"{_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
     if spec.mount is None:
         return

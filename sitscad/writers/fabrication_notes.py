@@ -27,10 +27,14 @@ from sitscad.writers._fabrication_files import (
 from sitscad.writers._fingerprint import board_images, fingerprint, shell_line
 from sitscad.writers._flex_facts import (
     bend_text,
+    bond_texts,
     contact_text,
     finish_text,
     holes_text,
     laminate_text,
+    layer_text,
+    outline_text,
+    quantity_text,
     stiffener_text,
     thickness_texts,
     turn_text,
@@ -116,6 +120,8 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     copper = fpc.stackup.copper
     yield "Type", f"flexible circuit, {len(copper)} copper layer{'s' * (len(copper) > 1)}"
     yield "Size", f"{show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} over all (outline file, middle of the line)"
+    if quantity := quantity_text(fpc.boards, len(panel.parts) if panel is not None else None):
+        yield "Quantity", quantity
     yield "Delivery", _delivery(layout, panel)
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished, without stiffener"
     yield "Tolerances", _tolerances(layout)
@@ -169,7 +175,7 @@ def _tolerances(layout: Layout) -> str:
     rules = layout.spec.fpc.rules
     places = ", ".join(f"{place} {text}" for place, text in thickness_texts(layout).items())
     return (
-        f"outline +/- {show(rules.outline_tolerance, 'm')}, layers in register within {show(rules.registration, 'm')}, "
+        f"outline {outline_text(layout)}, layers in register within {show(rules.registration, 'm')}, "
         f"finished thickness {places}"
     )
 
@@ -257,7 +263,9 @@ def _beyond(layout: Layout) -> str:
 def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
     stackup = layout.spec.fpc.stackup
     for layer, name in zip(stackup.layers, stack_names(layout), strict=True):
-        yield show(layer.thickness, "m"), f"{name}, {layer.material}" if layer.material != name else name
+        words = layer_text(layer)
+        yield show(layer.thickness, "m"), f"{name}, {words}" if layer.material != name else words
+    yield from ((f"Bond, {where}", text) for where, text in bond_texts(layout).items())
     if stackup.plating_thickness:
         yield "Plating", f"{show(stackup.plating_thickness, 'm')}, contained in the outer copper's thickness above"
     for field, value, source in dict.fromkeys(unverified_rows("stackup", stackup.name)):

@@ -239,14 +239,18 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
 def _expected(estimates: Measured, force: float | None) -> list[str]:
     """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
     readout = estimates.readout
-    parts = (
-        ("settling", readout.settle_time),
-        ("conversion", readout.conversion_time),
-        ("switch", readout.switch_time),
-    )
+    times = (readout.settle_time, readout.conversion_time, readout.switch_time)
     lines = []
-    if all(value is not None for _, value in parts):
-        lines.append("One channel: " + ", ".join(f"{name} {_shown(value, 's', 3)}" for name, value in parts) + ".")
+    if None not in times:
+        settling, conversion, switch = (_shown(time, "s", 3) for time in times)
+        lines += (
+            [
+                f"The one coil is converted over and over: conversion {conversion}, then a pause, taken as {switch}.",
+                f"It settles once, {settling}, before the first conversion.",
+            ]
+            if len(estimates.coils) == 1
+            else [f"Every coil takes of each scan: settling {settling}, conversion {conversion}, switch {switch}."]
+        )
     if readout.scan_rate is not None:
         lines.append(
             f"{readout.scan_rate:.1f} scans a second; reading the results over I2C at 400 kHz takes "

@@ -30,6 +30,7 @@ from sitscad.writers._drawing import (
 from sitscad.writers._drill_map import map_file
 from sitscad.writers._fabrication_files import body_files, panel_files, panel_path
 from sitscad.writers._fingerprint import fingerprint, on_drawing, panel_images, shell_line
+from sitscad.writers._flex_facts import outline_text, quantity_text
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet, text_width
 from sitscad.writers._text_section import TEXT_WIDTH, section
@@ -168,7 +169,11 @@ def _notes(panel: Panel) -> Iterator[str]:
     else:
         yield "4. No place for a bridge was found: the parts are to be held as the fabricator sees fit."
     yield "5. Deliver the panel whole. Parts are cut out by the customer."
-    number = 6
+    yield f"6. Parts' outlines {outline_text(panel.layout)}; of frame and tooling holes the rules state none."
+    number = 7
+    if quantity := quantity_text(panel.layout.spec.fpc.boards, len(panel.parts)):
+        yield f"{number}. Wanted: {quantity}."
+        number += 1
     if panel.coupons:
         yield f"{number}. Coupons: one coil with solder pads, for measuring inductance."
         number += 1

@@ -12,7 +12,7 @@ from sitscad.units import show
 from sitscad.writers._drawing import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
 from sitscad.writers._fabrication_files import fabrication_path, stack_names
 from sitscad.writers._fingerprint import board_images, on_drawing
-from sitscad.writers._flex_facts import bend_text, finish_text, laminate_text, thickness_texts
+from sitscad.writers._flex_facts import bend_text, bond_texts, finish_text, laminate_text, layer_text, thickness_texts
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Sheet
 
@@ -72,7 +72,7 @@ def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
         _barrel(sheet, copper[0], copper[0] - copper[-1])
     texts = []
     for layer, name in zip(layers, stack_names(layout), strict=True):
-        material = f", {layer.material}" if layer.material != name else ""
+        material = f", {layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
         texts.append(wrapped(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
     most = max(map(len, texts))
     size = min(TEXT, TEXT * CAPTIONS / (1.4 * TEXT * most * len(texts)))
@@ -120,6 +120,7 @@ def _barrel(sheet: Sheet, top: float, height: float) -> None:
 def _notes(layout: Layout) -> Iterator[str]:
     stackup = layout.spec.fpc.stackup
     yield f"Thicknesses are finished ones; coverlay with its adhesive. Laminates: {laminate_text(layout)}."
+    yield from (f"Bond, {where}: {text}." for where, text in bond_texts(layout).items())
     if stackup.plating_thickness:
         yield f"Plating, {show(stackup.plating_thickness, 'm')}, is part of the outer copper's thickness."
     yield finish_text(layout)

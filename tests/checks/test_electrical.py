@@ -10,7 +10,8 @@ import pytest
 
 import sitscad
 from sitscad.checks import RULES, check
-from sitscad.checks.transduction import STRAIN_ERROR, TARGET_LENGTH_TOLERANCE
+from sitscad.checks.plates import TARGET_LENGTH_TOLERANCE
+from sitscad.checks.transduction import STRAIN_ERROR
 from sitscad.estimates.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity

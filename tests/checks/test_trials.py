@@ -2,11 +2,13 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 import yaml
 
 from sitscad.checks import check
+from sitscad.checks.changes import Change, first_that_mends
 from sitscad.finding import Severity
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
@@ -44,6 +46,11 @@ def errors(findings):
     return [f.rule for f in findings if f.severity is Severity.ERROR]
 
 
+def is_new(rule, found, after):
+    """Whether more complaints of a rule stand after a change than before."""
+    return [f.rule for f in complaints(after)].count(rule) > [f.rule for f in complaints(found)].count(rule)
+
+
 def followed(document, only=None):
     """Every alternative of every hint (of `only` one rule) followed: rule, what was written, and what is then wrong."""
     found = check(load_text(json.dumps(document), "spec.yaml")).findings
@@ -59,6 +66,7 @@ def followed(document, only=None):
                 continue
             wrong = [rule for rule in errors(after) if errors(after).count(rule) > errors(found).count(rule)]
             wrong += [f.rule for f in complaints(after) if (f.rule, f.key) == (finding.rule, finding.key)]
+            wrong += [f.rule for f in complaints(after) if is_new(f.rule, found, after) and f.rule not in finding.hint]
             yield finding.rule, changes, wrong
 
 
@@ -129,6 +137,84 @@ def test_a_target_that_is_mended_stays_on_its_elastomer():
         changed = written(changed, key, value)
     found = check(load_text(json.dumps(changed), "spec.yaml")).findings
     assert "SIT307" not in {f.rule for f in found}
+
+
+SQUARE_TARGET = design(
+    "rectangle", [8, 5], 5, 2, 100, 100, "generic-flex",
+    target={"shape": "square", "size": 5.2, "thickness": 0.2},
+    elastomer={"material": "dragon-skin-10", "shape": "square", "size": 5.2, "thickness": 1},
+)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_square_target_over_a_long_coil_becomes_a_rectangle_that_its_board_carries():
+    """A square as long as the coil hung over the board, which is SIT307."""
+    (tried,) = followed(SQUARE_TARGET, "SIT306")
+    assert tried[1][0] == ("target.shape", "rectangle") and tried[2] == []
+
+
+PLATES = {
+    "pad beyond the board": ({"size": 8}, {"size": 7}, False),
+    "target beyond a smaller pad": ({"size": 6.5}, {"size": 7}, False),
+    "both beyond the board": ({"size": 8}, {"size": 8}, False),
+    "rectangles": ({"shape": "rectangle", "size": [8, 6]}, {"shape": "rectangle", "size": [9, 7]}, False),
+    "no area to spare for the force": ({"size": 8}, {"size": 8}, True),
+}
+
+
+@pytest.mark.parametrize("name", PLATES)
+def test_sizes_that_are_told_to_plates_fit_the_board_and_keep_the_other_rules_of_plates(name, judge):
+    """Told to shrink, a target became too small for its force: that is said before it is done."""
+    pad, target, is_strained = PLATES[name]
+    document = design("circle", 6, 12, 2, 100, 100, "generic-flex")
+    document["target"] = {"shape": "square", "thickness": 0.2, **target}
+    document["elastomer"] = {"material": "dragon-skin-10", "shape": "square", "thickness": 1, **pad}
+    document["requirements"] = {"normal_force": "20 N" if is_strained else "1 N"}
+    (found, *_) = judge("SIT307", load_text(json.dumps(document), "spec.yaml"))
+    changed = document
+    for key, value in NAMED.findall(found.hint):
+        changed = written(changed, key, value)
+    after = load_text(json.dumps(changed), "spec.yaml")
+    assert judge("SIT307", after) == [] and judge("SIT306", after) == []
+    assert bool(judge("SIT304", after)) is is_strained is ("break SIT304" in found.hint)
+
+
+def test_limits_that_contradict_each_other_are_both_named():
+    document = design(
+        "circle", 6.3, 12, 2, 100, 100, "generic-flex", mount={"kind": "grasper-pad", "jaw": "generic-5mm"},
+        target={"shape": "square", "size": 5, "thickness": 0.2},
+        elastomer={"material": "dragon-skin-10", "shape": "square", "size": 5, "thickness": 1},
+    )  # fmt: skip
+    hints = [f.hint for f in check(load_text(json.dumps(document), "spec.yaml")).findings if f.rule == "SIT306"]
+    assert hints and all("SIT301 fails. The two limits contradict each other" in hint for hint in hints)
+
+
+class Judged:
+    """What is left of changed designs, by their turns: errors, and warnings."""
+
+    def __init__(self, errors, warnings):
+        self.errors, self.warnings = errors, warnings
+
+    def __call__(self, changed):
+        return self.errors.get(changed.coil.turns, ())
+
+    def warned(self, changed):
+        return self.warnings.get(changed.coil.turns, ())
+
+
+@pytest.mark.parametrize(
+    ("errors", "warnings", "words"),
+    [
+        ({3.0: ("SIT101",)}, {4.0: ("SIT307",)}, "coil.turns: 5"),
+        ({3.0: ("SIT101",), 5.0: ("SIT101",)}, {4.0: ("SIT205", "SIT307")}, "coil.turns: 4 (SIT205, SIT307 warn then)"),
+        ({3.0: ("SIT101",), 4.0: ("SIT101",), 5.0: ("SIT101",)}, {}, None),
+    ],
+)
+def test_a_change_that_brings_a_warning_is_named_with_it_and_only_where_none_other_mends(errors, warnings, words):
+    spec = load_text(json.dumps(design("circle", 6, 2, 2, 100, 100, "generic-flex")), "spec.yaml")
+    changes = [Change(f"coil.turns: {n}", replace(spec, coil=replace(spec.coil, turns=n * 1.0))) for n in (3, 4, 5)]
+    found = first_that_mends(changes, Judged(errors, warnings))
+    assert (found and found.words) == words
 
 
 def test_a_thicker_target_was_tried():

@@ -118,3 +118,26 @@ def test_control_characters_of_a_spec_do_not_reach_the_terminal(run, tmp_path):
 
 def test_no_colour_without_a_terminal(run):
     assert "\x1b" not in run("check", "weak.yaml").out
+
+
+def test_strict_fails_on_warnings_alone_and_prints_the_same(run):
+    """For CI: exit codes without the switch, and what stands on stdout, stay as they are."""
+    lenient, strict = (run("check", "good.yaml", "--format", "json", *more) for more in ((), ("--strict",)))
+    severities = [f["severity"] for f in json.loads(strict.out)["specs"][0]["findings"]]
+    assert "warning" in severities and "error" not in severities
+    assert (lenient.code, strict.code) == (0, 1) and strict.out == lenient.out
+    assert lenient.err == "" and f"--strict: {severities.count('warning')} warnings and no error" in strict.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("good.yaml", "--select", "SIT203"), 0),  # a note or nothing
+        (("good.yaml", "--ignore", "SIT103"), 0),
+        (("weak.yaml",), 1),
+        (("good.yaml", "broken.yaml"), 2),
+    ],
+)
+def test_strict_keeps_all_other_exit_codes(run, arguments, code):
+    done = run("check", *arguments, "--strict")
+    assert done.code == code and "--strict" not in done.err

@@ -135,14 +135,14 @@ def test_ferrite_is_not_judged_by_skin_depths(tmp_path):
     assert any("SIT305" in str(row) and "ferrite" in str(row) for row in result.not_checked)
     (coil,) = found.coils
     assert coil.states["rest"].inductance > coil.states["free"].inductance
-    (note,) = [note for note in found.notes if note.startswith("the target is")]
-    assert "magnetic" in note and "+- 22 %" in note
+    (note,) = [note for note in found.notes if note.startswith("the target counts as")]
+    assert "magnetic" in note and "within 22 % of itself" in note
 
 
 def test_a_magnetic_steel_is_less_sure_than_copper(tmp_path):
     unsure = {}
     for material in ("stainless-17-4ph", "copper"):
-        (note,) = [note for note in target_of(material, tmp_path)[1].notes if note.startswith("the target is")]
-        unsure[material] = int(re.search(r"each \+- (\d+) %", note).group(1))
+        (note,) = [note for note in target_of(material, tmp_path)[1].notes if note.startswith("the target counts as")]
+        unsure[material] = int(re.search(r"within (\d+) % of itself", note).group(1))
     assert unsure["copper"] == 3
     assert unsure["stainless-17-4ph"] >= 2 * unsure["copper"]

@@ -185,6 +185,22 @@ def test_contacts_and_unverified_figures_are_listed(design):
     assert {"jaw generic-5mm width", "connector zif-0.5mm contact_width"} <= {figure.what for figure in grasper}
 
 
+def test_the_times_of_a_coil_alone_add_up_to_its_scans_a_second():
+    """The time on one coil contained the settling, which a single channel has once only; 1 over it was no scan rate."""
+    spec = sitscad.load_text(
+        "sitscad: 1\nname: one\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, trace_width: 0.1, "
+        "trace_spacing: 0.1}\nreadout: {scan_rate: 3 kHz}\n"
+    )
+    found = sitscad.estimate(sitscad.lay_out(spec))
+    rows = {row[0]: row[1] for row in numbers.readout_rows(found)}
+    value, unit = rows["from one result of the coil to the next"].split()
+    period = float(value) * {"us": 1e-6, "ms": 1e-3}[unit]
+    assert 1.0 / period == pytest.approx(found.readout.scan_rate, rel=2e-3)
+    assert 1.0 / found.readout.dwell_time < 0.993 * found.readout.scan_rate
+    assert "settling, once, before the first conversion" in rows
+    assert not {"- settling", "time on one coil, of every scan"} & rows.keys()
+
+
 def test_the_head_says_that_turns_are_those_of_each_layer(design):
     """12 turns on 2 layers could be six on each."""
     assert "12 turns on each of 2 layers" in _page(design)
@@ -199,8 +215,8 @@ def test_the_times_of_a_coil_and_its_capacitances_add_up_as_they_are_printed(des
         return float(number) * factors[unit]
 
     rows = {row[0]: row for row in numbers.readout_rows(design[1])}
-    parts = [shown(rows[f"- {name}"]) for name in ("settling", "conversion", "switching")]
-    assert sum(parts) == pytest.approx(shown(rows["time on one coil"]), abs=1.1e-6)
+    parts = [shown(rows[f"- {name}"]) for name in ("settling", "conversion", "switching to the next coil")]
+    assert sum(parts) == pytest.approx(shown(rows["time on one coil, of every scan"]), abs=1.1e-6)
     rows = {row[0]: row for row in numbers.coil_rows(design[1])}
     own = shown(rows["of that, the coil's own, with leads and tail"])
     assert shown(rows["- between its layers and turns"]) + shown(rows["- of leads and tail"]) == pytest.approx(

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
 import layouts
 import pytest
 
+from sitscad.layout import lay_out
+from sitscad.parts.stack import closed_span, stack
 from sitscad.report.section import section
+from sitscad.spec import templates
+from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.sensor import Cable, CoilPlacement, ElastomerPad, Encapsulation, Jaw, Mount, Shield, Target
 from sitscad.writers import bom
@@ -138,3 +143,17 @@ def test_the_drawings_pieces_are_those_of_the_list():
         heights[solid.name] = box.max.Z - box.min.Z
     assert set(heights) == {name for name in rows_of(layout) if name.startswith("mount")}
     assert heights["mount-spacer"] == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("template", ["grasper_4layer", "racetrack_jaw"])
+def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(template):
+    """The list had the body's width, of which a quarter of a millimetre would have stood out of the port."""
+    layout = lay_out(load_text(templates.read(template)))
+    rows = rows_of(layout)
+    length, width, thickness = (float(side) for side in rows["shield"]["size"].removesuffix(" mm").split(" x "))
+    low, high = closed_span(layout)
+    levels = stack(layout).shield
+    corner = math.hypot(width / 2, (levels[0] - (low + high) / 2) / MM)
+    assert corner == pytest.approx(layout.spec.mount.jaw.port_diameter / 2 / MM, abs=1e-4)
+    assert width < layout.body_size[1] / MM and "to pass the port" in rows["shield"]["note"]
+    assert (length, thickness) == (pytest.approx(layout.body_size[0] / MM, abs=1e-4), 0.1)

@@ -140,6 +140,14 @@ def test_every_channel_has_its_own_drive_code():
     assert codes == [17, 18, 19, 20, 21]
 
 
+def test_a_coil_alone_is_not_said_to_settle_in_every_scan():
+    """Its scans a second were those without settling, beside a sum with it."""
+    one, two = (" ".join(rendered(estimates(coils))[0].replace("*", " ").split()) for coils in (1, 2))
+    assert "The one coil is converted over and over: conversion 800 us, then a pause, taken as 800 ns." in one
+    assert "It settles once, 4 us, before the first conversion." in one
+    assert "Every coil takes of each scan: settling 4 us, conversion 800 us, switch 800 ns." in two
+
+
 def test_no_frequency_is_refused():
     found = estimates()
     for coil in found.coils:

@@ -470,3 +470,89 @@ def test_names_are_those_that_kicad_gives(tmp_path):
 def test_every_naming_of_the_profiles_is_known():
     for name in presets.names("rules"):
         assert presets.design_rules(name).file_naming in ("protel", "kicad")
+
+
+# --- What the person who orders has to know
+
+
+def ordered(fpc: str, layers: int = 2):
+    coil = f"{{shape: circle, outer_diameter: 6, turns: 9, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}"
+    text = f"sitscad: 1\nname: ordered\ncoil: {coil}\nfpc: {{tail: {{length: 30, connector: zif-0.5mm}}, {fpc}}}\n"
+    return lay_out(load_text(text), advised=False)
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+SPLIT = (
+    "stackup: [{coverlay: 27.5 um}, {copper: 30 um}, {dielectric: 25 um, material: polyimide}, {copper: 18 um}, "
+    "{dielectric: 12.5 um, material: adhesive}, {dielectric: 25 um, material: polyimide}, "
+    "{dielectric: 12.5 um, material: adhesive}, {copper: 18 um}, {dielectric: 25 um, material: polyimide}, "
+    "{copper: 30 um}, {coverlay: 27.5 um}]"
+)
+
+
+@pytest.mark.parametrize(
+    ("fpc", "said"),
+    [
+        ("stackup: flex-2l-35um", ()),
+        (
+            "stackup: flex-6l",
+            ("copper 2 to 3, 4 to 5", "60 um from copper to copper: 60 um bondply; which sheets and how much adhesive"),
+        ),
+        (SPLIT, ("copper 2 to 3", "50 um from copper to copper: 12.5 um adhesive, 25 um polyimide, 12.5 um adhesive")),
+    ],
+)
+def test_readme_and_drawing_say_what_bonds_copper_to_copper(fpc, said):
+    layout = ordered(fpc)
+    readme = words(fabrication_notes.readme(layout))
+    drawn = words(" ".join(item.text for item in stackup_drawing.drawing(layout, "").items if isinstance(item, Label)))
+    assert ("from copper to copper" in readme, "from copper to copper" in drawn) == (bool(said), bool(said))
+    for text in said:
+        assert text in readme and text in drawn
+    assert ("is not stated in the stack-up" in readme) is ("flex-6l" in fpc)  # sheets written out are no question
+
+
+def test_a_laminated_film_is_listed_with_what_it_is_made_of_where_the_stack_up_says_so():
+    film = "coverlay, polyimide-coverlay (12.5 um polyimide + 15 um adhesive)"
+    assert words(fabrication_notes.readme(ordered("stackup: flex-2l-18um"))).count(film) == 2
+    assert "adhesive)" not in fabrication_notes.readme(ordered(SPLIT))
+
+
+@pytest.mark.parametrize(
+    ("rules", "said"),
+    [
+        ("hkgalaxy", "outline +/- 100 um (not stated by hkgalaxy: the figure of generic-flex, to be confirmed)"),
+        ("osh-park-flex", "outline +/- 50.8 um, layers"),
+        ("generic-flex", "outline +/- 100 um, layers"),
+        ("{based_on: generic-flex, outline_tolerance: 0.2}", "outline +/- 200 um, layers"),
+    ],
+)
+def test_a_tolerance_that_the_fabricator_does_not_state_is_said_to_be_anothers(rules, said):
+    layout = ordered(f"rules: {rules}")
+    assert said in words(fabrication_notes.readme(layout))
+    note = next(text for text in board_drawing.notes(layout) if "utline" in text)
+    assert said.removeprefix("outline ").removesuffix(", layers") in note
+    panel = plan(ordered(f"rules: {rules}, panel: {{}}"))
+    assert said.removeprefix("outline ").removesuffix(", layers") in words(panel_drawing.readme(panel, None))
+
+
+@pytest.mark.parametrize(
+    ("fpc", "quantity"),
+    [
+        ("panel: none, boards: 1", "1 board"),
+        ("panel: none, boards: 25", "25 boards"),
+        ("panel: {parts: [1, 4]}, boards: 8", "8 boards: 2 panels of 4 (8 boards)"),
+        ("panel: {parts: [1, 4]}, boards: 9", "9 boards: 3 panels of 4 (12 boards, 3 more than wanted)"),
+        ("panel: {parts: [1, 4]}, boards: 1", "1 board: 1 panel of 4 (4 boards, 3 more than wanted)"),
+        ("panel: {parts: [1, 4]}", None),
+    ],
+)
+def test_the_wanted_boards_are_counted_in_panels(fpc, quantity):
+    layout = ordered(fpc)
+    panel = plan(layout)
+    readme = words(fabrication_notes.readme(layout, panel))
+    assert (f"Quantity {quantity} Delivery" in readme) if quantity else "Quantity" not in readme
+    if panel is not None:
+        assert (f"Wanted: {quantity}." in words(panel_drawing.readme(panel, None))) is (quantity is not None)

@@ -1,0 +1,102 @@
+"""Specs refused because coils or turns lack room: what their hints name was laid out, leads and vias included."""
+
+import json
+import re
+
+import pytest
+import yaml
+
+import sitscad
+from sitscad.checks import check, mended
+from sitscad.finding import Severity
+from sitscad.layout import lay_out
+from sitscad.spec import templates
+from sitscad.spec.load import load_text
+from sitscad.spec.rules import SpecError
+
+ROOM = {"SIT112", "SIT113"}
+
+
+def refused(document):
+    with pytest.raises(SpecError) as raised:
+        load_text(json.dumps(document), "spec.yaml")
+    return raised.value
+
+
+def followed(document, hint):
+    """The document with what a hint names."""
+    changed = json.loads(json.dumps(document))
+    for section, key, value in re.findall(r"(coil|array)\.(turns|pitch): ([\d.]+)", hint.partition(" gives room")[0]):
+        changed[section][key] = yaml.safe_load(value)
+    for factor in re.findall(r"array\.centres ([\d.]+) times", hint):
+        changed["array"]["centres"] = [[float(factor) * each for each in c] for c in document["array"]["centres"]]
+    return load_text(json.dumps(changed), "spec.yaml")
+
+
+def sensor(shape, turns, array, layers=2):
+    size = [9, 5] if shape in ("racetrack", "rectangle") else 6
+    coil = {"shape": shape, "outer_diameter": size, "turns": turns, "layers": layers}
+    coil |= {"trace_width": "100 um", "trace_spacing": "100 um"}
+    fpc = {"rules": "generic-flex", "stackup": "flex-4l", "tail": {"length": 30, "connector": "zif-0.5mm", "layers": 2}}
+    return {"sitscad": 1, "name": "cramped", "coil": coil, "array": array, "fpc": fpc}
+
+
+CRAMPED = {
+    "a line too near": (sensor("circle", 9, {"pattern": "line", "count": 2, "pitch": 6.02}), {"SIT014"}),
+    "squares in a triangle": (sensor("square", 8, {"pattern": "triangle", "pitch": 6.05}), {"SIT014"}),
+    "a grid that overlaps": (sensor("octagon", 8, {"pattern": "grid", "count": [2, 2], "pitch": 5.5}), {"SIT014"}),
+    "explicit centres": (
+        sensor("hexagon", 8, {"pattern": "explicit", "centres": [[-3, 0], [3, 0.5]]}), {"SIT014"},
+    ),
+    "too many turns": (sensor("circle", 40, {"pattern": "single"}), {"SIT016"}),
+    "too many turns of four layers": (sensor("rectangle", 30, {"pattern": "single"}, 4), {"SIT016"}),
+    "too many turns of coils too near": (
+        sensor("hexagon", 40, {"pattern": "line", "count": 2, "pitch": 5.9}), {"SIT014", "SIT016"},
+    ),
+}  # fmt: skip
+
+
+SLOW = {"too many turns of four layers": pytest.mark.slow}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in CRAMPED])
+def test_what_gives_room_gives_it_to_leads_and_vias_too(name):
+    """The pitch that leaves the gap, and the turns that fit, were refused again for want of room for leads and vias."""
+    document, rules = CRAMPED[name]
+    error = refused(document)
+    assert {finding.rule for finding in error.findings} == rules
+    findings = mended(error)
+    assert [(f.rule, f.message, f.line) for f in findings] == [(f.rule, f.message, f.line) for f in error.findings]
+    (hint,) = {finding.hint.partition("; or")[0] for finding in findings}
+    assert re.search(r" gives room, to leads and vias as well \(it was tried[;)]", hint)
+    spec = followed(document, hint)
+    assert not ROOM & {finding.rule for finding in lay_out(spec, advised=False).findings}
+    errors = {f.rule for f in check(spec).findings if f.severity is Severity.ERROR}
+    named = re.search(r"tried; (.*) fails? then", hint)
+    assert errors == (set(named[1].split(", ")) if named else set())
+
+
+def test_the_closed_form_says_that_leads_may_need_more():
+    (finding,) = refused(CRAMPED["a line too near"][0]).findings
+    assert finding.hint == "a pitch larger by 0.080 mm leaves that gap; leads and vias between the coils may need more"
+
+
+def test_other_faults_leave_the_findings_as_they_are():
+    document = sensor("circle", 40, {"pattern": "line", "count": 2, "pitch": 6.02})
+    document["fpc"]["tail"]["connector"] = "none-such"
+    error = refused(document)
+    assert error.cramped is None and mended(error) == error.findings
+    same_place = sensor("circle", 9, {"pattern": "explicit", "centres": [[0, 0], [0, 0]]})
+    assert mended(refused(same_place)) == refused(same_place).findings
+    many = sensor("circle", 9, {"pattern": "grid", "count": [4, 4], "pitch": 6.02})
+    assert mended(refused(many)) == refused(many).findings
+
+
+def test_the_command_shows_what_was_tried(tmp_path, capsys):
+    path = tmp_path / "spec.yaml"
+    path.write_text(templates.read("bench_7mm").replace("pitch: 8 ", "pitch: 7 "), encoding="utf-8")
+    from sitscad.cli import _run
+
+    assert _run(["check", str(path)]) == 2
+    assert "gives room, to leads and vias as well (it was tried" in capsys.readouterr().out
+    assert "mended" in sitscad.__all__
