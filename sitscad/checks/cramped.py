@@ -19,7 +19,7 @@ from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.turns import most_turns
 
-MOST_COILS = 9
+MOST_COILS = 4
 """Each trial of a larger array would take many seconds: they keep the hint in closed form."""
 
 MOST_STEPS, MOST_ROUTED = 24, 4
