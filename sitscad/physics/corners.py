@@ -1,8 +1,9 @@
 """Direct current at the corners of a winding: it crowds to the inside, which lowers resistance and inductance.
 
 An even current, mitred at every corner, plus a loop at each (`corner_excess`). A loop takes from the inductance what it
-makes with its own two arms and itself, a table, and the flux that the rest of the winding sends through it. That stays
-when the frequency rises: what alternating current does along the sides comes on top (`bent_tracks`).
+makes with its own two arms and itself, a table, and the flux that the rest of the winding sends through it. What
+alternating current does along the sides comes on top (`bent_tracks`), and what it does at a bend besides that as one
+relaxation of each.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from sitscad.physics.corner_excess import (
     moment,
     own_inductance,
     points,
+    relaxation,
     tight_squares,
 )
 from sitscad.physics.current_modes import ProximityLoss
@@ -94,12 +96,29 @@ class Filaments:
 
 
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
-    """The loss of a winding of straight sides and arcs (S/m), with what its corners change of direct current.
+    """The loss of a winding of straight sides and arcs (S/m), with what its corners change of direct current, and of
+    alternating current beyond its modes.
 
     `loss` is that of the `mitred` tracks, `tracks` the real ones.
     """
+    lost, times = _relaxations(tracks, conductivity)
     return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
-                   direct_change=loss.direct_change + corner_inductance(tracks))  # fmt: skip
+                   direct_change=loss.direct_change + corner_inductance(tracks),
+                   rates=np.concatenate([loss.rates, times]),
+                   strengths=np.concatenate([loss.strengths, lost * times]))  # fmt: skip
+
+
+def _relaxations(tracks: Sequence[BentTrack], conductivity: float) -> tuple[Array, Array]:
+    # What alternating current makes less of the bends' inductance (H), and relaxation times (s): bends alike as one.
+    found: dict[tuple[float, float, float, float], int] = {}
+    for track in tracks:
+        for bend in _bends(track):
+            if bend.is_between_sides:
+                key = round(abs(bend.turn), 6), track.width, track.thickness, round(bend.radius, 6)
+                found[key] = found.get(key, 0) + 1
+    rows = [(count * lost, time) for key, count in found.items() for lost, time in [relaxation(*key, conductivity)]]
+    lost, times = np.array(rows).reshape(-1, 2).T
+    return lost, times
 
 
 def direct_resistance(track: BentTrack, conductivity: float) -> float:

@@ -9,7 +9,7 @@ import pytest
 
 from sitscad.geometry.path import Arc, Point, rounded_polyline
 from sitscad.physics.bent_tracks import BentTrack
-from sitscad.physics.corner_excess import OWN, TURNS, moment, own_inductance, points
+from sitscad.physics.corner_excess import OWN, TURNS, moment, own_inductance, points, relaxation
 from sitscad.physics.corners import corner_inductance, direct_resistance, mitred, normal_field, with_corners
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.resistance import bend_squares
@@ -94,7 +94,11 @@ def test_resistance_goes_by_the_map_of_a_bent_strip():
     assert cornered.direct == pytest.approx(squares / (58e6 * 35 * UM))
     assert cornered.direct_change == pytest.approx(-1e-12 + corner_inductance([track]))
     rise = [k.direct * (k.resistance_ratio(1e7) - 1.0) for k in (loss, cornered)]
-    assert rise[1] == pytest.approx(rise[0])
+    lost, time = relaxation(math.pi / 2, 200 * UM, 35 * UM, 0.0, 58e6)
+    phase = 2e7 * math.pi * time
+    assert rise[1] - rise[0] == pytest.approx(5 * lost * 2e7 * math.pi * phase / (1.0 + phase**2))
+    assert cornered.inductance_change(1e7) - loss.inductance_change(1e7) == pytest.approx(
+        corner_inductance([track]) - 5 * lost * phase**2 / (1.0 + phase**2))  # fmt: skip
 
 
 def rounded(radius, width=200 * UM):
