@@ -61,10 +61,6 @@ class Track:
         return Track(self.starts * factor, self.ends * factor, self.before, self.after, arcs, self.turnings,
                      self.width * factor, self.thickness * factor, self.z * factor)  # fmt: skip
 
-    def strand(self, offset: float) -> tuple[Array, Array]:
-        """Starts and ends (n, 2) of the straight sides moved `offset` metres to the left."""
-        return self.starts + offset * self.before, self.ends + offset * self.after
-
 
 Side = tuple[tuple[float, float], tuple[float, float]]
 Bend = tuple[tuple[float, float], float, float, float, float]
