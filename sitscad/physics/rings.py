@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 PASSING = 2.0
 """Azimuths for every pitch by which crossing layers pass each other, over how near they do."""
 
+MOST = 60
+"""Azimuths between two ends at most: turns so far apart against their width and distance hardly see each other."""
+
 
 def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
     """For every layer, the radii (m) at which its centre line meets the half-plane of an azimuth (rad)."""
@@ -49,9 +52,9 @@ def ring_winding_inductance(layers: Sequence[SpiralLayer], points: int | None = 
     """Inductance (H) of the layers in series as coaxial rings, averaged over azimuths; self terms by the GMD.
 
     Rings of every pair keep the geometric mean distance of their rectangles. Half of 198 random coils of five turns and
-    more are within 0.014 %, nine in ten within 0.08 %, all within 0.23 %; a ring
-    ignores that a fractional turn is open, so up to 1 % below that. `points` azimuths lie between two ends of layers:
-    enough by default for the rings of crossing layers to pass each other.
+    more are within 0.014 %, nine in ten within 0.08 %, all within 0.23 %; a ring ignores that a fractional turn is
+    open, so up to 1 % below that. `points` azimuths lie between two ends of layers: enough by default, up to MOST, for
+    the rings of crossing layers to pass each other.
     """
     total = 0.0
     for azimuth, weight in azimuths(layers, points or _enough(layers)):
@@ -68,7 +71,7 @@ def _enough(layers: Sequence[SpiralLayer]) -> int:
     # In a full turn crossing layers pass each other by two pitches; what they are to each other changes within about
     # their distance and a share of their width.
     reach = [abs(a.z - b.z) + 0.25 * a.width for a in layers for b in layers if a.sense != b.sense]
-    return max(3, math.ceil(PASSING * layers[0].pitch / min(reach))) if reach else 3
+    return min(MOST, max(3, math.ceil(PASSING * layers[0].pitch / min(reach)))) if reach else 3
 
 
 def _block(first: SpiralLayer, second: SpiralLayer, one: Array, other: Array) -> float:

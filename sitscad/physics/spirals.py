@@ -189,7 +189,7 @@ def _beside(radius: Array, b: float, width: float, count: int) -> list[tuple[flo
 def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
     # Mean and half the difference of the squared heights at which strands are taken: two of them for two layers, whose
     # mean distance alone does not say all where they are thick and near each other.
-    low, high = (level_heights(height, thicknesses, levels) * 2)[:2]
+    low, *_, high = 2 * level_heights(height, thicknesses, levels)  # one height is both
     return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
 
 
