@@ -1,12 +1,16 @@
-"""The packages that sitscad stands on: they live together, and the light commands leave the heavy ones alone."""
+"""The packages that sitscad stands on: declared, living together, and the heavy ones left alone by light commands."""
 
 from __future__ import annotations
 
+import ast
 import importlib.metadata
 import os
+import re
 import resource
 import subprocess
 import sys
+import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -20,6 +24,40 @@ HEAVY = {
     "build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely",
     "gerbonara", "vtkmodules", "sympy", "rich",
 }  # fmt: skip
+
+
+def declared(*extras: str) -> set[str]:
+    """The distributions that the project asks for, with some of its extras."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = [*project["dependencies"], *(row for extra in extras for row in project["optional-dependencies"][extra])]
+    return {canonical(re.split(r"[<>=!~;\[ ]", row, maxsplit=1)[0]) for row in wanted} | {canonical(project["name"])}
+
+
+def canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def undeclared(files: Iterable[Path], known: set[str]) -> dict[str, str]:
+    """Modules from outside that files import, wherever in them, and that no distribution asked for brings."""
+    brought = importlib.metadata.packages_distributions()
+    found = {}
+    for file in files:
+        for name in imported(ast.parse(file.read_text(encoding="utf-8"))):
+            if name in brought and not {canonical(each) for each in brought[name]} & known:
+                found[name] = str(file.relative_to(ROOT))
+    return found
+
+
+def imported(tree: ast.AST) -> set[str]:
+    names = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and not node.level]
+    return {name.partition(".")[0] for name in names}
+
+
+def test_what_is_imported_is_declared():
+    """What another package happens to bring may be gone with its next version."""
+    assert not undeclared((ROOT / "sitscad").rglob("*.py"), declared("all"))
+    assert not undeclared([*(ROOT / "tests").rglob("*.py"), *(ROOT / "docs").rglob("*.py")], declared("all", "test"))
 
 
 def python(code: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:

@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-import yaml
+from ruamel.yaml import YAML
 
 import sitscad
 from sitscad.checks import check, mended
@@ -15,6 +15,8 @@ from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
 
 ROOM = {"SIT112", "SIT113"}
+
+plain = YAML(typ="safe")
 
 
 def refused(document):
@@ -27,7 +29,7 @@ def followed(document, hint):
     """The document with what a hint names."""
     changed = json.loads(json.dumps(document))
     for section, key, value in re.findall(r"(coil|array)\.(turns|pitch): ([\d.]+)", hint.partition(" gives room")[0]):
-        changed[section][key] = yaml.safe_load(value)
+        changed[section][key] = plain.load(value)
     for factor in re.findall(r"array\.centres ([\d.]+) times", hint):
         changed["array"]["centres"] = [[float(factor) * each for each in c] for c in document["array"]["centres"]]
     return load_text(json.dumps(changed), "spec.yaml")

@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 
 import pytest
-import yaml
+from ruamel.yaml import YAML
 
 from sitscad.checks import check
 from sitscad.checks.changes import Change, first_that_mends
@@ -13,6 +13,8 @@ from sitscad.finding import Severity
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
+
+plain = YAML(typ="safe")
 
 NAMED = re.compile(
     r"((?:coil|fpc|readout|target|elastomer)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
@@ -27,7 +29,7 @@ def written(document, key, value):
     place = changed
     for parent in parents:
         place = place.setdefault(parent, {})
-    place[last] = yaml.safe_load(value)
+    place[last] = plain.load(value)
     return changed
 
 
@@ -302,7 +304,7 @@ CASES += [("racetrack_jaw", variant) for variant in VARIANTS]
 @pytest.mark.slow
 @pytest.mark.parametrize(("template", "variant"), dict.fromkeys(CASES))
 def test_hints_of_all_templates_and_variants_of_them_mend_what_they_are_for(template, variant):
-    document = yaml.safe_load(templates.read(template))
+    document = plain.load(templates.read(template))
     for key, value in VARIANTS[variant].items():
         document = written(document, key, value)
     assert [entry for entry in followed(document) if entry[2]] == []

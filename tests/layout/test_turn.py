@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -168,7 +167,7 @@ def test_a_tail_too_short_for_its_turn_becomes_longer():
     assert [f for f in sitscad.check(layout.spec, layout).findings if f.severity == "error"] == []
 
 
-@pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli is not installed")
+@pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(
     ("way", "template"),
     [

@@ -8,7 +8,6 @@ import json
 import math
 import os
 import re
-import shutil
 import subprocess
 from dataclasses import replace
 from itertools import pairwise
@@ -225,7 +224,7 @@ def test_a_coupon_carries_none():
     assert sitscad.lay_out(coupon_spec(spec)).capacitors == ()
 
 
-@pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli is not installed")
+@pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize("case", [CASES[0], *(pytest.param(c, marks=pytest.mark.slow) for c in CASES[1:])])
 def test_kicad_accepts_it_and_the_files_read_back(case, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")

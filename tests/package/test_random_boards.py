@@ -2,14 +2,13 @@
 
 import json
 import random
-import shutil
 import subprocess
 
 import pytest
 
 import sitscad
 
-needs_kicad = pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli is not installed")
+needs_kicad = pytest.mark.clients("kicad-cli")
 
 
 def random_spec(seed):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import subprocess
 from dataclasses import replace
 from itertools import pairwise
@@ -128,7 +127,7 @@ def test_the_other_coils_of_an_array_are_wound_alike():
         assert [w.path.length for w in coil.windings] == pytest.approx([w.path.length for w in home])
 
 
-@pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli is not installed")
+@pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(
     "name", ["one turn fewer below", *(pytest.param(n, marks=pytest.mark.slow) for n in list(COILS)[1:])]
 )

@@ -24,8 +24,6 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import yaml
-
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import sitscad
@@ -45,7 +43,7 @@ class Board:
 
     @property
     def text(self) -> str:
-        return yaml.safe_dump(self.values, sort_keys=False, default_flow_style=None)
+        return "\n".join(f"{key}: {json.dumps(value)}" for key, value in self.values.items()) + "\n"
 
     def load(self) -> sitscad.SensorSpec:
         return sitscad.load_text(self.text, "random.yaml")

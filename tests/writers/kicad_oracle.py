@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
-_missing = pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli (KiCad 9) is not installed")
-
-
-def needs_kicad(test):
-    """Mark a test that asks KiCad."""
-    return pytest.mark.clients(_missing(test))
+needs_kicad = pytest.mark.clients("kicad-cli")
+"""Marks a test that asks KiCad."""
 
 
 def write(files: dict[str, bytes], folder: Path) -> Path:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import shutil
 import subprocess
 from dataclasses import replace
 from types import SimpleNamespace
@@ -83,11 +82,9 @@ def test_header_and_json_agree(coils):
         assert f"#define LDC1614_{number}_I2C_ADDRESS 0x{device['i2c_address']:02X}u" in header
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@pytest.mark.clients("gcc", "g++")
 @pytest.mark.parametrize("language", ["c", "c++"])
 def test_header_compiles(language, tmp_path):
-    if language == "c++" and shutil.which("g++") is None:
-        pytest.skip("g++ is not installed")
     path = tmp_path / "config.h"
     path.write_text(rendered(estimates(5))[0])
     flags = ["-std=c99"] if language == "c" else ["-std=c++11"]

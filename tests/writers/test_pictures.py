@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -154,8 +153,7 @@ def test_a_board_without_tail_is_described_too():
     assert "bend zone" not in board_picture.picture(board)
 
 
-@pytest.mark.clients
-@pytest.mark.skipif(shutil.which("rsvg-convert") is None, reason="rsvg-convert (librsvg2-bin) is not installed")
+@pytest.mark.clients("rsvg-convert")
 def test_librsvg_draws_the_pictures(board, tmp_path):
     for path, text in layouts.order_set(board).items():
         if path.endswith(".svg"):
