@@ -121,7 +121,7 @@ def copper_of(layout: Layout) -> Copper:
     columns: list[tuple[int, float, int, float, float, float, int]] = []
     for index, item in enumerate(items):
         stand = stands.get(id(item), _Stand(-1 - index, 0.0))
-        layers = range(1, layout.copper_layers + 1) if isinstance(item, Via) else (item.layer,)
+        layers = range(1, layout.lowest_layer(item) + 1) if isinstance(item, Via) else (item.layer,)
         for row, half, start, length, reach in _pieces(item):
             at = stand.at + start
             for layer in layers:

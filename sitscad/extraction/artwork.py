@@ -33,6 +33,8 @@ QUARTER_SEGMENTS = 16
 
 _FILE_FUNCTION = re.compile(r"(?:%|^;\s*#@!\s*)TF\.FileFunction,([^*%\r\n]*)", re.MULTILINE)
 
+_EXTENT = re.compile(r"Other,Extent_of_L(\d+)(?:_to_L(\d+))?")
+
 
 class ExtractionError(ValueError):
     """Files that cannot be read, or that do not make up one board."""
@@ -65,7 +67,8 @@ class Artwork:
     """A board as its files draw it.
 
     ``copper`` holds the area of each layer, top first; ``openings`` the coverlay's openings by side (``Top``, ``Bot``),
-    where a file says what they are; ``sources`` the copper files, in the order of ``copper``.
+    where a file says what they are; ``sources`` the copper files, in the order of ``copper``; ``extents`` the area that
+    layers have which are not all over the board, with the first and the last of them.
     """
 
     copper: tuple[BaseGeometry, ...]
@@ -73,6 +76,7 @@ class Artwork:
     holes: tuple[Hole, ...]
     openings: dict[str, BaseGeometry]
     sources: tuple[Path, ...]
+    extents: tuple[tuple[int, int, BaseGeometry], ...] = ()
 
 
 def read_artwork(directory: Path) -> Artwork:
@@ -96,7 +100,12 @@ def read_artwork(directory: Path) -> Artwork:
     openings = {
         fields[1]: area_of(_gerber(path).objects) for path, fields in functions.items() if fields[0] == "Soldermask"
     }
-    return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources)
+    extents = tuple(
+        (int(found[1]), int(found[2] or found[1]), area_of(_gerber(path).objects))
+        for path, fields in functions.items()
+        if (found := _EXTENT.fullmatch(",".join(fields)))
+    )
+    return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources, extents)
 
 
 def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:

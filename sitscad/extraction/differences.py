@@ -35,6 +35,7 @@ class Kind(StrEnum):
     NETLISTS = "netlists-differ"
     COVERED = "covered-contact"
     DEAD_END = "dead-end"
+    NO_LAYER = "no-layer"
 
 
 @record
@@ -65,6 +66,7 @@ def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
         *_netlists(board),
         *_covered(board),
         *_dead_ends(board),
+        *_beyond_their_layers(board),
     )
 
 
@@ -169,6 +171,22 @@ def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:
                 place = _place(point.x, point.y, piece.layer)
                 message = f"copper of {', '.join(net.names)} at {place} leads nowhere"
                 yield Difference(Kind.DEAD_END, message, net.names, point.x, point.y, piece.layer)
+
+
+def _beyond_their_layers(board: ExtractedBoard) -> Iterator[Difference]:
+    """Copper and holes where their layer is not: the lower layers of a board whose tail has fewer."""
+    for first, last, extent in board.artwork.extents:
+        grown = extent.buffer(PAD_EDGE)
+        for layer in range(first, min(last, len(board.artwork.copper)) + 1):
+            beyond = board.artwork.copper[layer - 1].difference(grown)
+            if not beyond.is_empty:
+                x, y = beyond.representative_point().coords[0]
+                message = f"copper at {_place(x, y, layer)} lies beyond the end of its layer"
+                yield Difference(Kind.NO_LAYER, message, (), x, y, layer)
+            for hole in board.artwork.holes:
+                if hole.is_plated and layer in hole.layers and not shapely.covers(grown, hole.shape):
+                    message = f"the hole at {_place(hole.x, hole.y, layer)} is drilled beyond the end of that layer"
+                    yield Difference(Kind.NO_LAYER, message, (), hole.x, hole.y, layer)
 
 
 def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:

@@ -176,7 +176,7 @@ def _ipc_mark(record: re.Match[str], unit: float, aliases: dict[str, str]) -> Ma
     net = record["net"].strip()
     reference, pin = record["reference"].strip(), record["pin"].strip()
     is_via = reference == "VIA"
-    through = record[1] == "1" or record["access"] == "00"
+    through = record["access"] == "00"
     return Mark(
         net=aliases.get(net, net),
         layer=None if through else int(record["access"]),

@@ -195,7 +195,7 @@ def _series(
     """Every conductor of a coil in the order of the current, from contact A to contact B."""
     series: list[Trace | Via] = []
     if way and ends:
-        series += _backwards(_run_pieces(net, ends[0]))
+        series += _backwards(_run_pieces(spec, net, ends[0]))
         series += _backwards(_pieces(net, way.lead_a.pieces, Role.LEAD))
     for index, winding in enumerate(coil.windings):
         series.append(Trace(winding.path, spec.coil.trace_width, winding.layer, net, Role.WINDING))
@@ -205,7 +205,7 @@ def _series(
             series += _pieces(net, way.joins[index // 2].pieces, Role.STUB)
     if way and ends and way.lead_b:
         series += _pieces(net, way.lead_b.pieces, Role.LEAD)
-        series += _run_pieces(net, ends[1])
+        series += _run_pieces(spec, net, ends[1])
     return tuple(series)
 
 
@@ -222,16 +222,19 @@ def _inner_pieces(spec: SensorSpec, net: str, coil: WoundCoil, join: int) -> lis
     return pieces
 
 
-def _run_pieces(net: str, run: Run) -> list[Trace | Via]:
-    return [*_pieces(net, (run.neck,), Role.LEAD), *_pieces(net, run.lane, Role.TAIL)]
+def _run_pieces(spec: SensorSpec, net: str, run: Run) -> list[Trace | Via]:
+    """A conductor from the funnel to its contact; the holes of a tail of fewer layers end with these."""
+    tail, copper = spec.fpc.tail, len(spec.fpc.stackup.copper)
+    lowest = tail.layers if tail is not None and tail.layers < copper else None
+    return [*_pieces(net, (run.neck,), Role.LEAD), *_pieces(net, run.lane, Role.TAIL, lowest)]
 
 
-def _pieces(net: str, pieces: tuple[Track | Hole, ...], role: Role) -> list[Trace | Via]:
-    """Tracks and holes with their net and what they are for."""
+def _pieces(net: str, pieces: tuple[Track | Hole, ...], role: Role, lowest: int | None = None) -> list[Trace | Via]:
+    """Tracks and holes with their net and what they are for; `lowest` is the last layer that the holes go through."""
     named: list[Trace | Via] = []
     for piece in pieces:
         if isinstance(piece, Hole):
-            named.append(Via(piece.centre, piece.drill, piece.pad, net))
+            named.append(Via(piece.centre, piece.drill, piece.pad, net, lowest))
         elif piece.path.segments:
             named.append(Trace(piece.path, piece.width, piece.layer, net, role))
     return named

@@ -39,12 +39,16 @@ class Trace:
 
 @record
 class Via:
-    """A plated through hole with the same round pad on every copper layer."""
+    """A plated hole with the same round pad on every copper layer that it goes through.
+
+    ``lowest`` is the last of them, from the top (a hole in a tail of fewer layers); None where it goes through all.
+    """
 
     centre: Point
     drill: float
     pad: float
     net: str
+    lowest: int | None = None
 
 
 @record
@@ -198,3 +202,16 @@ class Layout:
     def on_layer(self, number: int) -> tuple[Trace, ...]:
         """The traces on one copper layer."""
         return tuple(trace for trace in self.traces if trace.layer == number)
+
+    def lowest_layer(self, via: Via) -> int:
+        """The last copper layer, from the top, that a hole goes through."""
+        return self.copper_layers if via.lowest is None else via.lowest
+
+    def vias_on(self, number: int) -> tuple[Via, ...]:
+        """The holes that go through one copper layer and have a pad there."""
+        return tuple(via for via in self.vias if number <= self.lowest_layer(via))
+
+    @property
+    def spans(self) -> tuple[int, ...]:
+        """The last copper layer of every kind of hole: those through the whole board first."""
+        return tuple(sorted({self.lowest_layer(via) for via in self.vias}, reverse=True))

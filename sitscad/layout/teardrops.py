@@ -97,7 +97,8 @@ def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[tuple[Path
     """Outlines for a track's straight leg that leaves a via or a contact, long ones first, each with its length (m)."""
     if not isinstance(leg, Line):
         return
-    via = next((via for via in layout.vias if via.centre.distance(leg.start) < SLACK and via.net == trace.net), None)
+    vias = (via for via in layout.vias_on(trace.layer) if via.net == trace.net)
+    via = next((via for via in vias if via.centre.distance(leg.start) < SLACK), None)
     if via is not None:
         yield from _of_via(via, leg, trace.width)
         return
@@ -177,6 +178,8 @@ class _Surroundings:
                     add(row, spacing + trace.width / 2, ("trace", i), trace.net)
                     way += length
         for i, via in enumerate(layout.vias):
+            if layer > layout.lowest_layer(via):
+                continue
             away = max(via.pad / 2 + spacing, via.drill / 2 + rules.drill_to_copper)
             add(line_row(*via.centre, *via.centre), away, ("via", i), via.net)
         for i, pad in enumerate(layout.all_pads):

@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 from sitscad.geometry.path import Path, Point, bounding_box, circle, closed_polygon, polyline
-from sitscad.writers._excellon_text import UNIT, DrilledHole, millimetres, tools_of
+from sitscad.writers._excellon_text import UNIT, DrilledHole, millimetres
 from sitscad.writers._fabrication_files import FabricationFile
 from sitscad.writers._gerber_image import mm, stroke
+from sitscad.writers._holes import Tool
 from sitscad.writers._stroke_font import strokes
 
 PEN = 0.05e-3
@@ -56,35 +57,25 @@ def symbol_size(hole: DrilledHole) -> float:
     return max(hole.diameter * UNIT, 0.25e-3) / 2.0
 
 
-def tool_table(plated: Sequence[DrilledHole], others: Sequence[DrilledHole]) -> list[tuple[int, int, bool]]:
-    """Finished diameter (nm), number of holes and whether they are plated, tool by tool."""
-    return [
-        (diameter, len(holes), is_plated)
-        for is_plated, drilled in ((True, plated), (False, others))
-        for diameter, holes in tools_of(drilled)
-    ]
-
-
 def map_file(path: str) -> FabricationFile:
     """What a drill map is called in the set."""
     return FabricationFile(path, "Drillmap", "Positive", "drill map")
 
 
-def map_text(outline: Path, plated: Sequence[DrilledHole], others: Sequence[DrilledHole]) -> Iterator[str]:
+def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
     """The body of a drill map: outline, holes, table."""
     yield from ("%TA.AperFunction,Drawing*%", f"%ADD10C,{mm(PEN)}*%", f"%ADD11C,{mm(TEXT_PEN)}*%", "%TD*%", "D10*")
     yield from stroke(outline)
-    groups = [holes for drilled in (plated, others) for _, holes in tools_of(drilled)]
-    for order, holes in enumerate(groups):
-        for hole in holes:
+    for order, tool in enumerate(tools):
+        for hole in tool.holes:
             at = Point(hole.x * UNIT, hole.y * UNIT)
             for path in SYMBOLS[order % len(SYMBOLS)](at, symbol_size(hole)):
                 yield from stroke(path)
     x0, y0, _, _ = bounding_box([outline])
     yield "D11*"
-    for order, (diameter, count, is_plated) in enumerate(tool_table(plated, others)):
+    for order, tool in enumerate(tools):
         at = Point(x0 + LINE / 2, y0 - (order + 1) * LINE)
-        words = f"{millimetres(diameter, 3)} MM {count} {'PLATED' if is_plated else 'NOT PLATED'}, FINISHED"
+        words = f"{millimetres(tool.diameter, 3)} MM {len(tool.holes)} {tool.words.upper()}, FINISHED"
         text = strokes(words, at.shifted(LINE, -TEXT_HEIGHT / 2), TEXT_HEIGHT)
         for path in (*SYMBOLS[order % len(SYMBOLS)](at, TEXT_HEIGHT / 2), *text):
             yield from stroke(path)

@@ -23,7 +23,8 @@ _PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
 class FabricationFile:
     """One file of the set: its path in the package, its X2 file function and polarity, and what it shows.
 
-    ``layer`` is the copper layer's number (from 1 at the top), None for every other kind of file.
+    ``layer`` is the copper layer's number (from 1 at the top), of a drill file the last one that its holes go through;
+    None for every other kind of file.
     """
 
     path: str
@@ -117,12 +118,22 @@ def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
     )
 
 
+def drill_file(layout: Layout, lowest: int) -> FabricationFile:
+    """The drill file of the plated holes from the first copper layer to the `lowest`, called as KiCad calls its own."""
+    if lowest == layout.copper_layers:
+        function, title = f"Plated,1,{lowest},PTH", "plated holes through all copper layers"
+        return FabricationFile(fabrication_path(layout, "PTH.drl"), function, "Positive", title, lowest)
+    ending = f"front-in{lowest - 1}.drl"
+    title = f"plated holes in the tail, through copper 1 to {lowest}"
+    return FabricationFile(fabrication_path(layout, ending), f"Plated,1,{lowest},Blind", "Positive", title, lowest)
+
+
 def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
-    """The drill file, where there is a hole: all holes are plated and go through the whole board."""
-    if not layout.vias:
-        return ()
-    function = f"Plated,1,{layout.copper_layers},PTH"
-    return (FabricationFile(fabrication_path(layout, "PTH.drl"), function, "Positive", "plated through holes"),)
+    """One drill file for each kind of hole: those through the whole board, and those in a tail of fewer layers.
+
+    ``layer`` is the last copper layer that its holes go through.
+    """
+    return tuple(drill_file(layout, lowest) for lowest in layout.spans)
 
 
 def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:

@@ -40,9 +40,7 @@ def finish_text(layout: Layout) -> str:
 
 def tail_holes(layout: Layout) -> int:
     """How many holes go through fewer layers than the others: those in a tail that has fewer."""
-    if tail_copper(layout) == layout.copper_layers:
-        return 0
-    return sum(via.centre.x > layout.body[2] for via in layout.vias)
+    return sum(layout.lowest_layer(via) < layout.copper_layers for via in layout.vias)
 
 
 def holes_text(layout: Layout) -> str:

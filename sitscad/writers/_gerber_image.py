@@ -78,7 +78,11 @@ Aperture = tuple[str, str]
 
 
 def _copper(layout: Layout, layer: int) -> Iterator[str]:
-    objects: list[Object] = [*layout.on_layer(layer), *layout.vias, *(p for p in layout.all_pads if p.layer == layer)]
+    objects: list[Object] = [
+        *layout.on_layer(layer),
+        *layout.vias_on(layer),
+        *(p for p in layout.all_pads if p.layer == layer),
+    ]
     contact = _contact_function(layout)
     drawn = sorted(((_aperture(item, contact), item.net, order), item) for order, item in enumerate(objects))
     codes = {aperture: 10 + i for i, aperture in enumerate(sorted({key[0] for key, _ in drawn}))}

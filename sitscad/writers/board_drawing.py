@@ -34,8 +34,8 @@ from sitscad.writers._drawing import (
     span,
     table,
 )
-from sitscad.writers._drill_map import SYMBOLS, tool_table
-from sitscad.writers._excellon_text import DrilledHole, millimetres, on_grid
+from sitscad.writers._drill_map import SYMBOLS
+from sitscad.writers._excellon_text import UNIT, millimetres, on_grid
 from sitscad.writers._fabrication_files import fabrication_path
 from sitscad.writers._fingerprint import board_images, on_drawing
 from sitscad.writers._flex_facts import (
@@ -48,6 +48,7 @@ from sitscad.writers._flex_facts import (
     thickness_texts,
     turn_text,
 )
+from sitscad.writers._holes import plated_tools
 from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet, text_width
 
@@ -230,11 +231,11 @@ def _marks(sheet: Sheet, layout: Layout, view: View, limit: float = float("inf")
         sheet.draw(view.path(outline), CHAIN)
         for dx, dy in ((w / 2, 0.0), (0.0, h / 2)):
             sheet.line(view.x(x - dx), view.y(y - dy), view.x(x + dx), view.y(y + dy), CHAIN)
-    tools = sorted({on_grid(via.drill) for via in layout.vias})
-    for via in layout.vias:
-        if via.centre.x <= limit:
-            at, radius = Point(view.x(via.centre.x), view.y(via.centre.y)), view.length(via.drill / 2)
-            _hole(sheet, at, radius, tools.index(on_grid(via.drill)))
+    for order, tool in enumerate(plated_tools(layout)):
+        for hole in tool.holes:
+            if hole.x * UNIT <= limit:
+                at, radius = Point(view.x(hole.x * UNIT), view.y(hole.y * UNIT)), view.length(tool.diameter * UNIT / 2)
+                _hole(sheet, at, radius, order)
     x, y = view.x(0.0), view.y(0.0)
     sheet.draw(circle(view.path(polyline([(0.0, 0.0), (1e-3, 0.0)])).start, 1.2), Pen(0.25, "#b00000"))  # type: ignore[list-item]
     for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
@@ -249,17 +250,16 @@ def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
 
 def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
     """The table of holes with the drill map's symbols."""
-    holes = [DrilledHole(on_grid(v.centre.x), on_grid(v.centre.y), on_grid(v.drill)) for v in layout.vias]
-    rows = [["", "finished hole", "holes", "plated", "pad"]]
-    plated = "yes, see notes" if tail_holes(layout) else "yes, all layers"
-    for diameter, count, _ in tool_table(holes, ()):
-        pads = sorted({show(v.pad, "m") for v in layout.vias if on_grid(v.drill) == diameter})
-        rows.append(["", f"{millimetres(diameter, 3)} mm", str(count), plated, ", ".join(pads)])
+    rows, tools = [["", "finished hole", "holes", "plated", "pad"]], plated_tools(layout)
+    for tool in tools:
+        pads = sorted({show(v.pad, "m") for v in layout.vias if on_grid(v.drill) == tool.diameter})
+        plated = tool.words.removeprefix("plated").removeprefix(", ") or "yes, all layers"
+        rows.append(["", f"{millimetres(tool.diameter, 3)} mm", str(len(tool.holes)), plated, ", ".join(pads)])
     if len(rows) == 1:
         rows.append(["", "none", "", "", ""])
     low = table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
     step = (top - low) / len(rows)
-    for order in range(len(tool_table(holes, ()))):
+    for order in range(len(tools)):
         at = polyline([(left + 4.0, top - (order + 1.55) * step), (0.0, 0.0)]).start  # type: ignore[list-item]
         _hole(sheet, at, 0.8, order)
     return low

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from sitscad.layout.board import Layout
 from sitscad.writers._drill_map import map_file, map_text
-from sitscad.writers._excellon_text import DrilledHole, on_grid
 from sitscad.writers._fabrication_files import fabrication_path
 from sitscad.writers._gerber_image import document
+from sitscad.writers._holes import plated_tools
 
 
 def render(layout: Layout) -> dict[str, bytes]:
@@ -14,5 +14,4 @@ def render(layout: Layout) -> dict[str, bytes]:
     if not layout.vias:
         return {}
     file = map_file(fabrication_path(layout, "Drill_Map.gbr"))
-    holes = [DrilledHole(on_grid(via.centre.x), on_grid(via.centre.y), on_grid(via.drill)) for via in layout.vias]
-    return {file.path: document(layout, file, map_text(layout.outline, holes, ()))}
+    return {file.path: document(layout, file, map_text(layout.outline, plated_tools(layout)))}

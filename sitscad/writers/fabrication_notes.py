@@ -189,7 +189,7 @@ def _thin_tail(layout: Layout) -> str:
         f"beyond x = {show(layout.body[2], 'm')} the board has only its first {first - 1} copper "
         f"layer{'s' * (first > 2)}: {lower} and what lies between end there (file {extent.name}), the bottom coverlay "
         f"goes on; the tail is {show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
-        f"Holes in the tail go through its own layers, their pads on the others fall away."
+        "Holes in the tail go through its own layers only and have a drill file of their own."
     )
 
 

@@ -47,10 +47,13 @@ def _contact(layout: Layout, pad: Pad) -> str:
 
 
 def _via(layout: Layout, via: Via) -> str:
-    """Operation 317: a plated through hole in the middle of its net, of the same size on both sides."""
+    """Operation 317: a plated hole in the middle of its net, of the same size on both sides; one that ends on an inner
+    layer is met from the top only (access 01), as KiCad writes it.
+    """
     size = f"X{_number(via.pad, 4)}Y0000"
     hole = f"MD{_number(via.drill, 4)}P"
-    return _record("317", via.net, "VIA", "", hole, "A00", via.centre, size, _covered(layout, via.centre))
+    access = "A00" if layout.lowest_layer(via) == layout.copper_layers else "A01"
+    return _record("317", via.net, "VIA", "", hole, access, via.centre, size, _covered(layout, via.centre))
 
 
 def _record(

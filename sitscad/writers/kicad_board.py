@@ -191,9 +191,13 @@ def _track_names(layout: Layout, trace: int, segment: int) -> tuple[object, ...]
 
 
 def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
+    """A hole from top to bottom, or what KiCad calls a blind one, which ends on the last layer of a thinner tail."""
+    lowest = layout.lowest_layer(via)
+    kind = "" if lowest == layout.copper_layers else "blind "
+    last = "B.Cu" if not kind else copper_names(layout.copper_layers)[lowest - 1]
     return (
-        f"(via {xy('at', grid(via.centre), sheet)} (size {length(via.pad)}) (drill {length(via.drill)}) "
-        f'(layers "F.Cu" "B.Cu") (net {nets[via.net]}) {identity(layout.spec.name, "via", index)})'
+        f"(via {kind}{xy('at', grid(via.centre), sheet)} (size {length(via.pad)}) (drill {length(via.drill)}) "
+        f'(layers "F.Cu" {quoted(last)}) (net {nets[via.net]}) {identity(layout.spec.name, "via", index)})'
     )
 
 

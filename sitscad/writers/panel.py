@@ -26,6 +26,7 @@ from sitscad.writers._fabrication_files import (
     tooling_file,
 )
 from sitscad.writers._gerber_image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, regions, stroke, xy
+from sitscad.writers._holes import Tool, drilled_to, plated_words, tools
 from sitscad.writers._panel_image import Image, image_of, repeated
 from sitscad.writers._stroke_font import length, strokes
 
@@ -121,30 +122,31 @@ def _cuts(cuts: tuple[Path, ...]) -> Iterator[str]:
 
 
 def _drills(panel: Panel) -> dict[str, bytes]:
-    """Plated and non-plated holes in two files, and their map."""
+    """Plated holes in a file for each span of layers, holes that are not plated in one, and the map of all."""
     layout = panel.layout
-    plated = [hole for at in panel.parts for hole in _vias(layout, at)]
-    if panel.coupon is not None:
-        plated += [hole for at in panel.coupons for hole in _vias(panel.coupon, at)]
     tooling = [DrilledHole(on_grid(at.x), on_grid(at.y), on_grid(TOOLING_HOLE)) for at in panel.tooling_holes]
     attributes, name = panel_attributes(layout), layout.spec.name
     made: dict[str, bytes] = {}
+    shown: list[Tool] = []
     for file in drill_files(layout):
-        path = panel_path(layout, "-PTH.drl")
+        plated = _holes(panel, file.layer)
+        path = panel_path(layout, file.path.removeprefix(f"fpc/{name}"))
         made[path] = drill_text(f"{name}: panel: {file.title}", file.function, attributes, plated, "ViaDrill")
+        shown += tools(plated, plated_words(layout, file.layer or layout.copper_layers))
     holes = tooling_file(layout)
     title = f"{name}: panel: {holes.title}"
     made[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
     chart = map_file(panel_path(layout, "-Drill_Map.gbr"))
-    drawing = map_text(rectangle(0.0, 0.0, *panel.size), plated, tooling)
+    drawing = map_text(rectangle(0.0, 0.0, *panel.size), [*shown, *tools(tooling, "not plated")])
     return made | {chart.path: document(layout, chart, drawing, attributes)}
 
 
-def _vias(layout: Layout, at: Point) -> list[DrilledHole]:
-    dx, dy = grid(at)
-    return [
-        DrilledHole(on_grid(via.centre.x) + dx, on_grid(via.centre.y) + dy, on_grid(via.drill)) for via in layout.vias
-    ]
+def _holes(panel: Panel, lowest: int | None) -> list[DrilledHole]:
+    """The plated holes of all copies that end on one layer."""
+    found = [hole for at in panel.parts for hole in drilled_to(panel.layout, lowest, *grid(at))]
+    if panel.coupon is not None:
+        found += [hole for at in panel.coupons for hole in drilled_to(panel.coupon, lowest, *grid(at))]
+    return found
 
 
 def _places(panel: Panel) -> bytes:

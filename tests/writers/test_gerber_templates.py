@@ -47,7 +47,7 @@ def test_copper_area_agrees_with_the_layout(template, laid_out):
             LineString([(p.x / MM, p.y / MM) for p in trace.path.flattened(2e-8)]).buffer(trace.width / MM / 2, 32)
             for trace in layout.on_layer(layer)
         ]
-        shapes += [Point(v.centre.x / MM, v.centre.y / MM).buffer(v.pad / MM / 2, 32) for v in layout.vias]
+        shapes += [Point(v.centre.x / MM, v.centre.y / MM).buffer(v.pad / MM / 2, 32) for v in layout.vias_on(layer)]
         for pad in (pad for pad in layout.pads if pad.layer == layer):
             (x, y), (w, h) = pad.centre, pad.size
             shapes.append(box(*(c / MM for c in (x - w / 2, y - h / 2, x + w / 2, y + h / 2))))
@@ -77,10 +77,14 @@ def test_windings_are_drawn_with_arcs(template, laid_out):
 
 def test_holes_stand_in_via_pads(template, laid_out):
     layout = laid_out(template)
-    (drill,) = excellon.render(layout).values()
-    holes = {(hole.x, hole.y) for hole in ExcellonFile.from_string(drill.decode("ascii"), filename="PTH.drl").drills()}
-    for file in copper(layout).values():
-        assert {(pad.x, pad.y) for pad in file.objects if function_of(pad) == ("ViaPad",)} == holes
+    reached: dict[int, set[tuple[float, float]]] = {layer: set() for layer in range(1, layout.copper_layers + 1)}
+    for path, drill in excellon.render(layout).items():
+        last = int(re.search(rb"FileFunction,Plated,1,(\d+)", drill)[1])
+        for hole in ExcellonFile.from_string(drill.decode("ascii"), filename=path).drills():
+            for layer in range(1, last + 1):
+                reached[layer].add((hole.x, hole.y))
+    for layer, file in copper(layout).items():
+        assert {(pad.x, pad.y) for pad in file.objects if function_of(pad) == ("ViaPad",)} == reached[layer]
 
 
 def test_netlist_has_two_contacts_a_coil(template, laid_out):

@@ -1,0 +1,42 @@
+"""The holes of a layout as its drill files, drill maps and tables group them: by the layers that they go through."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sitscad.layout.board import Layout
+from sitscad.record import record
+from sitscad.writers._excellon_text import DrilledHole, on_grid, tools_of
+
+
+@record
+class Tool:
+    """Holes of one finished diameter (nm) and one kind: in words, and in the fewest, for a table and for a map."""
+
+    diameter: int
+    holes: tuple[DrilledHole, ...]
+    words: str
+
+
+def drilled_to(layout: Layout, lowest: int | None, dx: int = 0, dy: int = 0) -> list[DrilledHole]:
+    """The holes from the first copper layer to the `lowest`, moved by (dx, dy) nanometres."""
+    return [
+        DrilledHole(on_grid(via.centre.x) + dx, on_grid(via.centre.y) + dy, on_grid(via.drill))
+        for via in layout.vias
+        if layout.lowest_layer(via) == lowest
+    ]
+
+
+def tools(holes: Sequence[DrilledHole], words: str) -> list[Tool]:
+    """The tools of one kind of hole, small ones first."""
+    return [Tool(diameter, tuple(drilled), words) for diameter, drilled in tools_of(holes)]
+
+
+def plated_words(layout: Layout, lowest: int) -> str:
+    """What a table says of plated holes: through which copper layers they go, where they differ."""
+    return "plated" if len(layout.spans) < 2 else f"plated, copper 1 to {lowest}"
+
+
+def plated_tools(layout: Layout) -> list[Tool]:
+    """All tools of a layout, those through the whole board first."""
+    return [tool for lowest in layout.spans for tool in tools(drilled_to(layout, lowest), plated_words(layout, lowest))]
