@@ -148,6 +148,7 @@ def _texts(
     )
     return (
         f"{layout.spec.name} {part}",
+        *([layout.spec.issue.words] if layout.spec.issue.rows else []),
         f"{shape} {sizes} mm, {_mm(thickness)} mm thick",
         material,
         *compensation,

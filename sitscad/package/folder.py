@@ -13,7 +13,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 PACKAGE_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
-FILE_NAME = re.compile(r"[A-Za-z0-9_+-][A-Za-z0-9._+-]*(/[A-Za-z0-9_+-][A-Za-z0-9._+-]*)*")
+_PART = r"[\w+-](?:[\w .+-]*[\w.+-])?"
+FILE_NAME = re.compile(rf"{_PART}(/{_PART})*")
 
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2

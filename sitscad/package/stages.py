@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.finding import Severity
 from sitscad.package.folder import (
+    FILE_NAME,
     PackageError,
     explained,
     opened_for_building,
@@ -56,6 +58,9 @@ KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trime
 """Packages whose version can change the bytes of solids and meshes."""
 
 FORCED_NOTE = "FORCED.txt"
+
+SPEC_FOLDER = "spec"
+"""Where a package keeps the files that it was made from."""
 
 Progress = Callable[[str, str, float], None]
 """Called with a stage, what happens (``start``; ``made``, ``kept``, ``dropped``, ``none``, ``stopped``), seconds."""
@@ -263,7 +268,8 @@ def _ingredients(design: Design, stage: str, entries: dict[str, Entry], failures
     """Everything that the files of a stage depend on, besides sitscad itself."""
     text = (design.bare, design.spec.source.text, design.file_name)
     if stage == CHECK_STAGE:
-        return (*text, failures, any(name.startswith("fpc/") for name in entries))
+        read = {name: sha256(content) for name, content in design.spec.source.files.items()}
+        return (*text, read, failures, any(name.startswith("fpc/") for name in entries))
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
     if stage in SOLID_STAGES:
@@ -336,10 +342,28 @@ def _checked_files(design: Design, failures: list[str], beside_gerbers: bool) ->
         "findings.json": as_json([checked]).encode("ascii"),
         "estimate.json": to_json(design.estimates.as_json(design.file_name)).encode("ascii"),
     }
+    files |= _spec_files(design)
     if not checked.ok:
         note = _forced_note(design, failures).encode("utf-8")
         files |= {FORCED_NOTE: note} | ({f"fpc/{FORCED_NOTE}": note} if beside_gerbers else {})
     return files
+
+
+def _spec_files(design: Design) -> dict[str, bytes]:
+    """What the package was made from, byte by byte: the spec under its own name (``spec.yaml`` where it has none that a
+    package may hold), and the profiles that it names where it looks for them, so that the folder builds the same again.
+    """
+    source, own = design.spec.source, design.file_name
+    files = source.files if own in source.files else {own: source.text.encode("utf-8")}
+    names = {name: _kept_name(name) for name in files} | ({} if FILE_NAME.fullmatch(own) else {own: "spec.yaml"})
+    return {f"{SPEC_FOLDER}/{names[name]}": content for name, content in sorted(files.items())}
+
+
+def _kept_name(name: str) -> str:
+    """A file's name as a package may hold it: letters that it may not hold are written as ``_``."""
+    if FILE_NAME.fullmatch(name):
+        return name
+    return "/".join(re.sub(r"^[.\s]|[^\w .+-]|\s$", "_", part) or "_" for part in name.split("/"))
 
 
 def _forced_note(design: Design, failures: list[str]) -> str:

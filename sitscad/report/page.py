@@ -103,8 +103,9 @@ def _head(checked: CheckedSpec, spec: SensorSpec) -> str:
     banner = "" if checked.ok else f"<p class='banner'>{FORCED}</p>"
     skipped = len(checked.not_checked)
     not_made = f"{_counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
+    issue = f"<p class='soft'>{escape(spec.issue.words)}</p>" if spec.issue.rows else ""
     return (
-        f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(what)}</p>"
+        f"<header><h1>{escape(spec.name)}</h1>{issue}<p class='soft'>{escape(what)}</p>"
         f"<p class='verdict {'good' if checked.ok else 'bad'}'>{verdict}</p>"
         f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"
     )

@@ -58,6 +58,11 @@ _PAIR_OF_COUNTS = {"type": "array", "items": _COUNT_SCHEMA, "minItems": 2, "maxI
 Version = Special(_version, {"const": VERSION})
 Name = Text(64, "[a-z0-9][a-z0-9._-]*", "small letters, digits, '.', '_' and '-', a letter or digit first")
 Label = Text(64)
+_ISSUE = "([A-Za-z0-9]([A-Za-z0-9 ._/+#:()-]*[A-Za-z0-9+#)])?)?"
+_ISSUE_WORDS = "letters, digits, spaces and . _ / + # : ( ) -, a letter or digit first"
+Revision = Text(16, _ISSUE, _ISSUE_WORDS)
+PartNumber = Text(32, _ISSUE, _ISSUE_WORDS)
+IssueDate = Text(20, _ISSUE, _ISSUE_WORDS)
 Trace = Quantity("length", "1 um", "20 mm")
 Corner = Quantity("length", "0 mm", "100 mm")
 CoilSize = Pair(Quantity("length", "0.1 mm", "500 mm"), single=True)
@@ -329,6 +334,11 @@ class SpecDocument(Section):
 
     sitscad: int = key(Version, "version of this format")
     name: str = key(Name, "names the outputs")
+    revision: str = key(Revision, "of the design, like B or 1.2 in quotes: printed on every paper", "")
+    part_number: str = key(PartNumber, "your number for the sensor: printed on every paper", "")
+    date: str = key(
+        IssueDate, "of the revision, like 2026-11-22: printed on every paper; SOURCE_DATE_EPOCH if left out", ""
+    )
     coil: CoilDocument = key(Part(CoilDocument), "one coil")
     array: ArrayDocument = key(Part(ArrayDocument), "the coils of the sensor", {})
     fpc: FpcDocument = key(Part(FpcDocument), "the flexible printed circuit", {})

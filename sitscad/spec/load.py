@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sitscad.spec.diagnosis import finding_from_flaw, finding_from_text
 from sitscad.spec.document import SpecDocument
-from sitscad.spec.reading import in_order, read_section, read_text
+from sitscad.spec.reading import decoded, in_order, read_file, read_section
 from sitscad.spec.resolve import resolve
 from sitscad.spec.rules import ROOM_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec
@@ -23,10 +23,13 @@ NO_FILE = "<text>"
 def load(path: str | os.PathLike[str]) -> SensorSpec:
     """The sensor that a YAML file describes; raises `SpecError` with every finding where it describes none."""
     try:
-        text = read_text(Path(path))
+        content = read_file(Path(path))
+        text = decoded(content)
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
-    return load_text(text, path)
+    spec = load_text(text, path)
+    files = {Path(path).name: content, **spec.source.files}
+    return replace(spec, source=replace(spec.source, files=files))
 
 
 def load_text(text: str, path: str | os.PathLike[str] = NO_FILE) -> SensorSpec:
@@ -41,4 +44,4 @@ def load_text(text: str, path: str | os.PathLike[str] = NO_FILE) -> SensorSpec:
         findings = [finding_from_flaw(flaw, source) for flaw in remarks.flaws]
         lacks_room = not remarks.findings and all(flaw.rule in ROOM_RULES for flaw in remarks.flaws)
         raise SpecError((*in_order(findings), *remarks.findings), remarks.texts, spec if lacks_room else None)
-    return replace(spec, source=replace(spec.source, defaults=tuple(remarks.defaults)))
+    return replace(spec, source=replace(spec.source, defaults=tuple(remarks.defaults), files=remarks.files))

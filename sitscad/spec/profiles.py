@@ -17,7 +17,7 @@ from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules, FoilLines
 from sitscad.spec.diagnosis import finding_from_flaw, finding_from_text
 from sitscad.spec.kinds import Figure, is_profile_file
-from sitscad.spec.reading import read_section, read_text
+from sitscad.spec.reading import decoded, read_file, read_section
 from sitscad.spec.remarks import Flaw, Remarks
 from sitscad.spec.rules import SpecError
 from sitscad.spec.rules_document import RulesDocument
@@ -98,7 +98,8 @@ def _opened(name: str, place: Place, key: str, remarks: Remarks) -> tuple[RulesD
     shown = os.path.normpath(os.path.join(os.path.dirname(place.source.path), name))
     text = ""
     try:
-        text = read_text(path).removeprefix("\ufeff")
+        content = read_file(path)
+        text = decoded(content).removeprefix("\ufeff")
         document, source = read_section(text, shown, RulesDocument, "based_on: generic-flex")
     except TextError as error:
         said = finding_from_text(error)
@@ -106,8 +107,17 @@ def _opened(name: str, place: Place, key: str, remarks: Remarks) -> tuple[RulesD
     except SpecError as error:
         _note(remarks, shown, text, error.findings)
     else:
+        remarks.files |= dict.fromkeys(_names_of(name, path, place), content)
         return document, Place(source, "", path.parent, place.root, (*place.chain, path))
     return None
+
+
+def _names_of(name: str, path: Path, place: Place) -> set[str]:
+    """A profile's path from the spec's folder: as it is written, and where a link leads, if that is elsewhere."""
+    assert place.folder is not None and place.root is not None
+    written = Path(os.path.normpath(place.folder.resolve() / name))
+    below = [each for each in (written, path) if each.is_relative_to(place.root)]
+    return {each.relative_to(place.root).as_posix() for each in below}
 
 
 def _note(remarks: Remarks, path: str, text: str, findings: tuple[Finding, ...]) -> None:

@@ -22,8 +22,8 @@ from sitscad.spec.yaml_text import MAX_BYTES, TextError, read_yaml
 Form = TypeVar("Form", bound=Section)
 
 
-def read_text(path: Path) -> str:
-    """The text of a file; raises `TextError` where it is none, cannot be read, is too large or not UTF-8."""
+def read_file(path: Path) -> bytes:
+    """The bytes of a file; raises `TextError` where it is none, cannot be read, or is too large."""
     try:
         if path.exists() and not path.is_file():
             raise TextError("SIT011", f"{path} is not a file", "name the YAML file itself")
@@ -34,10 +34,11 @@ def read_text(path: Path) -> str:
         raise TextError("SIT011", f"cannot read {path}: {reason}", "is the path right?") from None
     if len(content) > MAX_BYTES:
         raise TextError("SIT010", f"{path} is larger than {MAX_BYTES // 1024} KiB", "is this the right file?")
-    return _decoded(content)
+    return content
 
 
-def _decoded(content: bytes) -> str:
+def decoded(content: bytes) -> str:
+    """The text of a file's bytes, lines ended by a line feed; raises `TextError` where it is not UTF-8."""
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:

@@ -26,13 +26,15 @@ class Flaw:
 class Remarks:
     """What resolving has to say besides its values: flaws of the spec, and the defaults it filled in.
 
-    ``findings`` are those about other files that the spec names, ``texts`` what those files hold, by path.
+    ``findings`` are those about other files that the spec names, ``texts`` what those files hold, by path; ``files``
+    are the bytes of those that were used, by their paths from the spec's folder.
     """
 
     flaws: list[Flaw] = field(default_factory=list)
     defaults: list[str] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     texts: dict[str, str] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
 
     def flaw(self, rule: str, key: str, message: str, hint: str = "", **facts: Any) -> None:
         """Note something that does not fit."""

@@ -11,6 +11,7 @@ from sitscad.spec.array import resolve_array
 from sitscad.spec.circuit import resolve_fpc
 from sitscad.spec.coil import resolve_coil
 from sitscad.spec.document import CableDocument, ConductorDocument, ElastomerDocument, JawDocument, SpecDocument
+from sitscad.spec.issue import Issue
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.remarks import Remarks
 from sitscad.spec.section import Section
@@ -59,6 +60,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         readout=resolve_readout(document, remarks),
         requirements=Requirements(**document.requirements.values()),
         source=source,
+        issue=Issue(document.revision, document.part_number, document.date),
     )
     _note_plain_defaults(document, "", source.keys, remarks)
     return spec, remarks

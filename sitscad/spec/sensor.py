@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.issue import Issue
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import CopperLayer, Stackup
@@ -282,6 +283,7 @@ class SensorSpec:
     readout: ReadoutSpec
     requirements: Requirements
     source: SpecSource
+    issue: Issue = Issue()
 
     @property
     def coil_copper(self) -> tuple[CopperLayer, ...]:

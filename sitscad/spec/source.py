@@ -14,6 +14,8 @@ class SpecSource:
 
     ``keys`` holds where each key or list entry stands, ``values`` where each value stands that begins beside its key
     (single values and bracketed ones; a section is where its key is); ``defaults`` says what was filled in and why.
+    ``files`` holds the bytes of every file that was read for it, the spec itself and the profiles that it names, by
+    their paths from the spec's folder; it is empty for a text that came from no file.
     """
 
     path: str
@@ -21,6 +23,7 @@ class SpecSource:
     keys: Mapping[str, tuple[int, int]] = field(default_factory=dict, compare=False, hash=False)
     values: Mapping[str, tuple[int, int]] = field(default_factory=dict, compare=False, hash=False)
     defaults: tuple[str, ...] = ()
+    files: Mapping[str, bytes] = field(default_factory=dict, compare=False, hash=False)
 
     @property
     def sha256(self) -> str:

@@ -47,7 +47,7 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     x0, y0, x1, y1 = bounding_box([_shape(pad) for pad in layout.pads])
     box = (x0 - AROUND, y0 - AROUND, x1 + AROUND, y1 + AROUND)
     scale = detail_scale((box[2] - box[0], box[3] - box[1]), ROOM[2:])
-    sheet = new_sheet(layout.spec.name, "flexible circuit, contacts", f"{scale_text(scale)}", artwork, forced)
+    sheet = new_sheet(layout.spec, "flexible circuit, contacts", f"{scale_text(scale)}", artwork, forced)
     view = placed(box, scale, ROOM)
     _draw(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8

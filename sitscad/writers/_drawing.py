@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 
 from sitscad import __version__
 from sitscad.geometry.path import Path, Point, closed_polygon, rectangle
-from sitscad.writers._fabrication_files import creation_date
+from sitscad.spec.sensor import SensorSpec
 from sitscad.writers._sheet import BLACK, Pen, Sheet, text_width
 
 MARGIN = 8.0
@@ -15,6 +16,11 @@ FORCED = "MADE IN SPITE OF ERRORS, NOT FOR ORDER"
 RED = "#b00000"
 BLOCK = (118.0, 30.0)
 """The title block at the lower right, millimetres on paper."""
+ISSUE = (("Part no.", "Part number"), ("Rev.", "Revision"), ("Date", "Date"))
+"""The cells of the issue in the title block, and what the issue calls them."""
+ISSUE_CELLS = (58.0, 26.0, 34.0)
+"""Their widths (mm)."""
+NOT_STATED = "not stated"
 
 SCALES = (50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1)
 DETAIL_SCALES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0)
@@ -28,36 +34,51 @@ INDENT = 3.0
 """Of a paragraph's lines after the first (mm)."""
 
 
-def new_sheet(name: str, what: str, scale: str, artwork: str, forced: bool = False) -> Sheet:
+def new_sheet(spec: SensorSpec, what: str, scale: str, artwork: str, forced: bool = False) -> Sheet:
     """An A4 sheet with its frame and title block; ``artwork`` says which finished files it belongs to,
     ``forced`` stamps it.
     """
-    sheet = Sheet(f"{name}: {what}")
+    sheet = Sheet(f"{spec.name}: {what}")
     width, height = sheet.size
     sheet.draw(rectangle(MARGIN, MARGIN, width - MARGIN, height - MARGIN), Pen(0.5))
     left, low = width - MARGIN - BLOCK[0], MARGIN
     sheet.draw(rectangle(left, low, left + BLOCK[0], low + BLOCK[1]), Pen(0.5), "#ffffff")
-    rows = [
-        ("Design", name),
-        ("Drawing", what),
-        ("Scale", f"{scale}; millimetres; seen from the top"),
-        ("Date", (creation_date() or "").partition("T")[0] or "not stated"),
-        ("Files", artwork),
-        ("Made by", f"sitscad {__version__}"),
+    known = dict(spec.issue.rows)
+    rows: list[list[tuple[str, str]]] = [
+        *([[("Stop", FORCED)]] if forced else []),
+        [("Design", spec.name)],
+        [(label, known.get(name, NOT_STATED)) for label, name in ISSUE],
+        [("Drawing", what)],
+        [("Scale", f"{scale}; millimetres; seen from the top")],
+        [("Files", artwork)],
+        [("Made by", f"sitscad {__version__}")],
     ]
-    if forced:
-        rows.insert(0, ("Stop", FORCED))
     step = BLOCK[1] / len(rows)
-    for i, (label, text) in enumerate(rows):
+    for i, cells in enumerate(rows):
         y = low + BLOCK[1] - (i + 1) * step
         if i:
             sheet.line(left, y + step, left + BLOCK[0], y + step, THIN)
-        sheet.text(left + 1.5, y + 0.3 * step, label, 2.0)
-        room = BLOCK[0] - 17.0
-        size = 3.2 if label in ("Design", "Stop") else TEXT
-        size = min(size, size * room / max(text_width(text, size), 1e-9))
-        sheet.text(left + 15.0, y + 0.28 * step, text, size, colour=RED if label == "Stop" else BLACK)
+        for cell, x, room in zip(cells, *_cells(len(cells)), strict=True):
+            _cell(sheet, cell, (left + x, y), (room, step))
     return sheet
+
+
+def _cells(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Where the cells of one row of the title block begin, and how wide they are (mm): one, or those of the issue."""
+    widths = (BLOCK[0],) if count == 1 else ISSUE_CELLS
+    return tuple(accumulate(widths[:-1], initial=0.0)), widths
+
+
+def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size: tuple[float, float]) -> None:
+    """A label and its text in a cell of the title block, the text as large as it fits."""
+    (label, text), (x, y), (width, step) = cell, corner, size
+    indent = max(15.0, text_width(label, 2.0) + 3.0) if width > 60.0 else text_width(label, 2.0) + 3.0
+    if width < BLOCK[0]:
+        sheet.line(x + width, y, x + width, y + step, THIN)
+    sheet.text(x + 1.5, y + 0.3 * step, label, 2.0)
+    letters = 3.2 if label in ("Design", "Stop") else TEXT
+    letters = min(letters, letters * (width - indent - 2.0) / max(text_width(text, letters), 1e-9))
+    sheet.text(x + indent, y + 0.28 * step, text, letters, colour=RED if label == "Stop" else BLACK)
 
 
 def scale_for(size: tuple[float, float], room: tuple[float, float]) -> float:

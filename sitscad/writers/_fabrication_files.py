@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import uuid
 from dataclasses import replace
-from datetime import UTC, datetime
 
 from sitscad import __version__
 from sitscad.layout.board import Layout
 from sitscad.layout.thickness import tail_copper
 from sitscad.record import record
+from sitscad.spec.issue import UNNUMBERED, creation_date
 from sitscad.spec.stackup import LayerKind, Stackup
 
 FOLDER = "fpc"
@@ -136,6 +135,12 @@ def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
     return tuple(drill_file(layout, lowest) for lowest in layout.spans)
 
 
+def drill_title(layout: Layout, title: str) -> str:
+    """What the first comment of a drill file says of it: the design, the issue, what the holes are."""
+    words = layout.spec.issue.words
+    return f"{layout.spec.name}{f' ({words})' if words else ''}: {title}"
+
+
 def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
     """Whether the top and the bottom face are covered."""
     return stackup.layers[0].kind is LayerKind.COVERLAY, stackup.layers[-1].kind is LayerKind.COVERLAY
@@ -185,7 +190,7 @@ def project_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
     return (
         (".GenerationSoftware", VENDOR, VENDOR, __version__),
         *(((".CreationDate", created),) if created else ()),
-        (".ProjectId", name, project_guid(name), "unnumbered"),
+        (".ProjectId", name, project_guid(name), layout.spec.issue.revision or UNNUMBERED),
         (".SameCoordinates", name),
         (".Part", "Single"),
     )
@@ -206,12 +211,6 @@ def stack_names(layout: Layout) -> list[str]:
 def project_guid(name: str) -> str:
     """An RFC 4122 identifier (version 5) that depends on the design's name only."""
     return str(uuid.uuid5(_PROJECTS, name))
-
-
-def creation_date() -> str | None:
-    """The date of SOURCE_DATE_EPOCH (seconds since 1970) in ISO 8601, UTC; None where it is not set or not a number."""
-    seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
-    return datetime.fromtimestamp(int(seconds), UTC).isoformat() if seconds.isdecimal() else None
 
 
 def _side(number: int, count: int) -> str:

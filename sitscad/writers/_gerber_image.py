@@ -62,6 +62,7 @@ def document(
 ) -> bytes:
     """A whole file: what it is called, its attributes (the board's unless given), its drawing with its apertures."""
     head = [f"G04 {layout.spec.name}: {file.title}*"]
+    head += [f"G04 {layout.spec.issue.words}*"] if layout.spec.issue.rows else []
     head += [f"%TF{','.join(attribute)}*%" for attribute in attributes or project_attributes(layout)]
     head += [f"%TF.FileFunction,{file.function}*%", f"%TF.FilePolarity,{file.polarity}*%"]
     head += ["%FSLAX46Y46*%", "%MOMM*%", "%LPD*%", "G75*"]

@@ -76,7 +76,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     detail = detail_scale(layout.body_size, DETAIL[2:])
     whole = min(scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:]), next_below(detail))
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
-    sheet = new_sheet(layout.spec.name, "flexible circuit, board", scales, artwork, forced)
+    sheet = new_sheet(layout.spec, "flexible circuit, board", scales, artwork, forced)
     _whole(sheet, layout, placed(box, whole, WHOLE))
     _detail(sheet, layout, placed(layout.body, detail, DETAIL))
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)

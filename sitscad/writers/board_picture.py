@@ -286,8 +286,9 @@ def _scale_bar(layout: Layout, view: _View) -> str:
     length = _round_below(WIDTH / view.scale / 6)
     end = 20.0 + length * view.scale
     body, board = layout.body_size, bounding_box([layout.outline])
+    words = layout.spec.issue.words
     sizes = (
-        f"{layout.spec.name}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
+        f"{layout.spec.name}{f' ({words})' if words else ''}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
         f"board {show(board[2] - board[0], 'm')} x {show(board[3] - board[1], 'm')}, seen from the top"
     )
     return (

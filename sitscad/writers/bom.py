@@ -77,6 +77,8 @@ def _circuit(layout: Layout) -> Iterator[Item]:
     x0, y0, x1, y1 = bounding_box([layout.outline])
     count = layout.copper_layers
     note = "order from fpc/"
+    if layout.spec.issue.rows:
+        note += f"; {layout.spec.issue.words}"
     if layout.stiffener is not None:
         note += f"; with a stiffener of {stiffener_text(layout)}"
     if layout.pads:

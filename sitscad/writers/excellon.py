@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sitscad.layout.board import Layout
 from sitscad.writers._excellon_text import drill_text
-from sitscad.writers._fabrication_files import drill_files, project_attributes
+from sitscad.writers._fabrication_files import drill_files, drill_title, project_attributes
 from sitscad.writers._holes import drilled_to
 
 
@@ -15,7 +15,7 @@ def render(layout: Layout) -> dict[str, bytes]:
     """
     return {
         file.path: drill_text(
-            f"{layout.spec.name}: {file.title}",
+            drill_title(layout, file.title),
             file.function,
             project_attributes(layout),
             drilled_to(layout, file.layer),

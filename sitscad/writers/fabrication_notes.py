@@ -118,6 +118,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     fpc = layout.spec.fpc
     x0, y0, x1, y1 = bounding_box([layout.outline])
     copper = fpc.stackup.copper
+    yield from layout.spec.issue.rows
     yield "Type", f"flexible circuit, {len(copper)} copper layer{'s' * (len(copper) > 1)}"
     yield "Size", f"{show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} over all (outline file, middle of the line)"
     if quantity := quantity_text(fpc.boards, len(panel.parts) if panel is not None else None):

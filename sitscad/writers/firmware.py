@@ -149,6 +149,7 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
     """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
     value: dict[str, Any] = {
         "name": spec.name,
+        **{name.lower().replace(" ", "_"): text for name, text in spec.issue.rows},
         "device": spec.readout.device,
         "manufacturer_id": MANUFACTURER_ID,
         "device_id": DEVICE_ID,
@@ -207,6 +208,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
     lines = [
         "/*",
         f" * Register settings of the LDC1614 for the sensor {_comment(spec.name)}.",
+        *([f" * {spec.issue.words[0].upper()}{spec.issue.words[1:]}."] if spec.issue.rows else []),
         " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
         f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
         f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",

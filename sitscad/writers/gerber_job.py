@@ -9,10 +9,10 @@ from typing import Any
 from sitscad import __version__
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
+from sitscad.spec.issue import UNNUMBERED, creation_date
 from sitscad.spec.stackup import LayerKind, StackLayer
 from sitscad.writers._fabrication_files import (
     VENDOR,
-    creation_date,
     drill_files,
     fabrication_path,
     gerber_files,
@@ -47,9 +47,9 @@ def _header() -> dict[str, Any]:
 def _general(layout: Layout) -> dict[str, Any]:
     """Size is that of the outline's middle line, in millimetres; the thickness is without the stiffener."""
     x0, y0, x1, y1 = bounding_box([layout.outline])
-    name = layout.spec.name
+    name, revision = layout.spec.name, layout.spec.issue.revision or UNNUMBERED
     return {
-        "ProjectId": {"Name": name, "GUID": project_guid(name), "Revision": "unnumbered"},
+        "ProjectId": {"Name": name, "GUID": project_guid(name), "Revision": revision},
         "Size": {"X": _mm(x1 - x0), "Y": _mm(y1 - y0)},
         "LayerNumber": layout.copper_layers,
         "BoardThickness": _mm(layout.spec.fpc.stackup.thickness),

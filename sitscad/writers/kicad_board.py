@@ -98,11 +98,14 @@ def net_numbers(layout: Layout) -> dict[str, int]:
 
 
 def _title_block(layout: Layout) -> str:
-    fpc = layout.spec.fpc
+    fpc, issue = layout.spec.fpc, layout.spec.issue
     return node(
         "title_block",
         f"(title {quoted(layout.spec.name)})",
+        *([f"(date {quoted(issue.day)})"] if issue.day else []),
+        *([f"(rev {quoted(issue.revision)})"] if issue.revision else []),
         f"(comment 1 {quoted(f'stack-up {fpc.stackup.name}, design rules {fpc.rules.name}')})",
+        *([f"(comment 2 {quoted(f'part number {issue.part_number}')})"] if issue.part_number else []),
     )
 
 

@@ -19,6 +19,7 @@ from sitscad.writers._fabrication_files import (
     body_files,
     cut_file,
     drill_files,
+    drill_title,
     gerber_files,
     panel_attributes,
     panel_path,
@@ -125,16 +126,17 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     """Plated holes in a file for each span of layers, holes that are not plated in one, and the map of all."""
     layout = panel.layout
     tooling = [DrilledHole(on_grid(at.x), on_grid(at.y), on_grid(TOOLING_HOLE)) for at in panel.tooling_holes]
-    attributes, name = panel_attributes(layout), layout.spec.name
+    attributes = panel_attributes(layout)
     made: dict[str, bytes] = {}
     shown: list[Tool] = []
     for file in drill_files(layout):
         plated = _holes(panel, file.layer)
-        path = panel_path(layout, file.path.removeprefix(f"fpc/{name}"))
-        made[path] = drill_text(f"{name}: panel: {file.title}", file.function, attributes, plated, "ViaDrill")
+        path = panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
+        title = drill_title(layout, f"panel: {file.title}")
+        made[path] = drill_text(title, file.function, attributes, plated, "ViaDrill")
         shown += tools(plated, plated_words(layout, file.layer or layout.copper_layers))
     holes = tooling_file(layout)
-    title = f"{name}: panel: {holes.title}"
+    title = drill_title(layout, f"panel: {holes.title}")
     made[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
     chart = map_file(panel_path(layout, "-Drill_Map.gbr"))
     drawing = map_text(rectangle(0.0, 0.0, *panel.size), [*shown, *tools(tooling, "not plated")])

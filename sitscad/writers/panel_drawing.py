@@ -93,7 +93,7 @@ def render(
 def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: frame, cuts with their bridges, marks, and the first part's place."""
     scale = scale_for(panel.size, ROOM[2:])
-    sheet = new_sheet(panel.layout.spec.name, "panel", scale_text(scale), artwork, forced)
+    sheet = new_sheet(panel.layout.spec, "panel", scale_text(scale), artwork, forced)
     view = placed((0.0, 0.0, *panel.size), scale, ROOM)
     width, height = panel.size
     sheet.draw(view.path(rectangle(0.0, 0.0, width, height)), THICK)
@@ -211,8 +211,10 @@ def readme(
     ]
     listed = section("Files", _files(panel))
     warning = [f"{FORCED}.", ""] if forced else []
+    issue = [f"{name}: {text}" for name, text in panel.layout.spec.issue.rows]
+    issue += [""] if issue else []
     return "\n".join(
-        [title, "=" * len(title), "", *warning, *lines, *listed, *(_fingerprint(panel, files) if files else [])]
+        [title, "=" * len(title), "", *issue, *warning, *lines, *listed, *(_fingerprint(panel, files) if files else [])]
     )
 
 

@@ -44,7 +44,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     stackup = layout.spec.fpc.stackup
     scale = ROOM / max(stackup.thickness, _tail_height(layout))
     words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
-    sheet = new_sheet(layout.spec.name, f"stack-up {stackup.name}", words, artwork, forced)
+    sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced)
     _tail_section(sheet, layout, scale)
     _body_section(sheet, layout, scale)
     rows = [["place", "finished thickness (least to most)"], *map(list, thickness_texts(layout).items())]

@@ -64,7 +64,7 @@ def test_the_manifest_names_every_file_with_its_hash(good, tmp_path):
     assert manifest["forced"] is False
     assert {entry["stage"] for entry in manifest["files"].values()} == {*LIGHT, "check"}
     folders = {name.partition("/")[0] for name in found if "/" in name}
-    assert folders == {"fpc", "kicad", "laser", "firmware"}
+    assert folders == {"fpc", "kicad", "laser", "firmware", "spec"}
     assert {name for name in found if "/" not in name} == {"bom.csv", "estimate.json", "findings.json", "report.html"}
 
 
@@ -160,6 +160,7 @@ def test_only_makes_its_parts_keeps_true_ones_and_drops_stale_ones(good, tmp_pat
         "estimate.json",
         "findings.json",
         "manifest.json",
+        "spec",
     }
 
 

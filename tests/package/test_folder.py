@@ -102,7 +102,7 @@ def test_a_second_build_of_the_same_name_is_refused_and_another_name_is_not(tmp_
     assert _open(tmp_path, "pack")
 
 
-ESCAPES = ["../x", "/etc/x", "a/../../x", "a//b", "a\\b", ".hidden", "a/.b", "", "a/", "C:x", "a\nb", "a b"]
+ESCAPES = ["../x", "/etc/x", "a/../../x", "a//b", "a\\b", ".hidden", "a/.b", "", "a/", "C:x", "a\nb", "a b ", " a"]
 
 
 @pytest.mark.parametrize("name", ESCAPES)

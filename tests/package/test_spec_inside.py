@@ -1,0 +1,83 @@
+"""The spec in its package: byte by byte as it was read, with the profiles that it names, so that it builds again."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import sitscad
+from sitscad.package.folder import list_files
+
+SPEC = """\
+sitscad: 1
+name: kept
+coil: {shape: circle, outer_diameter: 10, turns: 12.5, layers: 2, trace_width: 150 um, trace_spacing: 150 um}
+"""
+OWN = b"\xef\xbb\xbfbased_on: ../base.yaml\r\nname: our shop\r\ntrace_width: 90 um\r\n"
+BASE = b"based_on: generic-flex\nname: base # of ours\ntrace_spacing: 95 um\n"
+LIGHT = ("gerber", "kicad", "firmware", "report")
+
+
+def _contents(folder):
+    return {name: (folder / name).read_bytes() for name in list_files(folder)}
+
+
+def _written(folder, name, content):
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+    return path
+
+
+def test_the_package_holds_the_bytes_of_the_spec_as_they_were_read(tmp_path):
+    content = b"\xef\xbb\xbf" + SPEC.replace("\n", "\r\n").encode()
+    path = _written(tmp_path, "mine.yaml", content)
+    built = sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",))
+    assert (built.directory / "spec" / "mine.yaml").read_bytes() == content
+    manifest = json.loads((built.directory / "manifest.json").read_text())
+    assert manifest["files"]["spec/mine.yaml"]["stage"] == "check"
+
+
+def test_a_package_is_built_again_from_its_own_spec_and_profiles(tmp_path):
+    path = _written(tmp_path, "mine.yaml", (SPEC + "fpc: {rules: shops/our shop.yaml}\n").encode())
+    _written(tmp_path, "shops/our shop.yaml", OWN)
+    _written(tmp_path, "base.yaml", BASE)
+    _written(tmp_path, "shops/another.yaml", BASE)
+    first = sitscad.build(sitscad.load(path), tmp_path / "one", LIGHT).directory
+    kept = {name: content for name, content in _contents(first).items() if name.startswith("spec/")}
+    assert kept == {"spec/mine.yaml": path.read_bytes(), "spec/shops/our shop.yaml": OWN, "spec/base.yaml": BASE}
+    again = sitscad.build(sitscad.load(first / "spec" / "mine.yaml"), tmp_path / "two", LIGHT).directory
+    assert _contents(again) == _contents(first)
+
+
+def test_a_linked_profile_is_kept_where_it_is_named_and_where_it_lies(tmp_path):
+    path = _written(tmp_path, "mine.yaml", (SPEC + "fpc: {rules: shops/ours.yaml}\n").encode())
+    _written(tmp_path, "all/real.yaml", b"based_on: ../base.yaml\n")
+    _written(tmp_path, "base.yaml", BASE)
+    (tmp_path / "shops").mkdir()
+    (tmp_path / "shops" / "ours.yaml").symlink_to("../all/real.yaml")
+    built = sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",)).directory
+    assert {"spec/shops/ours.yaml", "spec/all/real.yaml", "spec/base.yaml"} <= set(list_files(built))
+    again = sitscad.load(built / "spec" / "mine.yaml")
+    assert again.fpc.rules.trace_spacing == pytest.approx(95e-6)
+
+
+def test_a_changed_comment_of_a_profile_is_a_changed_package(tmp_path):
+    path = _written(tmp_path, "mine.yaml", (SPEC + "fpc: {rules: base.yaml}\n").encode())
+    _written(tmp_path, "base.yaml", BASE)
+    sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",))
+    _written(tmp_path, "base.yaml", BASE + b"# read again\n")
+    built = sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",))
+    assert {stage.name: stage.outcome for stage in built.stages}["check"] == "made"
+    assert (built.directory / "spec" / "base.yaml").read_bytes() == BASE + b"# read again\n"
+
+
+def test_a_text_without_a_file_and_a_name_that_no_package_holds_are_kept_under_safe_names(tmp_path):
+    spec = sitscad.load_text(SPEC)
+    built = sitscad.build(spec, tmp_path / "one", ("firmware",)).directory
+    assert [n for n in list_files(built) if n.startswith("spec/")] == ["spec/spec.yaml"]
+    odd = sitscad.load(_written(tmp_path, ".my:spec?.yaml", SPEC.encode()))
+    built = sitscad.build(odd, tmp_path / "two", ("firmware",)).directory
+    assert [n for n in list_files(built) if n.startswith("spec/")] == ["spec/spec.yaml"]
+    assert (built / "spec" / "spec.yaml").read_bytes() == SPEC.encode()
