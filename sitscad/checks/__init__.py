@@ -15,6 +15,7 @@ from sitscad.checks.plates import PLATE_RULES
 from sitscad.checks.response import RESPONSE_RULES
 from sitscad.checks.room import ROOM_RULES
 from sitscad.checks.rules import Outcome, Rule, Subject, outcomes
+from sitscad.checks.thin_target import THIN_TARGET_RULES
 from sitscad.checks.timing import TIMING_RULES
 from sitscad.checks.track_lines import TRACK_RULES
 from sitscad.checks.transduction import TRANSDUCTION_RULES
@@ -38,7 +39,7 @@ _LOADING = tuple(
 _TABLES = (
     _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, ROOM_RULES, DRAWN_FORM_RULES, BEND_RULES,
     ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES, TRANSDUCTION_RULES,
-    PLATE_RULES,
+    THIN_TARGET_RULES, PLATE_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))

@@ -46,22 +46,45 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
         )
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
+    refused = _cannot_be_driven(subject, worst)
     yield Complaint(
         f"the inductance of {where(worst)} is "
         f"{show(worst.value, 'H')}{other_states(subject, worst, 'inductance', 'H', 4)}; below {show(floor, 'H')} the "
-        f"converter cannot measure it{in_sigmas(worst, floor, 'H')}",
+        f"converter {'cannot measure it' if refused else _SMALL_BUT_DRIVEN}{in_sigmas(worst, floor, 'H')}",
         "inductance grows with the square of turns and layers: more of them, a larger coil, or more distance from "
         "target and jaw",
         "coil.turns",
         worst.value,
         floor,
         "H",
+        None if refused else Severity.WARNING,
         sigma=sigmas_between(worst, floor),
         advice=lambda left: (
             f"inductance grows with the square of turns and layers: {more_copper(subject.spec, growth**0.5, left)}; "
             "more distance from target and jaw takes less of it away"
         ),
     )
+
+
+_SMALL_BUT_DRIVEN = (
+    "was found wanting (a figure for 0.25 kohm at 10 MHz); here frequency and parallel resistance keep their limits, "
+    "and leads and contacts are a good part of so small an inductance"
+)
+
+
+def _cannot_be_driven(subject: Subject, reading: Reading) -> bool:
+    """Whether the tank in a reading's state is too fast or too lossy for the converter: what a small inductance means
+    where it matters, and what is estimated itself.
+    """
+    state = next(coil.states[reading.state] for coil in subject.estimates.coils if coil.name == reading.coil)
+    slow = state.frequency <= ldc1614.limit("sensor_frequency_max")
+    return not (reading.value > 0.0 and slow and state.parallel_resistance >= ldc1614.limit(_resistance_floor(subject)))
+
+
+def _resistance_floor(subject: Subject) -> str:
+    """The name of the least parallel resistance that the drive of this sensor sustains."""
+    strong = subject.estimates.readout.high_current and len(subject.estimates.coils) == 1
+    return "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
 
 
 def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
@@ -111,8 +134,8 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
     worst = worst_of(subject, "parallel_resistance", min)
     if worst is None:
         return
-    strong = subject.estimates.readout.high_current and len(subject.estimates.coils) == 1
-    floor_name = "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
+    floor_name = _resistance_floor(subject)
+    strong = floor_name == "parallel_resistance_high_current"
     floor, specified = ldc1614.limit(floor_name), ldc1614.limit("parallel_resistance_min")
     if worst.value >= specified:
         hint = (
@@ -233,8 +256,11 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT201", "inductance-floor", Severity.ERROR,
         "Every coil keeps at least 0.2 uH in every state: alone, at rest, and pressed (a note within two sigma of "
-        "manufacture). A coil of which no state can be estimated is an error, too.",
-        "Below that the tank cannot be brought under 10 MHz with a resistance that the converter can drive.",
+        "manufacture). Below that it is an error where the tank is too fast or its parallel resistance too low there, "
+        "too, else a warning. A coil of which no state can be estimated is an error.",
+        "Below that the tank of a small coil cannot be brought under 10 MHz with a resistance that the converter can "
+        "drive. The figure is one author's, for 0.25 kohm at 10 MHz; a large loop of one turn may have less and be "
+        "driven well.",
         "More turns or layers, a larger coil, or more distance from target and jaw.",
         source_of_limit("inductance_min"), apply=inductance_floor,
     ),

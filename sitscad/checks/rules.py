@@ -156,7 +156,7 @@ SEVERITIES: dict[str, str] = {
     "SIT103": "warning, error if binding",
     "SIT116": "note where a panel is made, warning, error below three bridges",
     "SIT123": "note or warning for tracks, error",
-    "SIT201": "note within two sigma, warning within one, error",
+    "SIT201": "note within two sigma, warning within one or where the tank is driven, error",
     "SIT202": "note within two sigma, warning within one, error",
     "SIT203": "note within two sigma, warning, error below the strongest drive or without oscillation",
     "SIT204": "note for the bare coil and within two sigma, warning, error outside what is stable",
@@ -167,7 +167,7 @@ SEVERITIES: dict[str, str] = {
     "SIT301": "warning for tail and contacts wider than the port, error",
     "SIT303": "warning, error if the jaw is measured or the port's spread is passed",
     "SIT304": "warning, error beyond 50 %",
-    "SIT305": "warning, error below 1 skin depth",
+    "SIT305": "note or warning by what it costs, error where it does not sense",
     "SIT308": "note, warning or error by layers and bend",
     "SIT312": "note where only the softest case passes, warning",
 }

@@ -1,25 +1,20 @@
-"""SIT304, SIT305, SIT310, SIT312 and SIT313: whether pad and target turn force into signal."""
+"""SIT304, SIT310, SIT312 and SIT313: whether pad and target turn force into signal."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from sitscad.checks.changes import stiffer_pad, thicker_target, tried
+from sitscad.checks.changes import stiffer_pad, tried
 from sitscad.checks.fit import ROUNDING, pad_of
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
-from sitscad.readout import ldc1614
 from sitscad.units import show
-
-MU_0 = 4e-7 * math.pi
 
 STRAIN_ERROR = 0.5
 WHOLE = 0.99
 """Share of a pad from which on it counts as loaded all over."""
-MAGNETIC = 10.0
-"""Relative permeability, and skin depths over thickness, from which on a target is a magnet and no conductor."""
 
 SLENDERNESS = 0.25
 """Thickness over width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target was seen to stay level."""
@@ -66,72 +61,6 @@ def _otherwise(nominal: elastomer.Compression) -> str:
     return (
         f"a larger {larger} gives way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times"
     )
-
-
-def target_thickness(subject: Subject) -> Iterator[Verdict]:
-    """The target in skin depths at the lowest sensor frequency."""
-    target = subject.spec.target
-    assert target is not None
-    frequencies = [
-        state.frequency
-        for coil in subject.estimates.coils
-        for state in coil.states.values()
-        if state.frequency is not None and math.isfinite(state.frequency) and state.frequency > 0.0
-    ]
-    if not frequencies:
-        yield Undecided("no sensor frequency was estimated")
-        return
-    if target.material.conductivity <= 0.0:
-        yield Complaint(
-            f"the target's material {target.material.name} does not conduct: no eddy currents flow in it",
-            "take a metal: copper or aluminium; what senses is the field that its eddy currents push back",
-            "target.material",
-        )
-        return
-    if target.material.relative_permeability >= MAGNETIC:
-        deep = skin_depth(min(frequencies), target.material.conductivity, target.material.relative_permeability)
-        if deep > MAGNETIC * target.thickness:
-            yield Undecided(
-                f"skin depths say nothing about {target.material.name}: it hardly conducts, and senses by drawing the "
-                "field in; its permeability and thickness are in the estimate"
-            )
-            return
-    depth = skin_depth(min(frequencies), target.material.conductivity, target.material.relative_permeability)
-    ratio = target.thickness / depth
-    if 3.0 * depth > min(target.size):
-        yield Complaint(
-            f"{target.material.name} hardly conducts: at {show(min(frequencies), 'Hz', 3)} the field goes "
-            f"{show(depth, 'm', 3)} deep, the target is {show(target.thickness, 'm', 3)} thick",
-            "take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
-            "target.material",
-            ratio,
-            1.0,
-            "skin depths",
-        )
-    elif ratio < 3.0:
-        is_error = ratio < 1.0
-        yield Complaint(
-            f"the target is {show(target.thickness, 'm', 3)} thick, {ratio:.2g} skin depths of {target.material.name} "
-            f"at {show(min(frequencies), 'Hz', 3)}: the field goes through it",
-            f"take {show(3.0 * depth, 'm', 3)} or more (3 skin depths stop 95 %), or a higher frequency",
-            "target.thickness",
-            ratio,
-            1.0 if is_error else 3.0,
-            "skin depths",
-            Severity.ERROR if is_error else Severity.WARNING,
-            advice=lambda left: _thicker(subject, 3.0 * depth, left),
-        )
-
-
-def _thicker(subject: Subject, thickness: float, left: Left) -> str:
-    """A target of three skin depths; a higher frequency only where the converter follows it."""
-    change, low = thicker_target(subject.spec, thickness), subject.estimates
-    top = max((state.frequency or 0.0 for coil in low.coils for state in coil.states.values()), default=0.0)
-    target = subject.spec.target
-    assert target is not None
-    faster = (thickness / target.thickness) ** 2  # a skin depth falls with the square root of the frequency
-    higher = ", or a higher frequency" if faster * top <= ldc1614.limit("sensor_frequency_max") else ""
-    return f"{change.words} or more {tried(change, left)}: 3 skin depths stop 95 %{higher}"
 
 
 def target_rotation(subject: Subject) -> Iterator[Verdict]:
@@ -216,11 +145,6 @@ def target_gap(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def skin_depth(frequency: float, conductivity: float, relative_permeability: float = 1.0) -> float:
-    """Depth (m) at which a field has fallen to 1/e: 1 / sqrt(pi f mu sigma); frequency in Hz, conductivity in S/m."""
-    return 1.0 / math.sqrt(math.pi * frequency * MU_0 * relative_permeability * conductivity)
-
-
 def _loaded(subject: Subject) -> elastomer.Face:
     """The part of the pad that the target loads."""
     pad, target = pad_of(subject), subject.spec.target
@@ -283,15 +207,6 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "side.",
         "A stiffer or thinner elastomer, or a larger pad and target.",
         elastomer.SOURCE, ("elastomer", "normal force"), elastomer_strain,
-    ),
-    Rule(
-        "SIT305", "target-thickness", Severity.ERROR,
-        "The target is at least 3 skin depths thick at the lowest frequency of any coil and state (a warning below, "
-        "an error below 1, or where it does not conduct); magnetic sheets that hardly conduct are not judged.",
-        "A thinner target lets the field through: less signal, more loss, and a reading that drifts with its "
-        "temperature.",
-        "A thicker target, a better conductor, or a higher frequency.",
-        "TI SNOA957B: 2 to 3 skin depths, 3 stop 95 %; depth = 1 / sqrt(pi f mu sigma)", ("target",), target_thickness,
     ),
     Rule(
         "SIT310", "target-rotation", Severity.NOTE,

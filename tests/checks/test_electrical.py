@@ -29,11 +29,42 @@ def test_the_good_design_passes(rule: str, judge, design, estimates) -> None:
 
 def test_inductance_floor_names_the_state_and_no_number_that_was_not_tried(judge, design, estimates) -> None:
     spec = design()
-    (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6))
+    weak = {"free": 300.0, "rest": 250.0}
+    (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, resistances=weak))
     assert (found.severity, found.measured, found.limit, found.unit) == (Severity.ERROR, 0.14e-6, 0.2e-6, "H")
     assert "140 nH" in found.message and not re.search(r"\d", found.hint)
     assert found.key == "coil.turns" and spec.source.line(found.line).strip().startswith('"turns"')
     assert judge("SIT201", spec, None, estimates(spec, inductance=0.2e-6)) == []
+
+
+@pytest.mark.parametrize(
+    ("how", "severity"),
+    [
+        ({}, Severity.WARNING),
+        ({"frequency": 10.5e6}, Severity.ERROR),
+        ({"resistances": {"free": 590.0}}, Severity.ERROR),
+        ({"resistances": {"free": 290.0}, "high_current": True}, Severity.WARNING),
+    ],
+)
+def test_a_small_inductance_is_refused_only_where_its_tank_is(how, severity, judge, design, estimates) -> None:
+    spec = design(array=None)
+    (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, **how))
+    assert found.severity is severity
+
+
+def test_a_large_loop_of_one_turn_is_not_refused() -> None:
+    """185 nH at 9.4 MHz with an R_P that the high-current drive sustains: only the rule of thumb refused it."""
+    result = sitscad.check(sitscad.load_text(LOOP, "loop.yaml"))
+    assert [(f.rule, f.severity) for f in result.findings if f.rule == "SIT201"] == [("SIT201", Severity.WARNING)]
+    assert result.ok
+
+
+LOOP = """\
+sitscad: 1
+name: loop
+coil: {shape: circle, outer_diameter: 70, turns: 1, layers: 1, trace_width: 2, trace_spacing: 0.5}
+fpc: {stackup: [{coverlay: 27.5 um}, {copper: 35 um}, {dielectric: 25 um}, {copper: 35 um}, {coverlay: 27.5 um}]}
+"""
 
 
 def test_a_missing_number_is_not_a_pass(design, estimates, verdicts) -> None:

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import pytest
 
-from sitscad.checks.transduction import skin_depth
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
@@ -139,18 +138,6 @@ def test_message_and_measured_of_the_strain_agree(judge, design):
         material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
         (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
         assert f"{100 * found.measured:.1f} %, is more than {100 * found.limit:.0f} %" in found.message
-
-
-def test_skin_depth_of_copper():
-    assert skin_depth(8e6, 58e6) == pytest.approx(23.4e-6, abs=0.05e-6)
-    assert skin_depth(3.1e6, 58e6) == pytest.approx(37e-6, rel=0.02)
-
-
-@pytest.mark.parametrize(("thickness", "severity"), [(0.02, Severity.ERROR), (0.06, Severity.WARNING), (0.08, None)])
-def test_target_thickness(thickness, severity, judge, design, estimates):
-    spec = design(target__thickness=thickness)
-    found = judge("SIT305", spec, None, estimates(spec, frequency=6.6e6))
-    assert [f.severity for f in found] == ([severity] if severity else [])
 
 
 def test_target_proportions_of_a_pair(judge, design):

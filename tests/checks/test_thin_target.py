@@ -1,0 +1,91 @@
+"""A thin target is judged by what it costs in our own numbers, against a thick one of the same metal."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+import sitscad
+from sitscad.checks.own_limits import own_limits
+from sitscad.checks.thin_target import THICK, skin_depth
+from sitscad.finding import Severity
+from sitscad.spec.load import load_text
+
+FOIL = """\
+sitscad: 1
+name: foil
+coil: {{shape: circle, outer_diameter: 10, turns: 18, layers: 2, trace_width: 100 um, trace_spacing: 100 um}}
+fpc: {{tail: {{length: 40, connector: zif-0.5mm}}}}
+target: {{shape: circle, size: 10, thickness: {thickness}, material: {material}}}
+elastomer: {{material: ecoflex-00-30, shape: circle, size: 10, thickness: 3}}
+{force}"""
+FORCE = "requirements: {normal_force: 5 N}\n"
+
+
+def foil(thickness="20 um", material="aluminium", force=FORCE):
+    return load_text(FOIL.format(thickness=thickness, material=material, force=force), "foil.yaml")
+
+
+def numbers(spec):
+    (coil,) = sitscad.estimate(sitscad.lay_out(spec)).coils
+    return coil.states["pressed"].parallel_resistance, coil.sensitivity(5.0)[0], coil.sensor_frequency
+
+
+def test_household_foil_is_not_refused():
+    """It was an error at 0.53 skin depths, where it takes 6 % of R_P and nothing of the signal."""
+    result = sitscad.check(foil())
+    (found,) = [finding for finding in result.findings if finding.rule == "SIT305"]
+    assert found.severity is Severity.NOTE and result.ok
+    (mine, change, frequency), (thick, before, _) = numbers(foil()), numbers(foil("115 um"))
+    assert THICK * skin_depth(frequency, 35.4e6) == pytest.approx(114e-6, rel=0.02)
+    assert found.measured == pytest.approx(1.0 - mine / thick, abs=2e-3)
+    assert 0.05 < found.measured < 0.08 and change / before == pytest.approx(1.01, abs=0.01)
+    assert re.search(r"kohm instead of [\d.]+ kohm \(-\d\.\d %\)", found.message) and "nH/N instead" in found.message
+    assert found.limit == own_limits()["thin_target_resistance"].value
+
+
+@pytest.mark.parametrize(
+    ("thickness", "severity"), [("5 um", Severity.WARNING), ("20 um", Severity.NOTE), ("120 um", None)]
+)
+def test_the_severity_follows_the_cost(thickness, severity, judge):
+    assert [f.severity for f in judge_alone(judge, foil(thickness))] == ([severity] if severity else [])
+
+
+def judge_alone(judge, spec):
+    return judge("SIT305", spec, None, sitscad.estimate(sitscad.lay_out(spec)))
+
+
+def test_a_lost_signal_warns_where_the_loss_is_small(judge):
+    """A poor conductor: hardly any loss, and a fifth of the signal."""
+    for force, words in ((FORCE, "change per newton"), ("", "what the target changes of the inductance")):
+        (found,) = judge_alone(judge, foil("200 um", "{conductivity: 3e4 S/m}", force))
+        assert found.severity is Severity.WARNING and words in found.message
+        assert found.measured > 0.5 and found.limit == own_limits()["thin_target_change"].value
+
+
+@pytest.mark.parametrize("force", [FORCE, ""])
+@pytest.mark.parametrize("conductivity", ["0 S/m", "1 S/m"])
+def test_only_what_changes_nothing_is_refused(conductivity, force, judge):
+    (found,) = judge_alone(judge, foil("200 um", f"{{conductivity: {conductivity}}}", force))
+    assert found.severity is Severity.ERROR and found.measured < 1e-6 and "copper" in found.hint
+    assert found.limit == own_limits()["least_target_effect"].value
+
+
+@pytest.mark.parametrize("permeability", [5, 100])
+def test_a_magnet_that_does_not_conduct_is_not_refused(permeability, verdicts):
+    """It draws the field in, and was refused for want of eddy currents."""
+    spec = foil("1 mm", f"{{conductivity: 0 S/m, relative_permeability: {permeability}}}")
+    found, undecided = verdicts("SIT305", spec, None, sitscad.estimate(sitscad.lay_out(spec)))
+    assert not [finding for finding in found if finding.severity is Severity.ERROR]
+    assert bool(undecided) is (permeability == 100)
+
+
+def test_every_limit_of_its_own_says_why():
+    assert all(row.value > 0.0 and len(row.source) > 40 for row in own_limits().values())
+
+
+def test_skin_depth():
+    assert skin_depth(8e6, 58e6) == pytest.approx(23.4e-6, abs=0.05e-6)
+    assert skin_depth(3.1e6, 58e6) == pytest.approx(37e-6, rel=0.02)
+    assert skin_depth(5e6, 0.0) == float("inf")
