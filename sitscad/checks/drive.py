@@ -1,4 +1,4 @@
-"""SIT204: the amplitude that the drive current gives every coil, against the window in which the LDC1614 reads well."""
+"""SIT204: the amplitude that the drive current gives every coil, against the window in which it is read well."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from sitscad.checks.readings import (
 )
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
-from sitscad.readout import ldc1614
 from sitscad.units import show
 
 CODE_KEY = "readout.drive_code"
@@ -36,8 +35,8 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
     yield from undecided(subject, "amplitude")
     if readout.drive_code is None:
         return
-    high, optimum = ldc1614.limit("amplitude_max"), ldc1614.limit("amplitude_optimum_min")
-    stable = ldc1614.limit("amplitude_stable_min")
+    high, optimum = subject.family.limit("amplitude_max"), subject.family.limit("amplitude_optimum_min")
+    stable = subject.family.limit("amplitude_stable_min")
     largest, smallest = worst_of(subject, "amplitude", max, True), worst_of(subject, "amplitude", min, True)
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         yield Complaint(
@@ -49,7 +48,7 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
             largest.value,
             high,
             "V",
-            source=ldc1614.limits()["amplitude_max"].source,
+            source=subject.family.limits()["amplitude_max"].source,
             sigma=sigmas_between(largest, high),
         )
     else:
@@ -74,7 +73,7 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
             stable if below else optimum,
             "V",
             Severity.ERROR if below else Severity.WARNING,
-            ldc1614.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
+            subject.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
             sigma=sigmas_between(smallest, stable if below else optimum),
         )
     elif smallest is not None:
@@ -85,7 +84,7 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
 
 def _cold_amplitude(subject: Subject) -> Iterator[Verdict]:
     """The same drive code when the sensor is switched on at room temperature."""
-    cold, high = subject.at_room_temperature, ldc1614.limit("amplitude_max")
+    cold, high = subject.at_room_temperature, subject.family.limit("amplitude_max")
     if cold is subject:
         return
     largest, swing = _widest(subject, readings_of(cold, "parallel_resistance", True))
@@ -94,13 +93,13 @@ def _cold_amplitude(subject: Subject) -> Iterator[Verdict]:
             f"switched on at 20 degC, the tank of {where(largest)} swings {show(swing, 'V', 3)} peak with drive code "
             f"{_code(subject, largest)}, which is chosen for {subject.estimates.temperature:g} degC; "
             f"above {show(high, 'V')} the input clamps and shifts the frequency",
-            f"begin with drive code {_careful_code(largest)}, and change when the sensor is warm",
+            f"begin with drive code {_careful_code(subject, largest)}, and change when the sensor is warm",
             "requirements.temperature",
             swing,
             high,
             "V",
             Severity.WARNING,
-            ldc1614.limits()["amplitude_max"].source,
+            subject.family.limits()["amplitude_max"].source,
         )
 
 
@@ -114,14 +113,14 @@ def _code(subject: Subject, reading: Reading) -> int:
 
 def _widest(subject: Subject, resistances: list[Reading]) -> tuple[Reading | None, float]:
     """Of some parallel resistances the one that swings widest with its coil's drive code, and that amplitude (V)."""
-    swings = [(ldc1614.amplitude(r.value, _code(subject, r)), r) for r in resistances]
+    swings = [(subject.family.amplitude(r.value, _code(subject, r)), r) for r in resistances]
     swing, found = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     return found, swing
 
 
-def _careful_code(resistance: Reading) -> int:
+def _careful_code(subject: Subject, resistance: Reading) -> int:
     """The strongest drive code that keeps a parallel resistance one sigma below 1.8 V."""
-    return ldc1614.drive_code(resistance.value + (resistance.sigma or 0.0))
+    return subject.family.drive_code(resistance.value + (resistance.sigma or 0.0))
 
 
 def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
@@ -130,15 +129,15 @@ def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
     worst, swing = _widest(subject, bare)
     if worst is None or not is_assembled(subject):
         return
-    if swing <= ldc1614.limit("amplitude_max"):
+    if swing <= subject.family.limit("amplitude_max"):
         return
     yield Complaint(
         f"before assembly the bare coil {worst.coil} would swing {show(swing, 'V', 3)} peak with drive code "
         f"{_code(subject, worst)}, which is chosen for the assembled sensor",
-        f"to test a bare board, use drive code {_careful_code(worst)}",
+        f"to test a bare board, use drive code {_careful_code(subject, worst)}",
         "coil",
         swing,
-        ldc1614.limit("amplitude_max"),
+        subject.family.limit("amplitude_max"),
         "V",
         Severity.NOTE,
     )
@@ -146,25 +145,25 @@ def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
 
 def _high_current_amplitude(subject: Subject) -> Iterator[Verdict]:
     """TI's texts disagree on the high-current drive: say which amplitudes they lead to, and judge what is certain."""
-    low_current, high_current = ldc1614.high_current_range()
+    low_current, high_current = subject.family.high_current_range()
     values = [r for r in readings_of(subject, "parallel_resistance", True)]
     if not values:
         yield Undecided("no parallel resistance was estimated")
         return
-    least = ldc1614.amplitude_at(min(r.value for r in values), low_current)
-    most = ldc1614.amplitude_at(max(r.value for r in values), high_current)
-    too_weak = least < ldc1614.limit("amplitude_optimum_min")
-    if too_weak or most > ldc1614.limit("amplitude_max"):
+    least = subject.family.amplitude_at(min(r.value for r in values), low_current)
+    most = subject.family.amplitude_at(max(r.value for r in values), high_current)
+    too_weak = least < subject.family.limit("amplitude_optimum_min")
+    if too_weak or most > subject.family.limit("amplitude_max"):
         yield Complaint(
             f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
             f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
             "measure the amplitude at the converter's pins before trusting a reading",
             "coil.turns",
             least if too_weak else most,
-            ldc1614.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
+            subject.family.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
             "V",
             Severity.WARNING,
-            ldc1614.limits()["high_current_max"].source,
+            subject.family.limits()["high_current_max"].source,
         )
 
 

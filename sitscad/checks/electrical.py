@@ -1,4 +1,4 @@
-"""SIT201 to SIT203, SIT205, SIT206, SIT214: what the LDC1614 sees in every state, against what it can drive."""
+"""SIT201 to SIT203, SIT205, SIT206, SIT214: what the converter sees in every state, against what it can drive."""
 
 from __future__ import annotations
 
@@ -23,13 +23,12 @@ from sitscad.checks.readings import (
 )
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
-from sitscad.readout import ldc1614
 from sitscad.units import show
 
 
 def inductance_floor(subject: Subject) -> Iterator[Verdict]:
     """The smallest inductance over all coils and states."""
-    floor = ldc1614.limit("inductance_min")
+    floor = subject.family.limit("inductance_min")
     yield from undecided(subject, "inductance")
     worst = worst_of(subject, "inductance", min)
     if worst is None:
@@ -77,8 +76,9 @@ def _cannot_be_driven(subject: Subject, reading: Reading) -> bool:
     where it matters, and what is estimated itself.
     """
     state = next(coil.states[reading.state] for coil in subject.estimates.coils if coil.name == reading.coil)
-    slow = state.frequency <= ldc1614.limit("sensor_frequency_max")
-    return not (reading.value > 0.0 and slow and state.parallel_resistance >= ldc1614.limit(_resistance_floor(subject)))
+    slow = state.frequency <= subject.family.limit("sensor_frequency_max")
+    driven = state.parallel_resistance >= subject.family.limit(_resistance_floor(subject))
+    return not (reading.value > 0.0 and slow and driven)
 
 
 def _resistance_floor(subject: Subject) -> str:
@@ -89,7 +89,7 @@ def _resistance_floor(subject: Subject) -> str:
 
 def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
     """Highest and lowest sensor frequency over all coils and states."""
-    low, high = ldc1614.limit("sensor_frequency_min"), ldc1614.limit("sensor_frequency_max")
+    low, high = subject.family.limit("sensor_frequency_min"), subject.family.limit("sensor_frequency_max")
     yield from undecided(subject, "frequency")
     worst = worst_of(subject, "frequency", max)
     if worst is not None and worst.value > high:
@@ -98,7 +98,8 @@ def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
         now = subject.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in subject.estimates.coils if coil.name == worst.coil)
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
-        larger = list(capacitor(subject.spec, [value for value in preferred_values() if value >= wanted][:3]))
+        fitting = [value for value in preferred_values(subject.family) if value >= wanted]
+        larger = list(capacitor(subject.spec, fitting[:3]))
         yield Complaint(
             f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}"
             f"{other_states(subject, worst, 'frequency', 'Hz', 4)}; the converter stops at {show(high, 'Hz')}"
@@ -136,7 +137,7 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
         return
     floor_name = _resistance_floor(subject)
     strong = floor_name == "parallel_resistance_high_current"
-    floor, specified = ldc1614.limit(floor_name), ldc1614.limit("parallel_resistance_min")
+    floor, specified = subject.family.limit(floor_name), subject.family.limit("parallel_resistance_min")
     if worst.value >= specified:
         hint = (
             "measure the first boards; a little more distance from target and jaw makes it safe, or more turns where "
@@ -163,7 +164,7 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
         asked,
         "ohm",
         Severity.ERROR if is_error else Severity.WARNING,
-        ldc1614.limits()[floor_name if is_error else "parallel_resistance_min"].source,
+        subject.family.limits()[floor_name if is_error else "parallel_resistance_min"].source,
         sigma=sigmas_between(worst, asked),
         advice=lambda left: (
             "R_P = (omega L)^2 / R grows with about the cube of turns and layers: "
@@ -175,7 +176,7 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
 def quality_factor(subject: Subject) -> Iterator[Verdict]:
     """The smallest Q over all coils and states."""
     yield from undecided(subject, "quality_factor")
-    floor = ldc1614.limit("quality_factor_min")
+    floor = subject.family.limit("quality_factor_min")
     worst = worst_of(subject, "quality_factor", min)
     if worst is not None and worst.value < floor:
         yield Complaint(
@@ -204,7 +205,8 @@ def self_resonance(subject: Subject) -> Iterator[Verdict]:
         yield Undecided("no self-resonance was estimated")
         return
     share, worst, resonance = max(shares, key=lambda entry: entry[0])
-    binding, strict = ldc1614.limit("self_resonance_fraction"), ldc1614.limit("self_resonance_fraction_strict")
+    limit = subject.family.limit
+    binding, strict = limit("self_resonance_fraction"), limit("self_resonance_fraction_strict")
     if share <= strict:
         return
     is_error = share > binding
@@ -218,14 +220,14 @@ def self_resonance(subject: Subject) -> Iterator[Verdict]:
         asked,
         None,
         Severity.ERROR if is_error else Severity.WARNING,
-        ldc1614.limits()["self_resonance_fraction" if is_error else "self_resonance_fraction_strict"].source,
+        subject.family.limits()["self_resonance_fraction" if is_error else "self_resonance_fraction_strict"].source,
     )
 
 
 def tank_capacitor(subject: Subject) -> Iterator[Verdict]:
     """The capacitor within the range of TI's reference designs."""
     value = subject.estimates.readout.capacitance
-    low, high = ldc1614.limit("capacitor_min"), ldc1614.limit("capacitor_max")
+    low, high = subject.family.limit("capacitor_min"), subject.family.limit("capacitor_max")
     if not math.isfinite(value):
         yield Undecided("no capacitor was chosen: no state of the coils could be estimated")
         return

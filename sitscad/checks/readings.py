@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from sitscad.checks.changes import Change, capacitor, first_that_mends
 from sitscad.checks.rules import Complaint, Left, Subject, Undecided, Verdict
 from sitscad.finding import Severity
-from sitscad.readout import ldc1614
+from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.units import show
 
@@ -139,7 +139,7 @@ def overdamped_tank(subject: Subject) -> Iterator[Verdict]:
         return
     value, name, state = min(found)
     now = subject.estimates.readout.capacitance
-    smaller = list(capacitor(subject.spec, _preferred_below(now * (value / 10.0) ** 2)))
+    smaller = list(capacitor(subject.spec, _preferred_below(subject, now * (value / 10.0) ** 2)))
     yield Complaint(
         f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
         f"{show(now, 'F', 3)}",
@@ -156,11 +156,11 @@ def overdamped_tank(subject: Subject) -> Iterator[Verdict]:
 _LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks, more turns"
 
 
-def _preferred_below(value: float) -> list[float]:
+def _preferred_below(subject: Subject, value: float) -> list[float]:
     """The two capacitors of the series (F) next below a value."""
     from sitscad.estimates.tank import preferred_values  # only where no tank oscillates
 
-    return [each for each in reversed(preferred_values()) if each <= value][:2]
+    return [each for each in reversed(preferred_values(subject.family)) if each <= value][:2]
 
 
 def _smaller_capacitor(changes: list[Change], left: Left) -> str:
@@ -192,5 +192,5 @@ def other_states(subject: Subject, worst: Reading, attribute: str, unit: str, di
 
 
 def source_of_limit(name: str) -> str:
-    """Where one of the converter's limits comes from."""
-    return ldc1614.limits()[name].source
+    """Where one of the converters' limits comes from, as the families state it."""
+    return "; ".join(dict.fromkeys(family.limits()[name].source for family in FAMILIES.values()))

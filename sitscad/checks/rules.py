@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.board import Layout
+from sitscad.readout import FAMILIES
+from sitscad.readout.family import Family
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
@@ -98,6 +100,11 @@ class Subject:
         from sitscad.estimates import estimate
 
         return estimate(self.layout)
+
+    @property
+    def family(self) -> Family:
+        """What the converter can do: its data sheet's limits and formulas."""
+        return FAMILIES[self.spec.readout.device.family]
 
     @property
     def distance_key(self) -> str:

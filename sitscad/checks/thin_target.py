@@ -11,7 +11,6 @@ from sitscad.checks.own_limits import own_limits
 from sitscad.checks.readings import Reading, readings_of, where
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
-from sitscad.readout import ldc1614
 from sitscad.record import record
 from sitscad.spec import presets
 from sitscad.spec.sensor import SensorSpec, Target
@@ -139,7 +138,7 @@ def _thicker(subject: Subject, thickness: float, left: Left) -> str:
     change = thicker_target(subject.spec, thickness)
     top = max((reading.value for reading in readings_of(subject, "frequency")), default=0.0)
     faster = (thickness / _target(subject).thickness) ** 2  # a skin depth falls with the square root of the frequency
-    higher = ", or a higher frequency" if faster * top <= ldc1614.limit("sensor_frequency_max") else ""
+    higher = ", or a higher frequency" if faster * top <= subject.family.limit("sensor_frequency_max") else ""
     return f"{change.words} or more {tried(change, left)}: 3 skin depths stop 95 %{higher}"
 
 

@@ -9,8 +9,11 @@ from sitscad.checks.changes import first_that_mends, in_vain, scans
 from sitscad.checks.readings import source_of_limit, worst_of
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
-from sitscad.readout import ldc1614
+from sitscad.spec import presets
+from sitscad.spec.converter import Converter
 from sitscad.units import show
+
+_CHANNELS = "; ".join(dict.fromkeys(presets.converter(name).source for name in presets.names("converter")))
 
 MOST_COUPLING = 2e-3
 """Of coils of different converters: their tanks pull each other within half of this, about what tolerances part."""
@@ -23,8 +26,8 @@ def input_frequency(subject: Subject) -> Iterator[Verdict]:
     if worst is None or readout.input_divider is None:
         yield Undecided("no sensor frequency was estimated")
         return
-    if not ldc1614.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
-        wanted = ldc1614.input_divider(worst.value, readout.reference_frequency)
+    if not subject.family.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
+        wanted = subject.family.input_divider(worst.value, readout.reference_frequency)
         yield Complaint(
             f"the sensor frequency {show(worst.value, 'Hz')} divided by {readout.input_divider} is not below a quarter "
             f"of the reference {show(readout.reference_frequency, 'Hz')}"
@@ -60,7 +63,8 @@ def scan_rate(subject: Subject) -> Iterator[Verdict]:
 def read_back(subject: Subject) -> Iterator[Verdict]:
     """Whether the results of a scan can be read over I2C before the next one is done."""
     channels, wanted = len(subject.spec.array.placements), subject.spec.readout.scan_rate
-    sure, hopeful = 1.0 / ldc1614.read_back_time(channels), 1.0 / ldc1614.read_back_time_optimistic(channels)
+    family = subject.family
+    sure, hopeful = 1.0 / family.read_back_time(channels), 1.0 / family.read_back_time_optimistic(channels)
     if wanted > sure:
         impossible = wanted > hopeful
         pause = "" if impossible else "; or make sure that the host reads without any pause: TI's two figures disagree"
@@ -107,11 +111,12 @@ def channels(subject: Subject) -> Iterator[Verdict]:
     """One channel a coil, on as many converters as one I2C bus can address; how coils of two converters are coupled."""
     names = [placement.name for placement in subject.spec.array.placements]
     key = "array.centres" if subject.spec.array.pattern == "explicit" else "array.count"
-    each, most = int(ldc1614.limit("channels")), int(ldc1614.limit("channels") * ldc1614.limit("converters"))
+    device = subject.spec.readout.device
+    each, most = device.channels, device.most_coils
     if len(names) > most:
         yield Complaint(
-            f"{len(names)} coils, but one I2C bus takes {int(ldc1614.limit('converters'))} LDC1614 of {each} channels, "
-            "and every coil needs a channel of its own",
+            f"{len(names)} coils, but one I2C bus takes {len(device.addresses)} {device.part} of {each} channels, "
+            f"and every coil needs a channel of its own{_more_channels(device, len(names))}",
             f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take "
             "no more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
             key,
@@ -124,9 +129,10 @@ def channels(subject: Subject) -> Iterator[Verdict]:
             yield Undecided("the mutual inductance of the coils was not estimated")
             return
         yield Complaint(
-            f"{len(names)} coils take two LDC1614: {', '.join(names[:each])} at address 0x2A, "
-            f"{', '.join(names[each:])} at 0x2B. They oscillate at the same time; {one} and {other} are coupled most, "
-            f"by {100.0 * coupling:.2g} %, while the estimate takes all other coils as grounded",
+            f"{len(names)} coils take two {device.part}: {', '.join(names[:each])} at address "
+            f"0x{device.addresses[0]:02X}, {', '.join(names[each:])} at 0x{device.addresses[1]:02X}. They oscillate at "
+            f"the same time; {one} and {other} are coupled most, by {100.0 * coupling:.2g} %, while the estimate "
+            "takes all other coils as grounded",
             "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
             "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
             key,
@@ -134,6 +140,13 @@ def channels(subject: Subject) -> Iterator[Verdict]:
             MOST_COUPLING,
             severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
         )
+
+
+def _more_channels(device: Converter, coils: int) -> str:
+    """The parts that would do, in words; nothing where none does."""
+    others = [presets.converter(name) for name in presets.names("converter")]
+    enough = [other.part for other in others if other.most_coils >= coils > device.most_coils]
+    return f" (readout.device: {' or '.join(name.lower() for name in enough)} has enough)" if enough else ""
 
 
 def _across_converters(subject: Subject, each: int) -> tuple[float, str, str]:
@@ -149,7 +162,7 @@ def _across_converters(subject: Subject, each: int) -> tuple[float, str, str]:
 def idle_neighbour(subject: Subject) -> Iterator[Verdict]:
     """How much a grounded neighbour on the same converter takes off a coil's inductance: the square of the coupling."""
     matrix, coils = subject.estimates.inductance_matrix, subject.estimates.coils
-    each = int(ldc1614.limit("channels"))
+    each = subject.spec.readout.device.channels
     pairs = [
         (_coupling_squared(matrix, i, j), coils[i].name, coils[j].name)
         for i in range(len(coils))
@@ -181,7 +194,7 @@ def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> floa
 def clock(subject: Subject) -> Iterator[Verdict]:
     """The external clock within the converter's range."""
     value = subject.spec.readout.clock
-    low, high = ldc1614.limit("clock_min"), ldc1614.limit("clock_max")
+    low, high = subject.family.limit("clock_min"), subject.family.limit("clock_max")
     if not low <= value <= high:
         yield Complaint(
             f"the clock is {show(value, 'Hz')}; the converter takes {show(low, 'Hz')} to {show(high, 'Hz')}",
@@ -234,10 +247,11 @@ TIMING_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT211", "channels", Severity.ERROR,
         "There is one channel for every coil, on at most two converters.",
-        "Each LDC1614 channel has its own pair of pins, and TI documents no shared return. Two converters measure at "
+        "Each channel has its own pair of pins, and TI documents no shared return. Two converters measure at "
         "the same time, so that coupled coils of both pull each other's frequency.",
-        "At most four coils, or eight with two converters whose coils stand apart.",
-        source_of_limit("channels") + "; coupled oscillators (derived)", apply=channels,
+        "At most two coils on an LDC1612 and four on an LDC1614, or twice as many with two converters whose coils "
+        "stand apart.",
+        _CHANNELS + "; coupled oscillators (derived)", apply=channels,
     ),
     Rule(
         "SIT212", "idle-neighbour", Severity.WARNING,

@@ -109,8 +109,8 @@ def estimate(
         _coil_estimate(coil, circuit, tank, states[coil.name], winding, failed, damped)
         for coil, circuit in zip(layout.coils, circuits, strict=True)
     ]
-    readout = with_margin(readout, [state for coil in coils for state in coil.states.values()])
-    driven_coils, readout = driven(coils, readout, spec.readout.drive_code)
+    readout = with_margin(readout, [state for coil in coils for state in coil.states.values()], tank.family)
+    driven_coils, readout = driven(coils, readout, spec.readout)
     pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
     checks = cross_checks(layout.coils[0].name, winding.geometry, winding.inductance)
     return Estimates(
@@ -270,7 +270,7 @@ def _neighbours(
             return np.asarray(matrix[i, j] + reflection.mutual(distances[i][j], frequencies))
 
         own = [lambda at, c=c: c.own(state, at) for c in circuits]
-        return idle_neighbours(active, own, mutual, spec.readout.cable)
+        return idle_neighbours(active, own, mutual, spec.readout)
 
     return {state: of_state(state) for state in circuits[active].reflections if state != FREE}
 

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimate
-from sitscad.readout import ldc1614
+from sitscad.readout import FAMILIES
+from sitscad.readout.family import Family
 from sitscad.record import record
+from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
 """Standard deviations of manufacture by which the amplitude stays below 1.8 V. TI takes the strongest code that does,
@@ -24,18 +26,19 @@ class _Swing:
 
 
 def driven(
-    coils: Sequence[CoilEstimate], readout: ReadoutEstimate, wanted: int | None
+    coils: Sequence[CoilEstimate], readout: ReadoutEstimate, spec: ReadoutSpec
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
-    """Coils and settings with the drive codes that suit all working states, or with the code that is `wanted`.
+    """Coils and settings with the drive codes that suit all working states, or with the code that the spec sets.
 
     The code is the strongest with which every coil stays one sigma below 1.8 V in every working state. Where that
     leaves a coil below 1.2 V, and a code for every channel leaves none, the channels have codes of their own.
     """
     if readout.drive_code is None or readout.high_current:
         return tuple(coils), readout
-    codes = (wanted,) * len(coils) if wanted is not None else drive_codes([_swing(coil) for coil in coils])
-    current = ldc1614.drive_current(max(codes))
-    more = ldc1614.converters(len(coils)) * (current - readout.drive_current) * _duty(readout, len(coils))
+    family, wanted = FAMILIES[spec.device.family], spec.drive_code
+    codes = (wanted,) * len(coils) if wanted is not None else drive_codes([_swing(coil) for coil in coils], family)
+    current = family.drive_current(max(codes))
+    more = spec.device.needed(len(coils)) * (current - readout.drive_current) * _duty(readout, len(coils))
     supply = None if readout.supply_current is None else readout.supply_current + more
     settings = replace(
         readout,
@@ -44,23 +47,23 @@ def driven(
         drive_current=current,
         supply_current=supply,
     )
-    ratios = [ldc1614.drive_current(code) / readout.drive_current for code in codes]
+    ratios = [family.drive_current(code) / readout.drive_current for code in codes]
     return tuple(_with_drive(coil, ratio) for coil, ratio in zip(coils, ratios, strict=True)), settings
 
 
-def drive_codes(swings: Sequence[_Swing]) -> tuple[int, ...]:
+def drive_codes(swings: Sequence[_Swing], family: Family) -> tuple[int, ...]:
     """The code of every channel: the same one unless only codes of their own keep all coils within 1.2 to 1.8 V."""
-    low = ldc1614.limit("amplitude_optimum_min")
-    common = ldc1614.drive_code(max(swing.careful for swing in swings))
-    own = tuple(ldc1614.drive_code(swing.careful) for swing in swings)
+    low = family.limit("amplitude_optimum_min")
+    common = family.drive_code(max(swing.careful for swing in swings))
+    own = tuple(family.drive_code(swing.careful) for swing in swings)
     alike = (common,) * len(swings)
-    if min(_least(alike, swings)) >= low or min(_least(own, swings)) < low:
+    if min(_least(alike, swings, family)) >= low or min(_least(own, swings, family)) < low:
         return alike
     return own
 
 
-def _least(codes: Sequence[int], swings: Sequence[_Swing]) -> list[float]:
-    return [ldc1614.amplitude(swing.least, code) for code, swing in zip(codes, swings, strict=True)]
+def _least(codes: Sequence[int], swings: Sequence[_Swing], family: Family) -> list[float]:
+    return [family.amplitude(swing.least, code) for code, swing in zip(codes, swings, strict=True)]
 
 
 def _swing(coil: CoilEstimate) -> _Swing:

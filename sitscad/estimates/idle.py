@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.readout import ldc1614
-from sitscad.spec.sensor import Cable
+from sitscad.readout import FAMILIES
+from sitscad.spec.sensor import ReadoutSpec
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -21,18 +21,18 @@ Mutual = Callable[[int, int, Array], ComplexArray]
 """Mutual inductance (H) of two coils, by their numbers, at (n,) frequencies (Hz)."""
 
 
-def idle_load(omega: Array, cable: Cable | None) -> ComplexArray:
+def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
     """Impedance (ohm) between an idle coil's contacts at (n,) omega (rad/s): the cable, and both pins to ground.
 
     Each pin is tied to ground by about 10 ohm (SNOSCY9A 8.1.5.1), so the loop has twice that. The capacitors across it
     are left out: against 20 ohm they carry next to nothing up to 10 MHz.
     """
-    pins = 2.0 * ldc1614.limit("idle_pin_resistance")
+    pins, cable = 2.0 * FAMILIES[readout.device.family].limit("idle_pin_resistance"), readout.cable
     resistance, inductance = (0.0, 0.0) if cable is None else (cable.resistance, cable.inductance)
     return np.asarray(pins + resistance + 1j * omega * inductance)
 
 
-def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, cable: Cable | None) -> Circuit:
+def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, readout: ReadoutSpec) -> Circuit:
     """What all other coils, idle, add to the inductance and resistance of the active one.
 
     `circuits` give each coil's own inductance and resistance, `mutual` the (complex) mutual inductance of two coils.
@@ -42,7 +42,7 @@ def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, ca
 
     def added(frequencies: Array) -> tuple[Array, Array]:
         omega = 2.0 * math.pi * frequencies
-        load = idle_load(omega, cable)
+        load = idle_load(omega, readout)
         towards = np.stack([1j * omega * mutual(active, i, frequencies) for i in others], axis=1)
         loops = np.empty((omega.size, len(others), len(others)), dtype=np.complex128)
         for k, i in enumerate(others):

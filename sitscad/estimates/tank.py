@@ -15,7 +15,8 @@ from sitscad.estimates.leads import LeadEstimate
 from sitscad.estimates.values import ReadoutEstimate, StateEstimate
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
-from sitscad.readout import ldc1614
+from sitscad.readout import FAMILIES
+from sitscad.readout.family import Family
 from sitscad.record import record
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
@@ -123,6 +124,11 @@ class Tank:
     readout: ReadoutSpec
 
     @property
+    def family(self) -> Family:
+        """What the converter can do."""
+        return FAMILIES[self.readout.device.family]
+
+    @property
     def is_at_coil(self) -> bool:
         """Whether the capacitor stands at the contacts, before the cable."""
         return self.readout.capacitor_at == "coil"
@@ -135,7 +141,7 @@ class Tank:
     def conversion_capacitance(self) -> float:
         """What turns a frequency into inductance (F): capacitor, pins and cable, alike for all coils and states."""
         cable = self.readout.cable.capacitance if self.readout.cable else 0.0
-        return self.capacitor + ldc1614.limit("pin_capacitance") + cable
+        return self.capacitor + self.family.limit("pin_capacitance") + cable
 
     def in_series(self) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
@@ -148,17 +154,17 @@ class Tank:
         half = 0.5 * cable.capacitance if cable else 0.0
         return Network(
             coil_side=circuit.self_capacitance + half,
-            converter_side=ldc1614.limit("pin_capacitance") + half,
+            converter_side=self.family.limit("pin_capacitance") + half,
             capacitor=self.capacitor,
             capacitor_at_coil=self.is_at_coil,
-            capacitor_resistance=ldc1614.limit("capacitor_resistance"),
+            capacitor_resistance=self.family.limit("capacitor_resistance"),
             inductance=cable.inductance if cable else 0.0,
             resistance=cable.resistance if cable else 0.0,
         )
 
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
         """Where the tank runs in a state, if anywhere; inductance and loss are those at that very frequency."""
-        network, delay = self.network(circuit), ldc1614.limit("drive_delay")
+        network, delay = self.network(circuit), self.family.limit("drive_delay")
         frequency = resonance_frequency(
             circuit.inductance + circuit.leads.inductance + self.in_series()[0], self.capacitance(circuit)
         )
@@ -183,20 +189,20 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
     """Every state of a coil with its tank and the converter's settings."""
     if readout.drive_code is None or readout.rcount is None:
         return {}
-    found = {}
+    found, family = {}, tank.family
     for state in circuit.reflections:
         at = tank.oscillation(circuit, state)
         inductance, resistance = circuit.terminal(state, at.frequency)
-        volts = ldc1614.amplitude(at.parallel_resistance, readout.drive_code, readout.high_current)
+        volts = family.amplitude(at.parallel_resistance, readout.drive_code, readout.high_current)
         in_tank = inductance + tank.in_series()[0]
-        quantum = 2.0 * in_tank * ldc1614.frequency_quantum(at.frequency, readout.rcount) / at.frequency
+        quantum = 2.0 * in_tank * family.frequency_quantum(at.frequency, readout.rcount) / at.frequency
         found[state] = StateEstimate(
             state, inductance, resistance, at.frequency, at.parallel_resistance, at.quality_factor, volts,
             apparent_inductance=apparent_inductance(inductance, resistance, circuit.self_capacitance, at.frequency),
-            converter_inductance=ldc1614.inductance(at.frequency, tank.conversion_capacitance),
+            converter_inductance=family.inductance(at.frequency, tank.conversion_capacitance),
             coil_amplitude=volts * at.coil_share,
             quantum=quantum,
-            noise=ldc1614.inductance_noise(in_tank, at.frequency, readout.rcount),
+            noise=family.inductance_noise(in_tank, at.frequency, readout.rcount),
         )  # fmt: skip
     return found
 
@@ -212,15 +218,15 @@ def choose_capacitor(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self
         return readout.capacitance, "given in the spec"
     if not any(circuit.reflections for circuit in circuits):
         return math.nan, "none chosen: no state of the coils could be estimated"
-    distinct = _distinct(circuits)
-    scored = [(_trespass(distinct, Tank(value, readout), self_resonance), value) for value in preferred_values()]
+    distinct, family = _distinct(circuits), FAMILIES[readout.device.family]
+    scored = [(_trespass(distinct, Tank(value, readout), self_resonance), value) for value in preferred_values(family)]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
-    return value, _reason(value, trespass, windows)
+    return value, _reason(value, trespass, windows, family.limit("capacitor_tolerance"))
 
 
-def preferred_values() -> list[float]:
-    """E12 values (F) within the range of TI's reference coils."""
-    low, high = ldc1614.limit("capacitor_min"), ldc1614.limit("capacitor_max")
+def preferred_values(family: Family) -> list[float]:
+    """E12 values (F) within the range of the maker's reference coils."""
+    low, high = family.limit("capacitor_min"), family.limit("capacitor_max")
     decades = [mantissa * 10.0**power for power in range(-12, -7) for mantissa in E12]
     return [round(value, 15) for value in decades if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
 
@@ -260,17 +266,18 @@ def _trespass(
             resistances.append(found.parallel_resistance)
     if not working:
         return (OVERDAMPED * damped, True), None
-    code = ldc1614.drive_code(max(working))
-    swing = ldc1614.amplitude(min(working), code), ldc1614.amplitude(max(working), code)
-    strict = ldc1614.limit("self_resonance_fraction_strict")
-    ceiling = min(FREQUENCY_MARGIN * ldc1614.limit("sensor_frequency_max"), strict * self_resonance)
+    family = tank.family
+    code = family.drive_code(max(working))
+    swing = family.amplitude(min(working), code), family.amplitude(max(working), code)
+    strict = family.limit("self_resonance_fraction_strict")
+    ceiling = min(FREQUENCY_MARGIN * family.limit("sensor_frequency_max"), strict * self_resonance)
     over = (
         OVERDAMPED * damped
         + 100.0 * _beyond(max(frequencies), ceiling)
-        + 3.0 * _beyond(ldc1614.limit("parallel_resistance_min"), min(resistances))
-        + 1.0 * _beyond(max(resistances), ldc1614.limit("parallel_resistance_max"))
-        + 2.0 * _beyond(ldc1614.limit("amplitude_optimum_min"), swing[0])
-        + 2.0 * _beyond(swing[1], ldc1614.limit("amplitude_max"))
+        + 3.0 * _beyond(family.limit("parallel_resistance_min"), min(resistances))
+        + 1.0 * _beyond(max(resistances), family.limit("parallel_resistance_max"))
+        + 2.0 * _beyond(family.limit("amplitude_optimum_min"), swing[0])
+        + 2.0 * _beyond(swing[1], family.limit("amplitude_max"))
         + 1.0 * _beyond(ROBUST_CAPACITANCE, tank.capacitor)
     )
     preference = 0.02 * math.log(ceiling / max(frequencies)) if max(frequencies) < ceiling else 0.0
@@ -281,11 +288,11 @@ def _beyond(value: float, limit: float) -> float:
     return max(0.0, math.log(value / limit)) if limit > 0.0 else math.inf
 
 
-def _reason(value: float, trespass: tuple[float, bool], windows: _Windows | None) -> str:
+def _reason(value: float, trespass: tuple[float, bool], windows: _Windows | None, tolerance: float) -> str:
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
     found = f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}"
-    found += f"; +-{50.0 * ldc1614.limit('capacitor_tolerance'):.2g} % of frequency by its tolerance"
+    found += f"; +-{50.0 * tolerance:.2g} % of frequency by its tolerance"
     if trespass[1]:
         return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({found})"
     return f"E12, C0G: of the values that keep all windows the one with the highest R_P ({found})"
@@ -297,28 +304,30 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     The drive code is the strongest below 1.8 V: `drive.driven` makes it careful once the scatter is known.
     """
     tank = Tank(capacitor, readout)
+    family, device = tank.family, readout.device
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
     if not found:
         return _unset(readout, capacitor, reason, len(circuits))
     working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
-    code = ldc1614.drive_code(max(working))
+    code = family.drive_code(max(working))
     # several converters scan at the same time, each its own coils; the first of them has the most
-    channels = min(len(circuits), int(ldc1614.limit("channels")))
+    channels = device.busiest(len(circuits))
     # with the least current that TI's texts give, no state may pass the limit for certain
-    most = ldc1614.amplitude_at(max(at.parallel_resistance for at in found.values()), ldc1614.high_current_range()[0])
+    most = family.amplitude_at(max(at.parallel_resistance for at in found.values()), family.high_current_range()[0])
     strong = (
         len(circuits) == 1 and readout.drive_code is None
-        and min(working) < ldc1614.limit("parallel_resistance_driveable")
-        and min(working) >= ldc1614.limit("parallel_resistance_high_current")
-        and most <= ldc1614.limit("amplitude_max")
+        and min(working) < family.limit("parallel_resistance_driveable")
+        and min(working) >= family.limit("parallel_resistance_high_current")
+        and most <= family.limit("amplitude_max")
     )  # fmt: skip
-    divider = ldc1614.reference_divider(readout.clock, ldc1614.fewest_channels(len(circuits)))
+    divider = family.reference_divider(readout.clock, device.idlest(len(circuits)))
     reference = readout.clock / divider
-    input_divider = max(ldc1614.input_divider(at.frequency, reference) for at in found.values())
-    settle_count = max(ldc1614.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
-    rcount = ldc1614.reference_count(readout.scan_rate, settle_count, reference, channels)
-    current = ldc1614.drive_current(code, strong)
+    input_divider = max(family.input_divider(at.frequency, reference) for at in found.values())
+    settle_count = max(family.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
+    rcount = family.reference_count(readout.scan_rate, settle_count, reference, channels)
+    current = family.drive_current(code, strong)
     return ReadoutEstimate(
+        device=readout.device,
         capacitance=capacitor,
         capacitance_reason=reason,
         drive_code=code,
@@ -328,16 +337,16 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         input_divider=input_divider,
         rcount=rcount,
         settle_count=settle_count,
-        dwell_time=ldc1614.dwell_time(rcount, settle_count, reference),
-        scan_rate=1.0 / ldc1614.scan_time(rcount, settle_count, reference, channels),
+        dwell_time=family.dwell_time(rcount, settle_count, reference),
+        scan_rate=1.0 / family.scan_time(rcount, settle_count, reference, channels),
         high_current=strong,
-        capacitor_tolerance=ldc1614.limit("capacitor_tolerance"),
-        settle_time=ldc1614.settle_time(settle_count, reference),
-        conversion_time=ldc1614.conversion_time(rcount, reference),
-        switch_time=ldc1614.switch_time(reference),
-        read_back_time=ldc1614.read_back_time(len(circuits)),
-        supply_current=ldc1614.converters(len(circuits))
-        * ldc1614.supply_current(current, rcount, settle_count, reference, channels),
+        capacitor_tolerance=family.limit("capacitor_tolerance"),
+        settle_time=family.settle_time(settle_count, reference),
+        conversion_time=family.conversion_time(rcount, reference),
+        switch_time=family.switch_time(reference),
+        read_back_time=family.read_back_time(len(circuits)),
+        supply_current=device.needed(len(circuits))
+        * family.supply_current(current, rcount, settle_count, reference, channels),
         conversion_capacitance=tank.conversion_capacitance,
     )
 
@@ -346,19 +355,21 @@ SIGMAS = 2.0
 """Standard deviations of manufacture by which a sensor may run faster than estimated and the input divider still do."""
 
 
-def with_margin(readout: ReadoutEstimate, states: Sequence[StateEstimate]) -> ReadoutEstimate:
+def with_margin(readout: ReadoutEstimate, states: Sequence[StateEstimate], family: Family) -> ReadoutEstimate:
     """The settings with the input divider that fast specimens need too: at the frequency and two sigma more."""
     if readout.input_divider is None:
         return readout
     highest = [state.frequency + (SIGMAS * state.spread.frequency if state.spread else 0.0) for state in states]
-    dividers = [ldc1614.input_divider(frequency, readout.reference_frequency) for frequency in highest]
+    dividers = [family.input_divider(frequency, readout.reference_frequency) for frequency in highest]
     return replace(readout, input_divider=max(readout.input_divider, *dividers))
 
 
 def _unset(readout: ReadoutSpec, capacitor: float, reason: str, coils: int) -> ReadoutEstimate:
     # A converter for which no state of the coils gives settings.
-    divider = ldc1614.reference_divider(readout.clock, ldc1614.fewest_channels(coils))
+    family = FAMILIES[readout.device.family]
+    divider = family.reference_divider(readout.clock, readout.device.idlest(coils))
     return ReadoutEstimate(
+        device=readout.device,
         capacitance=capacitor,
         capacitance_reason=reason,
         drive_code=None,
@@ -371,6 +382,6 @@ def _unset(readout: ReadoutSpec, capacitor: float, reason: str, coils: int) -> R
         dwell_time=math.nan,
         scan_rate=math.nan,
         high_current=False,
-        capacitor_tolerance=ldc1614.limit("capacitor_tolerance"),
-        read_back_time=ldc1614.read_back_time(coils),
+        capacitor_tolerance=family.limit("capacitor_tolerance"),
+        read_back_time=family.read_back_time(coils),
     )

@@ -25,7 +25,8 @@ from sitscad.physics.current_spectrum import CurrentSpectrum, spiral_spectrum
 from sitscad.physics.eddy_target import distance_derivative, reflected_impedance
 from sitscad.physics.mean_distance import log_mean_distance
 from sitscad.physics.spirals import SpiralLayer
-from sitscad.readout import ldc1614
+from sitscad.readout import FAMILIES
+from sitscad.readout.family import Family
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
@@ -84,8 +85,12 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
     if spec.fpc.stackup.copper_thickness_sigma is not None:
         mean = math.fsum(layer.thickness for layer in spec.coil_copper) / len(spec.coil_copper)
         found[THICKNESS] = spec.fpc.stackup.copper_thickness_sigma / mean
-    found[CAPACITOR] = ldc1614.limit("capacitor_tolerance") / math.sqrt(3.0)
+    found[CAPACITOR] = _family(spec).limit("capacitor_tolerance") / math.sqrt(3.0)
     return found
+
+
+def _family(spec: SensorSpec) -> Family:
+    return FAMILIES[spec.readout.device.family]
 
 
 def scatter_note(spec: SensorSpec) -> str:
@@ -93,7 +98,7 @@ def scatter_note(spec: SensorSpec) -> str:
     measured = {THICKNESS} if spec.fpc.stackup.copper_thickness_sigma is not None else set()
     absent = set() if spec.elastomer is not None else {PAD, PAD_SIZE}
     unseen = [name for name, row in tolerances().items() if not row.verified and name not in measured | absent]
-    if not ldc1614.limits()["capacitor_tolerance"].verified:
+    if not _family(spec).limits()["capacitor_tolerance"].verified:
         unseen.append(CAPACITOR)
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 

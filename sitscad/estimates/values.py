@@ -9,8 +9,8 @@ from typing import Any
 
 from sitscad.estimates.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
-from sitscad.readout.registers import channel_place
 from sitscad.record import record
+from sitscad.spec.converter import Converter
 
 
 @record
@@ -161,6 +161,7 @@ class ReadoutEstimate:
     the coil's own. Where no coil has a state left, what follows from states is None or NaN.
     """
 
+    device: Converter
     capacitance: float
     capacitance_reason: str
     drive_code: int | None
@@ -238,7 +239,9 @@ class Estimates:
             "spec": spec_path,
             "incomplete": self.incomplete,
             "coils": [
-                _coil_document(coil) | _place_document(index) | _sensitivity_document(coil, self.normal_force)
+                _coil_document(coil)
+                | _place_document(index, self.readout.device)
+                | _sensitivity_document(coil, self.normal_force)
                 for index, coil in enumerate(self.coils)
             ],
             "temperature_C": self.temperature,
@@ -286,9 +289,9 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
     }
 
 
-def _place_document(index: int) -> dict[str, Any]:
-    place = channel_place(index)
-    return {"converter": place.converter, "channel": place.channel, "i2c_address": place.address}
+def _place_document(index: int, device: Converter) -> dict[str, Any]:
+    place = device.channel_of(index)
+    return {"converter": place.converter, "channel": place.number, "i2c_address": place.address}
 
 
 def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.spec.channels import channel_of
 
-HEAD = ("contact", "pin", "net", "coil", "LDC1614", "channel", "its pin")
+
+def head(converter: str) -> tuple[str, ...]:
+    """The heads of the table's columns, by the converter's name."""
+    return "contact", "pin", "net", "coil", converter, "channel", "its pin"
 
 
 @record
@@ -23,7 +25,7 @@ class Contact:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The row of a table under `HEAD`."""
+        """The row of a table under `head`."""
         return (
             str(self.number), self.pin, self.net, self.coil, self.converter, self.channel, self.converter_pin,
         )  # fmt: skip
@@ -35,7 +37,7 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
     found = []
     for pad in sorted(layout.pads, key=lambda pad: pad.number):
         order, name = orders[pad.net]
-        channel = channel_of(order)
+        channel = layout.spec.readout.device.channel_of(order)
         end = pad.pin.rpartition(".")[2]
         number = str(channel.number)
         found.append(Contact(pad.number, pad.pin, pad.net, name, channel.converter_in_words, number, channel.pin(end)))

@@ -31,7 +31,7 @@ def as_text(path: str, estimates: Estimates | None, checked: CheckedSpec, colour
         _titled("As the converter reads them", table(READING_HEAD, reading_rows(estimates)), colour),
         _titled("Scatter of manufacture, one sigma", table(SPREAD_HEAD, spread_rows(estimates)), colour),
         _matrix(estimates, colour),
-        _titled("Readout (LDC1614)", table([], readout_rows(estimates)), colour),
+        _titled(f"Readout ({estimates.readout.device.part})", table([], readout_rows(estimates)), colour),
         _titled(GAPS_TITLE, table([], gap_rows(estimates)), colour),
         _titled(PRESSED_TITLE, table([], compression_rows(estimates)), colour),
         _titled("Cross-checks", table(CROSS_HEAD, cross_check_rows(estimates)), colour),

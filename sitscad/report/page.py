@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sitscad import __version__
 from sitscad.finding import Finding, Severity
-from sitscad.layout.contacts import HEAD, Contact
+from sitscad.layout.contacts import Contact, head
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.numbers import (
     CROSS_HEAD,
@@ -65,7 +65,7 @@ def render(
         _tiles(estimates),
         _part("Findings", _findings(checked)),
         _part("Layout", "".join(_figure(caption, svg) for caption, svg in pictures.items())),
-        _part("Contacts", _contacts(wiring)),
+        _part("Contacts", _contacts(wiring, spec.readout.device.part)),
         _part("Electrical numbers", _electrical(estimates)),
         _part("Readout settings", _readout(estimates)),
         _part("Stack", _stack(spec, estimates)),
@@ -189,7 +189,7 @@ def _electrical(estimates: Estimates) -> str:
 
 
 def _readout(estimates: Estimates) -> str:
-    return _table(["setting", "value"], readout_rows(estimates), "LDC1614")
+    return _table(["setting", "value"], readout_rows(estimates), estimates.readout.device.part)
 
 
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:
@@ -201,8 +201,9 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), GAPS_TITLE) + pressed
 
 
-def _contacts(wiring: Sequence[Contact]) -> str:
-    return _table(HEAD, [contact.cells for contact in wiring], "Seen from the top; both contacts of a coil are one net")
+def _contacts(wiring: Sequence[Contact], converter: str) -> str:
+    title = "Seen from the top; both contacts of a coil are one net"
+    return _table(head(converter), [contact.cells for contact in wiring], title)
 
 
 def _unverified(spec: SensorSpec) -> str:

@@ -306,7 +306,7 @@ class CableDocument(Section):
 class ReadoutDocument(Section):
     """The converter that reads the coils."""
 
-    device: str = key(Choice(("ldc1614",)), "the converter", "ldc1614")
+    device: str = key(Preset("converter"), "the converter", "ldc1614")
     capacitance: float | None = key(TankCapacitance, "of the tank, like 330 pF; auto: chosen, with reasons", "auto")
     capacitor_at: str | None = key(
         Choice(("coil", "converter")), "where it is soldered: converter, unless capacitors_on_board", None

@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules, FoilLines
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.sensor import Chip, Connector, Jaw
@@ -25,12 +26,15 @@ DATA = Path(__file__).parent.parent / "data"
 Row = Mapping[str, str]
 
 _FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws"}
-_TABLES = {"conductor": "conductors", "dielectric": "dielectrics", "elastomer": "elastomers", "chip": "chips"}
+_TABLES = {
+    "conductor": "conductors", "dielectric": "dielectrics", "elastomer": "elastomers", "chip": "chips",
+    "converter": "converters",
+}  # fmt: skip
 
 
 @cache
 def names(kind: str) -> tuple[str, ...]:
-    """The presets of a kind, sorted: stackup, rules, connector, jaw, material kinds, chip, file naming."""
+    """The presets of a kind, sorted: stackup, rules, connector, jaw, material kinds, chip, converter, file naming."""
     if kind == "file naming":
         return tuple(sorted({row["naming"] for row in _read(DATA / "archive_names.csv")}))
     if kind in _FOLDERS:
@@ -179,6 +183,14 @@ def chip(name: str) -> Chip:
     row = _table("chips")[name]
     lengths = {field: parse_quantity(row[field], "length") for field in ("pad_along", "pad_across", "pitch")}
     return Chip(name, **lengths, source=_source(row), model=row["model"])
+
+
+@cache
+def converter(name: str) -> Converter:
+    """A converter; raises KeyError where there is none of that name."""
+    row = _table("converters")[name]
+    addresses = tuple(int(address, 16) for address in row["bus_addresses"].split())
+    return Converter(name, row["family"], int(row["channels"]), addresses, row["package"], _source(row))
 
 
 @cache

@@ -192,7 +192,8 @@ def resolve_readout(document: SpecDocument, remarks: Remarks) -> ReadoutSpec:
     if part.capacitor_at is None:
         remarks.default("readout.capacitor_at", place)
     _check_chip(document, remarks)
-    return ReadoutSpec(part.device, part.capacitance, place, cable, part.clock, part.scan_rate, chip, part.drive_code)
+    device = presets.converter(part.device)
+    return ReadoutSpec(device, part.capacitance, place, cable, part.clock, part.scan_rate, chip, part.drive_code)
 
 
 def _check_chip(document: SpecDocument, remarks: Remarks) -> None:

@@ -6,6 +6,7 @@ Lengths are metres, angles radians; x runs along the jaw to the handle, y across
 from __future__ import annotations
 
 from sitscad.record import record
+from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.issue import Issue
 from sitscad.spec.materials import Conductor, ElastomerMaterial
@@ -247,7 +248,7 @@ class ReadoutSpec:
     tail's stiffener, None where they are elsewhere.
     """
 
-    device: str
+    device: Converter
     capacitance: float | None
     capacitor_at: str
     cable: Cable | None

@@ -8,7 +8,7 @@ import math
 
 from sitscad.geometry.path import Path, bounding_box, rectangle
 from sitscad.layout.board import Layout, Pad
-from sitscad.layout.contacts import HEAD, contacts
+from sitscad.layout.contacts import contacts, head
 from sitscad.writers._clipping import Box, parts_inside
 from sitscad.writers._drawing import (
     CHAIN,
@@ -51,7 +51,8 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     view = placed(box, scale, ROOM)
     _draw(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8
-    low = table(sheet, 148.0, 190.0, COLUMNS, [HEAD, *(contact.cells for contact in contacts(layout))], size)
+    rows = [head(layout.spec.readout.device.part), *(contact.cells for contact in contacts(layout))]
+    low = table(sheet, 148.0, 190.0, COLUMNS, rows, size)
     paragraph(sheet, 148.0, low - 2.0, 134.0, list(_notes(layout)), 2.3)
     return sheet
 

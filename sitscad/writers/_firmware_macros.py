@@ -5,19 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from sitscad.readout.registers import (
-    CHANNELS,
-    DATA_FLAGS,
-    DATA_MSB_MASK,
-    DEVICE_ID_ADDRESS,
-    I2C_ADDRESSES,
-    MANUFACTURER_ID_ADDRESS,
-    STATUS,
-    data_addresses,
-)
+from sitscad.readout import FAMILIES
+from sitscad.spec.converter import Converter
 
-ADDR_PIN = dict(zip(I2C_ADDRESSES, ("low", "high"), strict=True))
-"""Level of the ADDR pin by the 7-bit address that it selects (SNOSCY9A, 8.5.1)."""
+
+def addr_pin(converter: Converter, address: int) -> str:
+    """Level of the ADDR pin that selects an address (SNOSCY9A, 8.5.1)."""
+    return ("low", "high")[converter.addresses.index(address)]
 
 
 class Read(Protocol):
@@ -39,40 +33,47 @@ class Felt(Protocol):
         """Change per newton of the inductance by the formula, and one sigma of it (H/N)."""
 
 
-def result_macros() -> list[str]:
+def result_macros(converter: Converter) -> list[str]:
     """Addresses, mask and flags of the results."""
+    family, macro = FAMILIES[converter.family], converter.part
+    identity = family.identity()
     lines = [
         "",
-        "/* Results: read MSB before LSB; DATA = (MSB & LDC1614_DATA_MSB_MASK) << 16 | LSB, 28 bits, 0x0000000 being",
+        f"/* Results: read MSB before LSB; DATA = (MSB & {macro}_DATA_MSB_MASK) << 16 | LSB, 28 bits, 0x0000000 being",
         " * under-range and 0xFFFFFFF over-range (SNOSCY9A 7.6.2 to 7.6.9). The flags in MSB rise only where",
         " * ERROR_CONFIG lets them (bits 15 to 11: under-range, over-range, watchdog, amplitude high and low; 7.6.27);",
         " * the value below leaves them off. */",
     ]
-    for channel in range(CHANNELS):
-        for word, address in zip(("MSB", "LSB"), data_addresses(channel), strict=True):
-            lines.append(f"#define LDC1614_DATA{channel}_{word} 0x{address:02X}u")
+    for channel in range(converter.channels):
+        for word, address in zip(("MSB", "LSB"), family.data_addresses(channel), strict=True):
+            lines.append(f"#define {macro}_DATA{channel}_{word} 0x{address:02X}u")
     lines += [
-        f"#define LDC1614_DATA_MSB_MASK 0x{DATA_MSB_MASK:04X}u",
-        *(f"#define LDC1614_{name} 0x{mask:04X}u /* {meaning} */" for name, (mask, meaning) in DATA_FLAGS.items()),
-        f"#define LDC1614_STATUS 0x{STATUS:02X}u",
-        f"#define LDC1614_MANUFACTURER_ID_ADDRESS 0x{MANUFACTURER_ID_ADDRESS:02X}u",
-        f"#define LDC1614_DEVICE_ID_ADDRESS 0x{DEVICE_ID_ADDRESS:02X}u",
+        f"#define {macro}_DATA_MSB_MASK 0x{family.data_mask():04X}u",
+        *(
+            f"#define {macro}_{name} 0x{mask:04X}u /* {meaning} */"
+            for name, (mask, meaning) in family.data_flags().items()
+        ),
+        f"#define {macro}_STATUS 0x{identity.status_address:02X}u",
+        f"#define {macro}_MANUFACTURER_ID_ADDRESS 0x{identity.manufacturer_address:02X}u",
+        f"#define {macro}_DEVICE_ID_ADDRESS 0x{identity.device_address:02X}u",
     ]
     return lines
 
 
-def force_macros(coils: Sequence[Felt], force: float | None) -> list[str]:
+def force_macros(converter: Converter, coils: Sequence[Felt], force: float | None) -> list[str]:
     """Expected inductance by the formula at rest and pressed, and its change per newton with one sigma."""
     found = [(index, *row) for index, coil in enumerate(coils) for row in _expected(coil, force)]
     if not found:
         return []
+    macro = converter.part
     return [
         "",
-        "/* Expected inductance by the formula (H), by the coil's place in ldc1614_coils: at rest without force,",
-        " * pressed by LDC1614_FORCE_PRESSED_N on the middle of the target, and the change per newton between the two",
+        f"/* Expected inductance by the formula (H), by the coil's place in {converter.name}_coils: "
+        "at rest without force,",
+        f" * pressed by {macro}_FORCE_PRESSED_N on the middle of the target, and the change per newton between the two",
         " * (H/N), a secant and no curve, with one sigma of manufacture. Estimates: calibrate every sensor. */",
-        *([f"#define LDC1614_FORCE_PRESSED_N {force:.9e}"] if force else []),
-        *(f"#define LDC1614_COIL{index}_{name} {value:.9e}" for index, name, value in found),
+        *([f"#define {macro}_FORCE_PRESSED_N {force:.9e}"] if force else []),
+        *(f"#define {macro}_COIL{index}_{name} {value:.9e}" for index, name, value in found),
     ]
 
 

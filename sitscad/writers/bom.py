@@ -17,9 +17,6 @@ from sitscad.spec.sensor import Mount, SensorSpec
 from sitscad.units import show
 from sitscad.writers._flex_facts import contact_text, stiffener_text
 
-CHANNELS = 4
-"""Channels of one LDC1614 (data sheet SNOSCY9A)."""
-
 
 class _Readout(Protocol):
     capacitance: float | None
@@ -125,8 +122,9 @@ def _converter(layout: Layout, estimates: Sized) -> Iterator[Item]:
         chip,
         f"one a coil, {place}" + (f"; {reason}" if reason else ""),
     )
-    devices = math.ceil(coils / CHANNELS)
-    yield Item("converter", devices, readout.device.upper(), "", "", f"{CHANNELS} channels each, {coils} used")
+    device = readout.device
+    used = f"{device.channels} channels each, {coils} used"
+    yield Item("converter", device.needed(coils), device.part, "", device.package, used)
     oscillator = f"{show(readout.clock, 'Hz')} oscillator"
     yield Item("clock", 1, oscillator, "", "", "to CLKIN: it is what frequencies are measured by")
     if readout.cable is not None:

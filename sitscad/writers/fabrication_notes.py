@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.layout.contacts import HEAD, contacts
+from sitscad.layout.contacts import contacts, head
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.thickness import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.spec.presets import unverified_rows
@@ -72,10 +72,10 @@ def readme(
 
 def _contact_table(layout: Layout) -> list[str]:
     """Which contact leads where, in columns."""
-    rows = [HEAD, *(contact.cells for contact in contacts(layout))]
+    rows = [head(layout.spec.readout.device.part), *(contact.cells for contact in contacts(layout))]
     if len(rows) == 1:
         return []
-    widths = [max(len(row[k]) for row in rows) + 2 for k in range(len(HEAD))]
+    widths = [max(len(row[k]) for row in rows) + 2 for k in range(len(rows[0]))]
     lines = ["".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     title = "Contacts, for whoever wires the sensor (numbered as in the drawing)"
     return [title, "-" * len(title), *lines, ""]

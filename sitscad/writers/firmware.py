@@ -1,4 +1,4 @@
-"""Register settings for the LDC1614: a C header with every word explained, and the same as JSON."""
+"""Register settings for the converter: a C header with every word explained, and the same as JSON."""
 
 from __future__ import annotations
 
@@ -7,22 +7,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
-from sitscad.readout.registers import (
-    CHANNELS,
-    DEVICE_ID,
-    I2C_ADDRESSES,
-    MANUFACTURER_ID,
-    Channel,
-    Register,
-    channel_place,
-    registers,
-)
+from sitscad.readout import FAMILIES
+from sitscad.readout.family import ChannelSettings, Register
 from sitscad.record import record
+from sitscad.spec.converter import Converter
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
-from sitscad.writers._firmware_macros import ADDR_PIN, force_document, force_macros, result_macros
+from sitscad.writers._firmware_macros import addr_pin, force_document, force_macros, result_macros
 
-HEADER, TABLE = "firmware/ldc1614_config.h", "firmware/ldc1614_config.json"
+
+def header_path(converter: Converter) -> str:
+    """Where the C header stands in the package."""
+    return f"firmware/{converter.name}_config.h"
+
+
+def table_path(converter: Converter) -> str:
+    """Where the JSON stands in the package."""
+    return f"firmware/{converter.name}_config.json"
 
 
 class _Spread(Protocol):
@@ -76,7 +77,7 @@ class Measured(Protocol):
 
 @record
 class Device:
-    """One LDC1614 of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
+    """One converter of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
 
     address: int
     coils: tuple[str, ...]
@@ -84,47 +85,58 @@ class Device:
 
 
 def render(spec: SensorSpec, estimates: Measured) -> dict[str, bytes]:
-    """``firmware/ldc1614_config.h`` and ``.json``, in the order in which the registers must be written.
+    """Header and JSON, with the registers in the order in which they must be written.
 
     Where a setting is unknown or does not fit its field the sensor cannot be read out: then the header is an ``#error``
     and the JSON a ``refused`` with the reason, so that a forced build carries no settings that look right.
     """
+    converter = spec.readout.device
     try:
-        found = devices(estimates)
+        found = devices(converter, estimates)
     except ValueError as error:
         files = refusal(spec, str(error))
     else:
-        files = {HEADER: header(spec, estimates, found), TABLE: table(spec, estimates, found)}
+        files = {
+            header_path(converter): header(spec, estimates, found),
+            table_path(converter): table(spec, estimates, found),
+        }
     return {path: text.encode("utf-8") for path, text in files.items()}
 
 
 def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
     """The two files of a sensor that cannot be read out."""
     text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
-    value = {"name": spec.name, "device": spec.readout.device, "refused": reason, "converters": []}
+    converter = spec.readout.device
+    value = {"name": spec.name, "device": converter.name, "refused": reason, "converters": []}
     return {
-        HEADER: f'#error "no LDC1614 settings for {spec.name}: {text}"\n',
-        TABLE: json.dumps(value, indent=2) + "\n",
+        header_path(converter): f'#error "no {converter.part} settings for {spec.name}: {text}"\n',
+        table_path(converter): json.dumps(value, indent=2) + "\n",
     }
 
 
-def devices(estimates: Measured) -> tuple[Device, ...]:
-    """The converters: four coils each, the first at the address with ADDR low, the second with ADDR high.
+def devices(converter: Converter, estimates: Measured) -> tuple[Device, ...]:
+    """The converters, filled one after the other: the first at the address with ADDR low, the second with ADDR high.
 
     Raises ValueError where a setting is unknown or does not fit its field.
     """
-    groups = [estimates.coils[i : i + CHANNELS] for i in range(0, len(estimates.coils), CHANNELS)]
-    if len(groups) > len(I2C_ADDRESSES):
-        raise ValueError(f"{len(groups)} LDC1614 are needed, and one I2C bus has addresses for {len(I2C_ADDRESSES)}")
+    each, addresses = converter.channels, converter.addresses
+    groups = [estimates.coils[i : i + each] for i in range(0, len(estimates.coils), each)]
+    if len(groups) > len(addresses):
+        needed = f"{len(groups)} {converter.part} are needed"
+        raise ValueError(f"{needed}, and one I2C bus has addresses for {len(addresses)}")
     return tuple(
-        Device(address, tuple(coil.name for coil in group), _registers(group, CHANNELS * number, estimates.readout))
-        for number, (address, group) in enumerate(zip(I2C_ADDRESSES, groups, strict=False))
+        Device(
+            address,
+            tuple(coil.name for coil in group),
+            _registers(converter, group, each * number, estimates.readout),
+        )
+        for number, (address, group) in enumerate(zip(addresses, groups, strict=False))
     )
 
 
-def _registers(coils: Sequence[_Coil], first: int, readout: _Readout) -> tuple[Register, ...]:
+def _registers(converter: Converter, coils: Sequence[_Coil], first: int, readout: _Readout) -> tuple[Register, ...]:
     """What to write for the coils of one converter, the first of them being the number `first` of all."""
-    channel = Channel(
+    channel = ChannelSettings(
         rcount=_known("rcount", readout.rcount),
         settle_count=_known("settle_count", readout.settle_count),
         input_divider=_known("input_divider", readout.input_divider),
@@ -136,7 +148,8 @@ def _registers(coils: Sequence[_Coil], first: int, readout: _Readout) -> tuple[R
         raise ValueError("no sensor frequency is known: the converter cannot be set up")
     codes = readout.drive_codes[first : first + len(coils)] or (channel.drive_code,) * len(coils)
     channels = tuple(replace(channel, drive_code=code) for code in codes)
-    return registers(channels, max(frequencies), high_current=readout.high_current)
+    family = FAMILIES[converter.family]
+    return family.registers(channels, max(frequencies), high_current=readout.high_current)
 
 
 def _known(name: str, value: int | None) -> int:
@@ -147,12 +160,14 @@ def _known(name: str, value: int | None) -> int:
 
 def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str:
     """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
+    converter = spec.readout.device
+    identity = FAMILIES[converter.family].identity()
     value: dict[str, Any] = {
         "name": spec.name,
         **{name.lower().replace(" ", "_"): text for name, text in spec.issue.rows},
-        "device": spec.readout.device,
-        "manufacturer_id": MANUFACTURER_ID,
-        "device_id": DEVICE_ID,
+        "device": converter.name,
+        "manufacturer_id": identity.manufacturer,
+        "device_id": identity.device,
         "clock_Hz": spec.readout.clock,
         "reference_divider": estimates.readout.reference_divider,
         "reference_frequency_Hz": estimates.readout.reference_frequency,
@@ -170,9 +185,9 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
         "coils": [
             {
                 "name": coil.name,
-                "converter": channel_place(index).converter,
-                "channel": channel_place(index).channel,
-                "i2c_address": channel_place(index).address,
+                "converter": converter.channel_of(index).converter,
+                "channel": converter.channel_of(index).number,
+                "i2c_address": converter.channel_of(index).address,
                 "centre_m": list(coil.centre),
                 "expected": {
                     name: {
@@ -189,7 +204,7 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
         "converters": [
             {
                 "i2c_address": device.address,
-                "addr_pin": ADDR_PIN[device.address],
+                "addr_pin": addr_pin(converter, device.address),
                 "channels": list(device.coils),
                 "registers": [
                     {"address": r.address, "name": r.name, "value": r.value, "meaning": r.meaning}
@@ -204,43 +219,44 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
 
 def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str:
     """The C header (C99 and C++): one constant table of writes a converter."""
-    readout = estimates.readout
+    readout, converter = estimates.readout, spec.readout.device
+    identity, macro, name = FAMILIES[converter.family].identity(), converter.part, converter.name
     lines = [
         "/*",
-        f" * Register settings of the LDC1614 for the sensor {_comment(spec.name)}.",
+        f" * Register settings of the {converter.part} for the sensor {_comment(spec.name)}.",
         *([f" * {spec.issue.words[0].upper()}{spec.issue.words[1:]}."] if spec.issue.rows else []),
         " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
         f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
         f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
-        *(f" * {line}".rstrip() for line in _expected(estimates, spec.requirements.normal_force)),
+        *(f" * {line}".rstrip() for line in _expected(spec, estimates)),
         " */",
-        "#ifndef LDC1614_CONFIG_H",
-        "#define LDC1614_CONFIG_H",
+        f"#ifndef {macro}_CONFIG_H",
+        f"#define {macro}_CONFIG_H",
         "",
         "#include <stdint.h>",
         "",
-        f"#define LDC1614_MANUFACTURER_ID 0x{MANUFACTURER_ID:04X}u",
-        f"#define LDC1614_DEVICE_ID 0x{DEVICE_ID:04X}u",
-        f"#define LDC1614_CONVERTERS {len(found)}u",
+        f"#define {macro}_MANUFACTURER_ID 0x{identity.manufacturer:04X}u",
+        f"#define {macro}_DEVICE_ID 0x{identity.device:04X}u",
+        f"#define {macro}_CONVERTERS {len(found)}u",
         *_conversion(spec, readout),
-        *result_macros(),
+        *result_macros(converter),
         "",
         "typedef struct {",
         "    uint8_t address;",
         "    uint16_t value;",
-        "} ldc1614_register_t;",
+        f"}} {name}_register_t;",
     ]
     for number, device in enumerate(found):
-        lines += _device(number, device)
-    lines += _coils(estimates.coils)
-    lines += force_macros(estimates.coils, spec.requirements.normal_force)
+        lines += _device(converter, number, device)
+    lines += _coils(converter, estimates.coils)
+    lines += force_macros(converter, estimates.coils, spec.requirements.normal_force)
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _expected(estimates: Measured, force: float | None) -> list[str]:
+def _expected(spec: SensorSpec, estimates: Measured) -> list[str]:
     """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
-    readout = estimates.readout
+    readout, force, part = estimates.readout, spec.requirements.normal_force, spec.readout.device.part
     times = (readout.settle_time, readout.conversion_time, readout.switch_time)
     lines = []
     if None not in times:
@@ -279,7 +295,7 @@ def _expected(estimates: Measured, force: float | None) -> list[str]:
         *lines,
         "",
         "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28 (SNOSCY9A equation 6), where f_REF = f_CLK / FREF_DIVIDER;",
-        "L = 1 / (C (2 pi f_SENSOR)^2) (equation 3), where C = LDC1614_CAPACITANCE_F: the tank capacitor, 4 pF of the",
+        f"L = 1 / (C (2 pi f_SENSOR)^2) (equation 3), where C = {part}_CAPACITANCE_F: the tank capacitor, 4 pF of the",
         "converter's pins (SNOSCY9A 6.5) and the cable. The capacitance of coil and tail is not in C: L contains what",
         "it does. The losses and the 5 ns of the drive make L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q; a cable",
         "between coil and capacitor adds its own. `sitscad estimate` prints the same L beside the one at the contacts.",
@@ -303,19 +319,19 @@ def _conversion(spec: SensorSpec, readout: _Readout) -> list[str]:
         ("CAPACITANCE_F", readout.conversion_capacitance),
     )
     return [
-        f"#define LDC1614_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
+        f"#define {spec.readout.device.part}_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
         for name, value in values
         if value is not None
     ]
 
 
-def _coils(coils: Sequence[_Coil]) -> list[str]:
+def _coils(converter: Converter, coils: Sequence[_Coil]) -> list[str]:
     """Every coil's converter, channel and place on the board, for programs that reconstruct forces."""
     lines = [
         "",
         "/* Every coil: name, converter and channel (from 0), I2C address, place of its centre on the board in metres:",
         " * x along the jaw towards the tail, y across it, seen from the top. */",
-        f"#define LDC1614_COILS {len(coils)}u",
+        f"#define {converter.part}_COILS {len(coils)}u",
         "typedef struct {",
         "    const char *name;",
         "    uint8_t converter;",
@@ -323,26 +339,27 @@ def _coils(coils: Sequence[_Coil]) -> list[str]:
         "    uint8_t i2c_address;",
         "    float x_m;",
         "    float y_m;",
-        "} ldc1614_coil_t;",
-        "static const ldc1614_coil_t ldc1614_coils[] = {",
+        f"}} {converter.name}_coil_t;",
+        f"static const {converter.name}_coil_t {converter.name}_coils[] = {{",
     ]
     for index, coil in enumerate(coils):
-        place = channel_place(index)
+        place = converter.channel_of(index)
         x, y = (f"{value + 0.0:.9e}f" for value in coil.centre)
         lines.append(
-            f'    {{"{coil.name}", {place.converter}u, {place.channel}u, 0x{place.address or 0:02X}u, {x}, {y}}},'
+            f'    {{"{coil.name}", {place.converter}u, {place.number}u, 0x{place.address or 0:02X}u, {x}, {y}}},'
         )
     return [*lines, "};"]
 
 
-def _device(number: int, device: Device) -> list[str]:
+def _device(converter: Converter, number: int, device: Device) -> list[str]:
+    pin, macro, name = addr_pin(converter, device.address), f"{converter.part}_{number}", converter.name
     channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
     lines = [
         "",
-        f"/* Converter {number}, its pin ADDR {ADDR_PIN[device.address]} (SNOSCY9A 8.5.1): {channels}. */",
-        f"#define LDC1614_{number}_I2C_ADDRESS 0x{device.address:02X}u",
-        f"#define LDC1614_{number}_CHANNELS {len(device.coils)}u",
-        f"static const ldc1614_register_t ldc1614_{number}_config[] = {{",
+        f"/* Converter {number}, its pin ADDR {pin} (SNOSCY9A 8.5.1): {channels}. */",
+        f"#define {macro}_I2C_ADDRESS 0x{device.address:02X}u",
+        f"#define {macro}_CHANNELS {len(device.coils)}u",
+        f"static const {name}_register_t {name}_{number}_config[] = {{",
     ]
     lines += [
         f"    {{0x{r.address:02X}u, 0x{r.value:04X}u}}, /* {r.name}: {_comment(r.meaning)} */" for r in device.registers

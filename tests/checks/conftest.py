@@ -13,7 +13,7 @@ from sitscad.checks.trials import Trials
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.finding import Finding, NotChecked
 from sitscad.layout.board import Layout
-from sitscad.readout import ldc1614
+from sitscad.readout import ldc161x
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
 
@@ -73,9 +73,9 @@ def estimates(
     """Estimates by hand: one state for each entry of `resistances` (ohm), the same for every coil."""
     resistances = resistances or {"free": 2200.0, "rest": 1300.0, "pressed": 1100.0}
     working = [r for state, r in resistances.items() if state != "free"] or [resistances["free"]]
-    code = readout.get("drive_code", ldc1614.drive_code(max(working)))
+    code = readout.get("drive_code", ldc161x.drive_code(max(working)))
     states = {
-        state: StateEstimate(state, inductance, 5.0, frequency, r, quality, ldc1614.amplitude(r, code))
+        state: StateEstimate(state, inductance, 5.0, frequency, r, quality, ldc161x.amplitude(r, code))
         for state, r in resistances.items()
     }
     coils = tuple(
@@ -90,6 +90,7 @@ def estimates(
         tuple(inductance if i == j else -0.01 * inductance for j in range(count)) for i in range(count)
     )
     settings = {
+        "device": spec.readout.device,
         "capacitance": 220e-12, "capacitance_reason": "", "drive_code": code, "drive_current": 1e-3,
         "reference_divider": 1, "reference_frequency": 40e6, "input_divider": 1, "rcount": 2400, "settle_count": 8,
         "dwell_time": 1e-3, "scan_rate": 500.0, "high_current": False,

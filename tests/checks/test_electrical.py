@@ -16,7 +16,7 @@ from sitscad.estimates.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
 from sitscad.mechanics.elastomer import VALID_STRAIN
-from sitscad.readout import ldc1614
+from sitscad.readout import ldc161x
 from sitscad.units import parse_quantity
 
 
@@ -81,7 +81,7 @@ def test_frequency_ceiling_suggests_the_next_capacitor_of_the_series_that_was_tr
     assert not re.search(r"\d", found.hint)
     (found,) = (f for f in check(spec).findings if f.rule == "SIT202")
     value = parse_quantity(re.search(r"readout.capacitance: (\d+ pF)", found.hint).group(1), "capacitance")
-    assert any(value == pytest.approx(each) for each in preferred_values())
+    assert any(value == pytest.approx(each) for each in preferred_values(ldc161x))
     spec = design()
     assert judge("SIT202", spec, None, estimates(spec, frequency=10e6)) == []
     assert judge("SIT202", spec, None, estimates(spec, frequency=900.0))[0].limit == 1e3
@@ -159,7 +159,7 @@ def test_the_bare_coil_of_an_assembled_sensor_is_only_noted(judge, design, estim
     spec = design()
     (note,) = judge("SIT204", spec, None, estimates(spec))
     assert note.severity is Severity.NOTE and note.measured > 1.8
-    assert f"drive code {ldc1614.drive_code(2200.0)}" in note.hint
+    assert f"drive code {ldc161x.drive_code(2200.0)}" in note.hint
     bare = judge("SIT204", spec, None, estimates(spec, resistances={"free": 2200.0}, drive_code=30))
     assert [f.severity for f in bare] == [Severity.ERROR]
 
@@ -351,21 +351,21 @@ def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
 
 
 def test_the_explanations_name_the_limits_that_are_applied() -> None:
-    kilohms = [ldc1614.limit(f"parallel_resistance_{name}") / 1e3 for name in ("min", "driveable", "high_current")]
-    volts = [ldc1614.limit(f"amplitude_{name}") for name in ("max", "optimum_min", "stable_min")]
+    kilohms = [ldc161x.limit(f"parallel_resistance_{name}") / 1e3 for name in ("min", "driveable", "high_current")]
+    volts = [ldc161x.limit(f"amplitude_{name}") for name in ("max", "optimum_min", "stable_min")]
     words = {
-        "SIT201": [f"{ldc1614.limit('inductance_min') * 1e6:g} uH"],
-        "SIT202": ["1 kHz to 10 MHz" if ldc1614.limit("sensor_frequency_max") == 10e6 else "?"],
+        "SIT201": [f"{ldc161x.limit('inductance_min') * 1e6:g} uH"],
+        "SIT202": ["1 kHz to 10 MHz" if ldc161x.limit("sensor_frequency_max") == 10e6 else "?"],
         "SIT203": [f"{kilohms[0]:.1f} kohm", f"{kilohms[1]:.2f} kohm", f"{kilohms[2]:.2f} kohm"],
         "SIT204": [f"above {volts[0]:g} V", f"below {volts[1]:g} V", f"below {volts[2]:g} V"],
-        "SIT205": [f"at least {ldc1614.limit('quality_factor_min'):g}"],
+        "SIT205": [f"at least {ldc161x.limit('quality_factor_min'):g}"],
         "SIT206": [
-            f"{ldc1614.limit('self_resonance_fraction'):g}",
-            f"{ldc1614.limit('self_resonance_fraction_strict'):g}",
+            f"{ldc161x.limit('self_resonance_fraction'):g}",
+            f"{ldc161x.limit('self_resonance_fraction_strict'):g}",
         ],
-        "SIT207": [f"{ldc1614.limit('input_divider_2_from') / 1e6:g} MHz"],
-        "SIT213": [f"{ldc1614.limit('clock_min') / 1e6:g} to {ldc1614.limit('clock_max') / 1e6:g} MHz"],
-        "SIT214": [f"{ldc1614.limit('capacitor_min') * 1e12:g} pF", f"{ldc1614.limit('capacitor_max') * 1e9:g} nF"],
+        "SIT207": [f"{ldc161x.limit('input_divider_2_from') / 1e6:g} MHz"],
+        "SIT213": [f"{ldc161x.limit('clock_min') / 1e6:g} to {ldc161x.limit('clock_max') / 1e6:g} MHz"],
+        "SIT214": [f"{ldc161x.limit('capacitor_min') * 1e12:g} pF", f"{ldc161x.limit('capacitor_max') * 1e9:g} nF"],
         "SIT304": [f"{100 * VALID_STRAIN:.0f} %", f"{100 * STRAIN_ERROR:.0f} %"],
         "SIT306": [f"within {100 * TARGET_LENGTH_TOLERANCE:.0f} %"],
     }

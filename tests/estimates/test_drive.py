@@ -8,7 +8,7 @@ import pytest
 
 import sitscad
 from sitscad.estimates.drive import _Swing, drive_codes
-from sitscad.readout import ldc1614
+from sitscad.readout import ldc161x
 
 UNLIKE = """
 sitscad: 1
@@ -40,7 +40,7 @@ def test_every_coil_stays_one_sigma_below_the_clamp_and_the_next_code_would_not(
         careful = max(state.amplitude + state.spread.amplitude for state in working)
         code = unlike.readout.code_of(number)
         assert careful < 1.8
-        assert careful * ldc1614.drive_current(code + 1) / ldc1614.drive_current(code) >= 1.8
+        assert careful * ldc161x.drive_current(code + 1) / ldc161x.drive_current(code) >= 1.8
 
 
 def test_unlike_coils_have_a_code_for_each_channel_where_one_for_all_does_not_do(unlike):
@@ -49,7 +49,7 @@ def test_unlike_coils_have_a_code_for_each_channel_where_one_for_all_does_not_do
     working = [state for coil in unlike.coils for name, state in coil.states.items() if name != "free"]
     assert min(state.amplitude for state in working) >= 1.2
     lowest = min(state.parallel_resistance for state in working)
-    assert ldc1614.amplitude(lowest, min(codes)) < 1.2
+    assert ldc161x.amplitude(lowest, min(codes)) < 1.2
     assert unlike.as_json("six.yaml")["readout"]["drive_codes"] == list(codes)
 
 
@@ -57,11 +57,11 @@ def test_states_and_current_are_those_of_the_code(unlike):
     for number, coil in enumerate(unlike.coils):
         for state in coil.states.values():
             code = unlike.readout.code_of(number)
-            assert state.amplitude == pytest.approx(ldc1614.amplitude(state.parallel_resistance, code))
+            assert state.amplitude == pytest.approx(ldc161x.amplitude(state.parallel_resistance, code))
             relative = state.spread.parallel_resistance / state.parallel_resistance
             assert state.spread.amplitude == pytest.approx(relative * state.amplitude)
     readout = unlike.readout
-    supply = ldc1614.supply_current(
+    supply = ldc161x.supply_current(
         readout.drive_current, readout.rcount, readout.settle_count, readout.reference_frequency, 4
     )
     assert readout.supply_current == pytest.approx(2 * supply)
@@ -87,6 +87,6 @@ def test_codes_that_do_not_exist_are_refused(code):
 
 def test_one_code_is_kept_where_codes_of_their_own_do_not_help_either():
     wide = _Swing(1000.0, 3000.0, 3100.0)
-    assert len(set(drive_codes([wide, _Swing(2000.0, 2100.0, 2200.0)]))) == 1
+    assert len(set(drive_codes([wide, _Swing(2000.0, 2100.0, 2200.0)], ldc161x))) == 1
     near = _Swing(2000.0, 2100.0, 2200.0)
-    assert drive_codes([near, near]) == (ldc1614.drive_code(2200.0),) * 2
+    assert drive_codes([near, near], ldc161x) == (ldc161x.drive_code(2200.0),) * 2

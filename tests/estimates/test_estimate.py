@@ -15,7 +15,7 @@ from sitscad.estimates.assembly import Reflection, assemble
 from sitscad.estimates.finite_target import equivalent_rings
 from sitscad.estimates.tank import preferred_values
 from sitscad.layout import lay_out
-from sitscad.readout import ldc1614
+from sitscad.readout import ldc161x
 from sitscad.spec.load import load_text
 
 BARE = """
@@ -196,7 +196,7 @@ def test_cross_checks_say_where_they_are_valid(mounted):
 def test_an_automatic_capacitor_keeps_the_windows_and_says_why():
     found = of(MOUNTED.replace("CAP", "auto"))
     readout = found.readout
-    assert any(readout.capacitance == pytest.approx(value) for value in preferred_values())
+    assert any(readout.capacitance == pytest.approx(value) for value in preferred_values(ldc161x))
     states = [state for coil in found.coils for name, state in coil.states.items() if name != "free"]
     assert max(state.frequency for state in states) <= 9.5e6
     assert max(state.amplitude for state in states) <= 1.8
@@ -207,7 +207,7 @@ def test_an_automatic_capacitor_keeps_the_windows_and_says_why():
 def test_one_drive_code_suits_the_working_states(mounted):
     rest = [coil.states["rest"] for coil in mounted.coils]
     careful = max(state.parallel_resistance + state.spread.parallel_resistance for state in rest)
-    assert mounted.readout.drive_code == ldc1614.drive_code(careful)
+    assert mounted.readout.drive_code == ldc161x.drive_code(careful)
 
 
 def test_no_room_for_leads_is_still_estimated():
@@ -310,14 +310,14 @@ def test_times_of_a_channel_add_up(mounted):
     parts = readout.settle_time + readout.conversion_time + readout.switch_time
     assert parts == pytest.approx(readout.dwell_time)
     assert readout.scan_rate == pytest.approx(0.5 / parts)
-    assert readout.readable_rate == pytest.approx(1.0 / ldc1614.read_back_time(2))
+    assert readout.readable_rate == pytest.approx(1.0 / ldc161x.read_back_time(2))
     assert readout.supply_current == pytest.approx(2.1e-3 + readout.drive_current, rel=1e-3)
 
 
 def test_what_one_count_means(mounted):
     for coil in mounted.coils:
         for state in coil.states.values():
-            step = ldc1614.frequency_quantum(state.frequency, mounted.readout.rcount)
+            step = ldc161x.frequency_quantum(state.frequency, mounted.readout.rcount)
             lower = state.inductance * (state.frequency / (state.frequency + step)) ** 2
             assert state.inductance - lower == pytest.approx(state.quantum, rel=1e-3)
             assert state.noise == pytest.approx(state.quantum / math.sqrt(12.0))

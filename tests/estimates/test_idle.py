@@ -14,18 +14,24 @@ from sitscad.physics.current_spectrum import spiral_spectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.filaments import sampled_mutual_inductance
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.sensor import Cable
+from sitscad.spec.sensor import Cable, ReadoutSpec
 
 ALONE = (2.5e-6, 4.0)
 SEVEN = np.array([7e6])
 """Frequencies (Hz) come as arrays."""
 
 
+def wired(cable):
+    return ReadoutSpec(presets.converter("ldc1614"), None, "converter", cable, 40e6, 100.0)
+
+
 def test_one_neighbour_is_a_shorted_secondary():
     mutual, omega = -80e-9, 2 * math.pi * 7e6
     circuits = [lambda f: ALONE, lambda f: ALONE]
-    change, added = (float(part[0]) for part in idle_neighbours(0, circuits, lambda i, j, f: mutual, None)(SEVEN))
+    found = idle_neighbours(0, circuits, lambda i, j, f: mutual, wired(None))(SEVEN)
+    change, added = (float(part[0]) for part in found)
     loop = complex(4.0 + 20.0, omega * 2.5e-6)
     expected = (omega * mutual) ** 2 / loop
     assert (change * omega, added) == pytest.approx((expected.imag, expected.real))
@@ -36,7 +42,7 @@ def test_one_neighbour_is_a_shorted_secondary():
 def test_two_neighbours_that_see_each_other():
     omega = 2 * math.pi * 7e6
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
-    found = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], None)(SEVEN)
+    found = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], wired(None))(SEVEN)
     loop = complex(24.0, omega * 2.5e-6)
     both = 2.0 * (omega * 80e-9) ** 2 / (loop + 1j * omega * -10e-9)
     assert (found[0][0] * omega, found[1][0]) == pytest.approx((both.imag, both.real))
@@ -46,7 +52,7 @@ def test_all_frequencies_at_once_are_each_alone():
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
     circuits = [lambda f: (2.5e-6 + 0.0 * f, 1e-3 * np.sqrt(f))] * 3
     idle = idle_neighbours(
-        0, circuits, lambda i, j, f: matrix[i, j] * (1 + 1j * 1e5 / f), Cable(0.3, 180e-9, 3e-11, 1.0)
+        0, circuits, lambda i, j, f: matrix[i, j] * (1 + 1j * 1e5 / f), wired(Cable(0.3, 180e-9, 3e-11, 1.0))
     )
     frequencies = np.array([1e6, 3e6, 9e6])
     together = np.array(idle(frequencies))
@@ -55,8 +61,8 @@ def test_all_frequencies_at_once_are_each_alone():
 
 
 def test_the_load_is_two_pins_and_the_cable():
-    assert idle_load(np.array([1e7]), None)[0] == 20.0
-    assert idle_load(np.array([1e7]), Cable(0.3, 180e-9, 30e-12, 0.3))[0] == pytest.approx(20.3 + 1.8j)
+    assert idle_load(np.array([1e7]), wired(None))[0] == 20.0
+    assert idle_load(np.array([1e7]), wired(Cable(0.3, 180e-9, 30e-12, 0.3)))[0] == pytest.approx(20.3 + 1.8j)
 
 
 def ring(radius, centre, height, count=240):

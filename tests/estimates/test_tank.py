@@ -13,6 +13,7 @@ from sitscad.estimates.tank import SmoothCurve, preferred_values
 from sitscad.layout import lay_out
 from sitscad.physics.proximity import winding_loss
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.readout import ldc161x
 from sitscad.spec.load import load_text
 
 ROOT = Path(__file__).parents[2]
@@ -55,7 +56,7 @@ def test_slow_and_fast_tanks_meet_their_own_frequency(capacitance):
 def test_a_chosen_capacitor_says_what_its_tolerance_does():
     text = "sitscad: 1\nname: t\ncoil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, "
     readout = estimate(lay_out(load_text(text + "trace_spacing: 100 um}\n", "t.yaml"))).readout
-    assert any(readout.capacitance == pytest.approx(value) for value in preferred_values())
+    assert any(readout.capacitance == pytest.approx(value) for value in preferred_values(ldc161x))
     assert readout.capacitor_tolerance == 0.05
     assert "+-2.5 % of frequency" in readout.capacitance_reason
 

@@ -62,7 +62,7 @@ def sensor(
         encapsulation=None,
         mount=None,
         shield=None,
-        readout=ReadoutSpec("ldc1614", None, "converter", None, 40e6, 100.0),
+        readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, 40e6, 100.0),
         requirements=Requirements(),
         source=SpecSource("drawn.yaml", ""),
     )

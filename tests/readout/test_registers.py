@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from sitscad.readout.ldc1614 import Channel, registers
-from sitscad.readout.registers import clock_dividers, config, deglitch, drive_current_field, mux_config
+from sitscad.readout.family import ChannelSettings as Channel
+from sitscad.readout.ldc161x import registers
+from sitscad.readout.ldc161x_registers import clock_dividers, config, deglitch, drive_current_field, mux_config
 
 EXAMPLE = Channel(rcount=1238, settle_count=10, input_divider=1, reference_divider=2, drive_code=18)
 

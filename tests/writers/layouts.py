@@ -12,6 +12,7 @@ from dataclasses import replace
 from sitscad.geometry.path import Arc, Path, Point, circle, polyline, rectangle, rounded
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
+from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import (
     ArraySpec,
@@ -93,7 +94,7 @@ def sensor_spec(copper: int = 2, tail: bool = True, name: str = "two-coils") -> 
         encapsulation=None,
         mount=None,
         shield=None,
-        readout=ReadoutSpec("ldc1614", None, "converter", None, 40e6, 100.0),
+        readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, 40e6, 100.0),
         requirements=Requirements(),
         source=SpecSource("two-coils.yaml", "sitscad: 1\n"),
     )

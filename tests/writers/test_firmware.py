@@ -15,11 +15,13 @@ import pytest
 from sitscad.estimates import estimate
 from sitscad.layout import lay_out
 from sitscad.report.numbers import reading_rows
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.units import show
 from sitscad.writers import firmware
 
 SPEC = layouts.sensor_spec()
+HEADER, TABLE = (path(SPEC.readout.device) for path in (firmware.header_path, firmware.table_path))
 
 
 def estimates(coils=2, **changes):
@@ -55,8 +57,31 @@ def estimates(coils=2, **changes):
 def rendered(found):
     """Header and JSON of some estimates."""
     files = firmware.render(SPEC, found)
-    assert list(files) == ["firmware/ldc1614_config.h", "firmware/ldc1614_config.json"]
-    return files[firmware.HEADER].decode(), json.loads(files[firmware.TABLE])
+    assert list(files) == [HEADER, TABLE]
+    return files[HEADER].decode(), json.loads(files[TABLE])
+
+
+TWO_CHANNELS = replace(SPEC, readout=replace(SPEC.readout, device=presets.converter("ldc1612")))
+
+
+@pytest.mark.clients("gcc")
+def test_a_converter_of_two_channels_has_its_own_names_and_two_coils_each(tmp_path):
+    files = firmware.render(TWO_CHANNELS, estimates(3))
+    header, table = files["firmware/ldc1612_config.h"].decode(), json.loads(files["firmware/ldc1612_config.json"])
+    assert [device["channels"] for device in table["converters"]] == [["C1", "C2"], ["C3"]]
+    assert [(coil["converter"], coil["channel"]) for coil in table["coils"]] == [(0, 0), (0, 1), (1, 0)]
+    assert table["device"] == "ldc1612" and "1614" not in header
+    assert "LDC1612_DATA1_LSB" in header and "LDC1612_DATA2_MSB" not in header
+    (tmp_path / "config.h").write_text(header)
+    program = '#include "config.h"\nint main(void) {return ldc1612_1_config[0].value == 0 || LDC1612_COILS != 3;}'
+    command = ["gcc", "-x", "c", "-std=c99", "-Wall", "-Werror", f"-I{tmp_path}", "-o", tmp_path / "a.out", "-"]
+    subprocess.run(command, input=program, text=True, check=True, timeout=60)
+    subprocess.run([tmp_path / "a.out"], check=True, timeout=60)
+
+
+def test_more_coils_than_one_bus_can_address_are_refused():
+    files = firmware.render(TWO_CHANNELS, estimates(5))
+    assert "3 LDC1612 are needed" in json.loads(files["firmware/ldc1612_config.json"])["refused"]
 
 
 def test_words_are_packed_as_the_data_sheet_says():
@@ -154,7 +179,7 @@ def test_no_frequency_is_refused():
 
 def test_comments_cannot_be_ended_from_outside():
     spec = replace(SPEC, name="x*/y")
-    header = firmware.render(spec, estimates())[firmware.HEADER].decode()
+    header = firmware.render(spec, estimates())[HEADER].decode()
     assert "x*/y" not in header and "x* /y" in header
 
 
@@ -242,7 +267,7 @@ def test_forces_and_what_they_do_are_macros_and_json():
     spec = load_text(PRESSED, "long.yaml")
     found = estimate(lay_out(spec))
     files = firmware.render(spec, found)
-    header, table = files[firmware.HEADER].decode(), json.loads(files[firmware.TABLE])
+    header, table = files[HEADER].decode(), json.loads(files[TABLE])
     macros = {name: float(value) for name, value in re.findall(r"#define LDC1614_(\w+) ([-\d.e+]+)$", header, re.M)}
     states, (change, sigma) = found.coils[0].states, found.coils[0].converter_sensitivity(4.0)
     assert macros["FORCE_PRESSED_N"] == 4.0 and "pressed is with 4 N" in header

@@ -19,8 +19,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.panel import plan
 from sitscad.layout.thickness import Where, finished_thickness
-from sitscad.readout import ldc1614, registers
-from sitscad.spec import channels, presets
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import PanelSpec
 from sitscad.writers import (
@@ -224,11 +223,6 @@ def test_the_drawings_of_a_forced_package_are_stamped(board):
             texts = [item.text for item in sheet.items if isinstance(item, Label)]
             assert texts.count("MADE IN SPITE OF ERRORS, NOT FOR ORDER") == int(stamped)
             assert_legible(sheet)
-
-
-def test_the_converters_of_the_contact_table_are_the_readouts():
-    assert ldc1614.limit("channels") == channels.CHANNELS
-    assert [int(address, 16) for address in channels.ADDRESSES] == list(registers.I2C_ADDRESSES)
 
 
 def test_long_names_of_materials_and_sources_stay_on_the_stackup_drawing(board):

@@ -1,19 +1,18 @@
-"""The LDC1614's configuration registers, packed bit by bit (data sheet SNOSCY9A, 7.6 and tables 47 and 48)."""
+"""Registers of LDC1612 and LDC1614, packed bit by bit (data sheet SNOSCY9A, 7.6 and tables 47 and 48)."""
 
 from __future__ import annotations
 
-from sitscad.record import record
+from collections.abc import Mapping
 
-MANUFACTURER_ID = 0x5449
-DEVICE_ID = 0x3055
-I2C_ADDRESSES = (0x2A, 0x2B)
-"""7-bit I2C address with the ADDR pin low and high."""
+from sitscad.readout.family import ChannelSettings, Identity, Register
+
+MOST_CHANNELS = 4
+"""Channels that the registers have addresses for."""
 
 RCOUNT, SETTLECOUNT, CLOCK_DIVIDERS, DRIVE_CURRENT = 0x08, 0x10, 0x14, 0x1E
 ERROR_CONFIG, CONFIG, MUX_CONFIG = 0x19, 0x1A, 0x1B
-STATUS, MANUFACTURER_ID_ADDRESS, DEVICE_ID_ADDRESS = 0x18, 0x7E, 0x7F
 
-DATA_FLAGS = {
+_DATA_FLAGS = {
     "ERR_UR": (0x8000, "conversion under-range"),
     "ERR_OR": (0x4000, "conversion over-range"),
     "ERR_WD": (0x2000, "watchdog timeout: the sensor does not oscillate"),
@@ -21,13 +20,25 @@ DATA_FLAGS = {
 }
 """Error flags in DATAx_MSB by name: mask and meaning (SNOSCY9A, 7.6.2 to 7.6.9; nominal amplitudes: STATUS, 7.6.26)."""
 
-DATA_MSB_MASK = 0x0FFF
-"""Bits 27:16 of the result in DATAx_MSB (SNOSCY9A, 7.6.2)."""
+
+def identity() -> Identity:
+    """Identifiers of the maker and of LDC1612 and LDC1614 (alike), and STATUS (SNOSCY9A, 7.6)."""
+    return Identity(0x5449, 0x7E, 0x3055, 0x7F, 0x18)
+
+
+def data_flags() -> Mapping[str, tuple[int, str]]:
+    """Error flags in DATAx_MSB by name: mask and meaning."""
+    return _DATA_FLAGS
+
+
+def data_mask() -> int:
+    """Bits 27:16 of the result in DATAx_MSB (SNOSCY9A, 7.6.2)."""
+    return 0x0FFF
 
 
 def data_addresses(channel: int) -> tuple[int, int]:
     """Addresses of DATAx_MSB and DATAx_LSB, to be read in this order (SNOSCY9A, 7.6.2 to 7.6.9)."""
-    _within("channel", channel, 0, CHANNELS - 1)
+    _within("channel", channel, 0, MOST_CHANNELS - 1)
     return 2 * channel, 2 * channel + 1
 
 
@@ -35,48 +46,6 @@ _DEGLITCH = ((1.0e6, 0b001), (3.3e6, 0b100), (10.0e6, 0b101))
 _DEGLITCH_WIDEST = 0b111
 _MUX_RESERVED = 0b00_0100_0001 << 3
 _CONFIG_RESERVED = 0b00_0001
-
-
-@record
-class Register:
-    """One 16-bit write: address, name, value and what it sets."""
-
-    address: int
-    name: str
-    value: int
-    meaning: str
-
-
-CHANNELS = 4
-"""Of one converter."""
-
-
-@record
-class ChannelPlace:
-    """Where a coil is connected: the converter and its channel, both from 0, and the converter's 7-bit I2C address,
-    None beyond the two that one bus can have.
-    """
-
-    converter: int
-    channel: int
-    address: int | None
-
-
-def channel_place(index: int) -> ChannelPlace:
-    """Where the coil number `index` (from 0) is connected: four a converter, in the order of the spec."""
-    converter, channel = divmod(index, CHANNELS)
-    return ChannelPlace(converter, channel, I2C_ADDRESSES[converter] if converter < len(I2C_ADDRESSES) else None)
-
-
-@record
-class Channel:
-    """The settings of one channel."""
-
-    rcount: int
-    settle_count: int
-    input_divider: int
-    reference_divider: int
-    drive_code: int
 
 
 def deglitch(highest_sensor_frequency: float) -> int:
@@ -102,7 +71,7 @@ def drive_current_field(code: int) -> int:
 
 def mux_config(channels: int, highest_sensor_frequency: float) -> int:
     """MUX_CONFIG: one channel converts continuously; two, three or four are scanned in turn (channels 0 up)."""
-    _within("channels", channels, 1, 4)
+    _within("channels", channels, 1, MOST_CHANNELS)
     scan = 0 if channels == 1 else 1 << 15 | (channels - 2) << 13
     return scan | _MUX_RESERVED | deglitch(highest_sensor_frequency)
 
@@ -115,7 +84,7 @@ def config(
     interrupt_pin: bool = True,
 ) -> int:
     """CONFIG: fixed drive current (RP_OVERRIDE_EN, AUTO_AMP_DIS set), full current while the sensor starts."""
-    _within("ACTIVE_CHAN", active_channel, 0, 3)
+    _within("ACTIVE_CHAN", active_channel, 0, MOST_CHANNELS - 1)
     if high_current and active_channel != 0:
         raise ValueError("the high-current drive exists on channel 0 only")
     return (
@@ -131,7 +100,7 @@ def config(
 
 
 def registers(
-    channels: tuple[Channel, ...],
+    channels: tuple[ChannelSettings, ...],
     highest_sensor_frequency: float,
     external_clock: bool = True,
     high_current: bool = False,
@@ -143,7 +112,7 @@ def registers(
     Raises ValueError where a setting does not fit its field, or for the high-current drive with several channels.
     """
     count = len(channels)
-    _within("channels", count, 1, 4)
+    _within("channels", count, 1, MOST_CHANNELS)
     if high_current and count > 1:
         raise ValueError("the high-current drive works in single-channel mode only")
     numbered = tuple(enumerate(channels))
@@ -166,25 +135,25 @@ def registers(
     )
 
 
-def _rcount(number: int, channel: Channel) -> Register:
+def _rcount(number: int, channel: ChannelSettings) -> Register:
     _within("RCOUNT", channel.rcount, 9, 0xFFFF)
     meaning = f"conversion of 16 x {channel.rcount} + 4 reference periods"
     return Register(RCOUNT + number, f"RCOUNT{number}", channel.rcount, meaning)
 
 
-def _settle_count(number: int, channel: Channel) -> Register:
+def _settle_count(number: int, channel: ChannelSettings) -> Register:
     _within("SETTLECOUNT", channel.settle_count, 4, 0xFFFF)
     meaning = f"settling for 16 x {channel.settle_count} reference periods"
     return Register(SETTLECOUNT + number, f"SETTLECOUNT{number}", channel.settle_count, meaning)
 
 
-def _clock_dividers(number: int, channel: Channel) -> Register:
+def _clock_dividers(number: int, channel: ChannelSettings) -> Register:
     value = clock_dividers(channel.input_divider, channel.reference_divider)
     meaning = f"FIN_DIVIDER {channel.input_divider}, FREF_DIVIDER {channel.reference_divider}"
     return Register(CLOCK_DIVIDERS + number, f"CLOCK_DIVIDERS{number}", value, meaning)
 
 
-def _drive(number: int, channel: Channel) -> Register:
+def _drive(number: int, channel: ChannelSettings) -> Register:
     value = drive_current_field(channel.drive_code)
     return Register(DRIVE_CURRENT + number, f"DRIVE_CURRENT{number}", value, f"drive current code {channel.drive_code}")
 

@@ -1,7 +1,7 @@
-"""TI LDC1614: what it can drive, how it times its conversions, and what to write into its registers.
+"""TI LDC1612 and LDC1614: what they can drive, how they time their conversions, and what to write into their registers.
 
-Formulas and table numbers are those of the LDC1612/LDC1614 data sheet SNOSCY9A (December 2014, revised March 2018).
-SI units throughout; every limit stands with its source in ``data/ldc1614_limits.csv``.
+Formulas and table numbers are those of their common data sheet SNOSCY9A (December 2014, revised March 2018). SI units
+throughout; every limit stands with its source in ``data/ldc161x_limits.csv``.
 """
 
 from __future__ import annotations
@@ -11,38 +11,20 @@ import math
 from functools import cache
 from pathlib import Path
 
-from sitscad.readout.registers import Channel as Channel
-from sitscad.readout.registers import Register as Register
-from sitscad.readout.registers import registers as registers
-from sitscad.record import record
+from sitscad.readout.family import DriveCurrent, Limit
+from sitscad.readout.ldc161x_registers import data_addresses as data_addresses
+from sitscad.readout.ldc161x_registers import data_flags as data_flags
+from sitscad.readout.ldc161x_registers import data_mask as data_mask
+from sitscad.readout.ldc161x_registers import identity as identity
+from sitscad.readout.ldc161x_registers import registers as registers
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 
 
-@record
-class Limit:
-    """One figure of the device: value in SI units, where it comes from, and whether that source was seen."""
-
-    value: float
-    unit: str
-    source: str
-    verified: bool
-
-
-@record
-class DriveCurrent:
-    """One row of the drive-current table: 5-bit code, peak current (A) and the window of R_P (ohm) it is meant for."""
-
-    code: int
-    current: float
-    parallel_resistance_min: float
-    parallel_resistance_max: float
-
-
 @cache
 def limits() -> dict[str, Limit]:
-    """The device's limits by name (``sensor_frequency_max``, ``amplitude_max``, ...)."""
-    with (DATA / "ldc1614_limits.csv").open(encoding="utf-8", newline="") as rows:
+    """The family's limits by name (``sensor_frequency_max``, ``amplitude_max``, ...)."""
+    with (DATA / "ldc161x_limits.csv").open(encoding="utf-8", newline="") as rows:
         return {
             row["name"]: Limit(float(row["value"]), row["unit"], row["source"], row["verified"] == "yes")
             for row in csv.DictReader(rows)
@@ -57,7 +39,7 @@ def limit(name: str) -> float:
 @cache
 def drive_currents() -> tuple[DriveCurrent, ...]:
     """The drive-current table, code 0 to 31 (data sheet table 42)."""
-    with (DATA / "ldc1614_drive_current.csv").open(encoding="utf-8", newline="") as rows:
+    with (DATA / "ldc161x_drive_current.csv").open(encoding="utf-8", newline="") as rows:
         return tuple(
             DriveCurrent(
                 int(row["code"]),
@@ -194,16 +176,6 @@ def reference_count(scan_rate: float, count: int, reference_frequency: float, ch
     overhead = scan_time(0, count, reference_frequency, channels) / channels
     periods = (1.0 / (scan_rate * channels) - overhead) * reference_frequency
     return min(0xFFFF, max(int(limit("rcount_min")), math.floor(periods / 16.0 + 1e-9)))
-
-
-def converters(coils: int) -> int:
-    """How many LDC1614 so many coils take: each reads four."""
-    return math.ceil(coils / limit("channels"))
-
-
-def fewest_channels(coils: int) -> int:
-    """Channels in use on the last converter, which has fewest: the fifth coil is alone on its own, single-channel."""
-    return coils - int(limit("channels")) * (converters(coils) - 1)
 
 
 def read_back_time(channels: int, serial_clock: float = 400e3) -> float:
