@@ -11,10 +11,17 @@ from sitscad.checks.fabrication import ROUNDING, house, source_of
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.bending import longest_straight, unfit_for_bending
+from sitscad.layout.bending import (
+    bend_figure,
+    bend_length,
+    bend_of,
+    least_bend_radius,
+    longest_straight,
+    unfit_for_bending,
+)
 from sitscad.layout.board import Pad, Via
-from sitscad.layout.stiffening import tail_thickness
 from sitscad.record import record
+from sitscad.spec.sensor import Tail
 from sitscad.units import show
 
 LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0
@@ -44,24 +51,26 @@ def bend_zone(subject: Subject) -> Iterator[Verdict]:
     if zone is not None:
         yield from _stiff_in_bend(subject, zone)
     yield from _too_short(subject)
+    yield from _misplaced(subject)
+    yield from _too_sharp(subject)
 
 
 def _too_short(subject: Subject) -> Iterator[Complaint]:
-    straight, needed, fits = _straight(subject), _bend_length(subject), _fits(subject)
+    straight, needed, fits = _straight(subject), bend_length(subject.spec), _fits(subject)
     if fits and straight.unfit is None:
         return
     have, tail = show(max(0.0, straight.length), "m", 3), subject.spec.fpc.tail
     assert tail is not None
     if straight.unfit is None:
         message = f"the tail has {have} free of vias, turns and stiffener for its {tail.bend} bend"
-        message += f"; one by a right angle needs {show(needed, 'm', 3)}" if needed else ""
+        message += f"; one by {_degrees(tail)} needs {show(needed, 'm', 3)}" if needed else ""
     else:
         message = (
             f"in the bend zone tracks turn or change their width; they run straight at one width for {have} from "
             f"x = {show(straight.start, 'm', 4)}"
         )
-        message += "" if fits else f"; a bend by a right angle needs {show(needed, 'm', 3)}"
-    figure = bend_figure(subject)
+        message += "" if fits else f"; a bend by {_degrees(tail)} needs {show(needed, 'm', 3)}"
+    figure = bend_figure(subject.spec)
     if figure and not fits:
         field, ratio = figure
         message += f" at the radius of {ratio:g} thicknesses that {house(subject, field)} asks"
@@ -77,6 +86,57 @@ def _too_short(subject: Subject) -> Iterator[Complaint]:
         place=straight.unfit and replace(straight.unfit, x=straight.start),
         advice=None if fits else lambda left: _longer(subject, left),
     )
+
+
+def _misplaced(subject: Subject) -> Iterator[Complaint]:
+    """A bend whose place the spec gives, and which reaches beyond what may be bent there."""
+    tail, zone, bend = subject.spec.fpc.tail, subject.layout.bend_zone, bend_of(subject.layout)
+    if tail is None or tail.bend_at is None or zone is None or bend is None:
+        return
+    straight = _straight(subject)
+    stretch = straight.start, straight.start + straight.length
+    beyond = max(stretch[0] - bend.start, bend.end - stretch[1])
+    if beyond <= ROUNDING:
+        return
+    low, high = (x - subject.layout.body[2] for x in stretch)
+    half = (bend.end - bend.start) / 2
+    room = f"from {show(low + half, 'm', 3)} to {show(high - half, 'm', 3)}" if high - low > 2 * half else "nowhere yet"
+    what = "vias, contacts, stiffener or the body" if max(zone[0] - bend.start, bend.end - zone[1]) > ROUNDING else ""
+    yield Complaint(
+        f"the bend about x = {show(bend.line, 'm', 4)} takes the tail from x = {show(bend.start, 'm', 4)} to "
+        f"{show(bend.end, 'm', 4)} and reaches {show(beyond, 'm', 3)} into {what or 'tracks that are not straight'}",
+        f"fpc.tail.bend.at has room {room}; or leave it out",
+        "fpc.tail.bend.at",
+        beyond,
+        0.0,
+        "m",
+        Severity.ERROR if what else Severity.WARNING,
+        place=Place(bend.line, sum(subject.layout.reach_at(bend.line)) / 2),
+    )
+
+
+def _too_sharp(subject: Subject) -> Iterator[Complaint]:
+    """A bend whose radius the spec gives, and which is sharper than the fabricator's."""
+    tail, least, figure = subject.spec.fpc.tail, least_bend_radius(subject.spec), bend_figure(subject.spec)
+    if tail is None or tail.bend_radius is None or least is None or figure is None:
+        return
+    if tail.bend_radius >= least - ROUNDING:
+        return
+    yield Complaint(
+        f"a {tail.bend} bend of {show(tail.bend_radius, 'm', 3)} inside radius is sharper than the {figure[1]:g} "
+        f"thicknesses that {house(subject, figure[0])} asks: {show(least, 'm', 3)}",
+        f"fpc.tail.bend.radius: {math.ceil(least * 1e5 - 1e-6) / 100:.2f} mm or more, or leave it out",
+        "fpc.tail.bend.radius",
+        tail.bend_radius,
+        least,
+        "m",
+        Severity.WARNING,
+        source_of(subject, figure[0]),
+    )
+
+
+def _degrees(tail: Tail) -> str:
+    return f"{math.degrees(tail.bend_angle):g} deg"
 
 
 NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
@@ -103,7 +163,7 @@ def _length_that_does(subject: Subject) -> float | None:
     assert tail is not None
     shorter, length = subject, subject.layout.tail_length
     for _ in range(TRIALS):
-        missing = _bend_length(shorter) - max(0.0, _straight(shorter).length)
+        missing = bend_length(shorter.spec) - max(0.0, _straight(shorter).length)
         if shorter.layout.bend_zone is None:
             missing = max(missing, FIRST_ROOM)
         length = LENGTH_GRAIN * math.ceil((length + missing) / LENGTH_GRAIN - 1e-6)
@@ -117,8 +177,8 @@ def _length_that_does(subject: Subject) -> float | None:
 
 
 def _fits(subject: Subject) -> bool:
-    """Whether there is somewhere to bend, and straight tracks along all of a bend by a right angle."""
-    return subject.layout.bend_zone is not None and _straight(subject).length >= _bend_length(subject) - ROUNDING
+    """Whether there is somewhere to bend, and straight tracks along all of its bend."""
+    return subject.layout.bend_zone is not None and _straight(subject).length >= bend_length(subject.spec) - ROUNDING
 
 
 def _straight(subject: Subject) -> _Straight:
@@ -129,23 +189,6 @@ def _straight(subject: Subject) -> _Straight:
     longest = longest_straight(zone, unfit)
     first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
     return _Straight(longest.start, longest.length, first)
-
-
-def bend_figure(subject: Subject) -> tuple[str, float] | None:
-    """Which figure of the fabricator's is the tail's smallest bend radius, and that radius by its thickness."""
-    tail, rules = subject.spec.fpc.tail, subject.spec.fpc.rules
-    assert tail is not None
-    ratios = rules.dynamic_bend_ratio if tail.bend == "dynamic" else rules.static_bend_ratio
-    if not ratios:
-        return None
-    layers = tail.layers if tail.layers in ratios else max(ratios)
-    return f"{tail.bend}_bend_{layers}", ratios[layers]
-
-
-def _bend_length(subject: Subject) -> float:
-    """The length (m) of a bend by a right angle with the fabricator's smallest radius; 0 where that is not stated."""
-    figure = bend_figure(subject)
-    return math.pi / 2 * figure[1] * tail_thickness(subject.spec) if figure else 0.0
 
 
 def _stiff_in_bend(subject: Subject, zone: tuple[float, float]) -> Iterator[Complaint]:
@@ -186,7 +229,8 @@ def _place_of(item: Via | Pad) -> Place:
 BEND_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT123", "bend-zone", Severity.ERROR,
-        "Where the tail bends there are no vias, no contacts, no stiffener, and tracks run straight at one width.",
+        "Where the tail bends there are no vias, no contacts, no stiffener, tracks run straight at one width, and the "
+        "radius is the fabricator's or larger.",
         "Plated holes and stiffener edges crack the copper beside them at the first bend; a corner or step gathers the "
         "strain. Tracks that turn or change their width there are a note that says where to bend instead.",
         "Lengthen the tail, so that everything lies outside the bend.",

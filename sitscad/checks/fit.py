@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import islice
 
-from sitscad.checks.bend import bend_figure
 from sitscad.checks.changes import calmer_tail, first_that_mends, in_vain, named, narrower, other_ends
 from sitscad.checks.fabrication import house, source_of
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
+from sitscad.layout.bending import bend_figure
 from sitscad.layout.ring import Ring
 from sitscad.layout.stiffening import tail_thickness
 from sitscad.spec.sensor import ElastomerPad, Jaw
@@ -164,15 +164,25 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
             Severity.ERROR if tail.layers > 2 else Severity.WARNING,
             advice=lambda left: _calmer(subject, left),
         )
-    figure = bend_figure(subject)
+    figure = bend_figure(spec)
     if figure is None:
         yield Undecided(f"{rules.name} states no bend radius for a {tail.bend} bend")
         return
     field, ratio = figure
     thickness, room = tail_thickness(spec), _bend_room(subject)
-    radius = ratio * thickness
+    radius, stated = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")
+    elif stated > max(radius, room + ROUNDING):
+        yield Complaint(
+            f"a bend of {show(stated, 'm', 3)} inside radius is wanted; inside the port there are {show(room, 'm', 3)}",
+            f"fpc.tail.bend.radius: {show(max(radius, min(stated, room)), 'm', 3)}, or leave it out",
+            "fpc.tail.bend.radius",
+            stated,
+            room,
+            "m",
+            Severity.WARNING,
+        )
     elif radius > room + ROUNDING:
         yield Complaint(
             f"a {tail.bend} bend of {tail.layers} copper layer{'s' if tail.layers > 1 else ''} needs a radius of "

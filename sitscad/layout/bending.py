@@ -1,6 +1,6 @@
-"""Where in its bend zone a tail may be bent: the stretch along which all tracks run straight at one width.
+"""How a tail is bent: about which line, and where in its bend zone it may be: all tracks straight at one width.
 
-The check of the bend and every paper of the order take it from here, so that they name the same two figures.
+The check of the bend and every paper of the order take it from here, so that they name the same figures.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ from itertools import accumulate
 
 from sitscad.geometry.path import Arc, Segment
 from sitscad.layout.board import Layout
+from sitscad.layout.stiffening import tail_thickness
 from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
 
 STRAIGHT = math.radians(10.0)
 """Tracks may cross the bend zone at this angle (rad) to the tail's length."""
@@ -50,6 +52,64 @@ def bend_stretch(layout: Layout) -> tuple[float, float] | None:
         return None
     longest = longest_straight(layout.bend_zone, unfit_for_bending(layout))
     return (longest.start, longest.end) if longest.length > _ROUNDING else None
+
+
+@record
+class Bend:
+    """A bend about the line x = `line` (m) across the tail by an angle (rad), ``down`` (away from the coils) or ``up``.
+
+    It takes the board from `start` to `end` (m), only its line where no radius is known; `radius` (m) is inside.
+    """
+
+    line: float
+    start: float
+    end: float
+    angle: float
+    direction: str
+    radius: float | None
+    is_dynamic: bool
+
+
+def bend_of(layout: Layout) -> Bend | None:
+    """The bend of a tail; None where it has none, or nothing straight to bend."""
+    tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
+    if tail is None or stretch is None:
+        return None
+    line = sum(stretch) / 2 if tail.bend_at is None else layout.body[2] + tail.bend_at
+    half = bend_length(layout.spec) / 2
+    radius = bend_radius(layout.spec)
+    return Bend(line, line - half, line + half, tail.bend_angle, tail.bend_direction, radius, tail.bend == "dynamic")
+
+
+def bend_figure(spec: SensorSpec) -> tuple[str, float] | None:
+    """Which figure of the fabricator's is the tail's smallest bend radius, and that radius by its thickness."""
+    tail, rules = spec.fpc.tail, spec.fpc.rules
+    if tail is None or tail.bend == "none":
+        return None
+    ratios = rules.dynamic_bend_ratio if tail.bend == "dynamic" else rules.static_bend_ratio
+    if not ratios:
+        return None
+    layers = tail.layers if tail.layers in ratios else max(ratios)
+    return f"{tail.bend}_bend_{layers}", ratios[layers]
+
+
+def least_bend_radius(spec: SensorSpec) -> float | None:
+    """Smallest inside radius (m) that the tail may be bent to by the fabricator's rules; None where they state none."""
+    figure = bend_figure(spec)
+    return None if figure is None else figure[1] * tail_thickness(spec)
+
+
+def bend_radius(spec: SensorSpec) -> float | None:
+    """The inside radius (m) of the bend: the spec's, or the fabricator's least; None where neither is stated."""
+    tail = spec.fpc.tail
+    stated = tail.bend_radius if tail is not None else None
+    return least_bend_radius(spec) if stated is None else stated
+
+
+def bend_length(spec: SensorSpec) -> float:
+    """The length (m) of tail that its bend takes, along the middle of its thickness; 0 where no radius is known."""
+    tail, radius = spec.fpc.tail, bend_radius(spec)
+    return 0.0 if tail is None or radius is None else tail.bend_angle * (radius + tail_thickness(spec) / 2)
 
 
 def longest_straight(zone: tuple[float, float], unfit: list[Unfit]) -> Stretch:

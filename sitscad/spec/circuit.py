@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.document import FpcDocument, LayerDocument, PanelDocument, TailDocument
+from sitscad.spec.document import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
 from sitscad.spec.profiles import resolve_rules, spec_place
 from sitscad.spec.remarks import Remarks
 from sitscad.spec.sensor import MOST_PARTS, CoilSpec, FpcSpec, PanelSpec, Tail
@@ -155,7 +155,21 @@ def _tail(document: FpcDocument, copper: int, rules: DesignRules, remarks: Remar
         remarks.flaw("SIT009", "fpc.tail.layers", message, "", measured=float(layers), limit=float(copper))
     radius = _turn_radius(written, rules, remarks)
     connector = presets.connector(written.connector)
-    return Tail(written.length, connector, layers, written.bend, written.turn, written.offset, radius)
+    tail = Tail(written.length, connector, layers, "none", written.turn, written.offset, radius)
+    return _bent(tail, written.bend, remarks)
+
+
+def _bent(tail: Tail, written: str | BendDocument, remarks: Remarks) -> Tail:
+    """The tail with its bend; of one that is only called static or dynamic, angle and direction are defaults."""
+    if isinstance(written, BendDocument):
+        return replace(
+            tail, bend=written.kind, bend_at=written.at, bend_direction=written.direction, bend_angle=written.angle,
+            bend_radius=written.radius,
+        )  # fmt: skip
+    if written != "none":
+        angle = f"{math.degrees(tail.bend_angle):g} deg {tail.bend_direction}"
+        remarks.default("fpc.tail.bend", angle, "the default of a bend that is only called so")
+    return replace(tail, bend=written)
 
 
 def _turn_radius(tail: TailDocument, rules: DesignRules, remarks: Remarks) -> float:

@@ -77,6 +77,7 @@ Run = Quantity("length", "1 mm", "5000 mm")
 Offset = Quantity("length", "-500 mm", "500 mm")
 TurnRadius = Quantity("length", "0.1 mm", "100 mm")
 Angle = Quantity("angle", "-360 deg", "360 deg")
+BendAngle = Quantity("angle", "1 deg", "180 deg")
 Capacitance = Quantity("capacitance", "0 pF", "1 uF")
 DriveCode = Either("auto", Number(0, 31, whole=True))
 TankCapacitance = Either("auto", Quantity("capacitance", "1 pF", "1 uF"))
@@ -159,15 +160,32 @@ class ArrayDocument(Section):
     )
 
 
+class BendDocument(Section):
+    """How the tail is bent: about a line across it."""
+
+    kind: str = key(Choice(("static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static")
+    at: float | None = key(
+        Run, "from the sensor's body to the bend's middle line; the middle of the stretch that may be bent if left out",
+        None,
+    )  # fmt: skip
+    direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
+    angle: float = key(BendAngle, "out of the plane", "90 deg")
+    radius: float | None = key(TurnRadius, "inside; the fabricator's least if left out", None)
+
+
+BendChoice = NameOr(Choice(("none", "static", "dynamic")), Part(BendDocument))
+
+
 class TailDocument(Section):
     """The strip that leads to the converter."""
 
     length: float = key(Run, "from the sensor's body to the end", 30)
     connector: str = key(Preset("connector"), "what the tail ends in", "zif-0.5mm")
     layers: int | None = key(Number(1, 8, whole=True), "copper layers that run down it", None)
-    bend: str = key(
-        Choice(("none", "static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static"
-    )
+    bend: str | BendDocument = key(
+        BendChoice, "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle",
+        "static",
+    )  # fmt: skip
     turn: str = key(
         Choice(("none", "left", "right")), "by 90 degrees in its plane before the contacts, seen from the coils", "none"
     )

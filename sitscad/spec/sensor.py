@@ -5,6 +5,8 @@ Lengths are metres, angles radians; x runs along the jaw to the handle, y across
 
 from __future__ import annotations
 
+import math
+
 from sitscad.record import record
 from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules
@@ -115,7 +117,9 @@ class Tail:
 
     ``turn`` is how it turns in its plane before the contacts, seen from the top and from the coils: ``none``, ``left``
     or ``right`` (by 90 degrees); ``offset`` (m, to the left) how far it is led aside instead; ``turn_radius`` (m) that
-    of its inner edge.
+    of its inner edge. It bends about a line across it, whose distance from the body is ``bend_at`` (m; None: the middle
+    of the stretch that may be bent), ``down`` (away from the face with the coils) or ``up``, by an angle (rad) at an
+    inside radius (m; None: the fabricator's least).
     """
 
     length: float
@@ -125,6 +129,10 @@ class Tail:
     turn: str = "none"
     offset: float = 0.0
     turn_radius: float = 2e-3
+    bend_at: float | None = None
+    bend_direction: str = "down"
+    bend_angle: float = math.pi / 2
+    bend_radius: float | None = None
 
 
 MOST_PARTS = 500

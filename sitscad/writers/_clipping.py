@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from sitscad.geometry.path import Path, bounding_box, polyline
+from sitscad.geometry.path import Path, Point, bounding_box, closed_polygon, polyline
 
 Box = tuple[float, float, float, float]
 
@@ -26,6 +26,33 @@ def parts_inside(path: Path, box: Box) -> list[Path]:
             runs.append([start])
         runs[-1].append(end)
     return [polyline(run) for run in runs if len(run) > 1]  # type: ignore[arg-type]
+
+
+def area_inside(path: Path, box: Box) -> Path | None:
+    """The part of a convex-cornered area in a box (m), given by its outline (Sutherland and Hodgman 1974); None where
+    there is none. Arcs that are cut count as chords within 2 um.
+    """
+    x0, y0, x1, y1 = bounding_box([path])
+    if x0 >= box[0] and y0 >= box[1] and x1 <= box[2] and y1 <= box[3]:
+        return path
+    points: list[tuple[float, float]] = [(p.x, p.y) for p in path.flattened(2e-6)]
+    for axis in (0, 1):
+        for bound, sign in ((box[axis], 1.0), (box[axis + 2], -1.0)):
+            points = _cut(points, axis, bound, sign)
+    return closed_polygon([Point(*p) for p in points]) if len(points) > 2 else None
+
+
+def _cut(points: list[tuple[float, float]], axis: int, bound: float, sign: float) -> list[tuple[float, float]]:
+    """A polygon's part on one side of a line across an axis."""
+    found: list[tuple[float, float]] = []
+    for a, b in zip(points[-1:] + points[:-1], points, strict=True):
+        here, there = sign * (a[axis] - bound), sign * (b[axis] - bound)
+        if (here < 0.0) != (there < 0.0):
+            share = here / (here - there)
+            found.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
+        if there >= 0.0:
+            found.append(b)
+    return found
 
 
 def _clipped(

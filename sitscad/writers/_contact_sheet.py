@@ -6,10 +6,11 @@ from __future__ import annotations
 
 import math
 
-from sitscad.geometry.path import Path, bounding_box, rectangle
+from sitscad.geometry.path import Path, bounding_box, circle, rectangle
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.contacts import contacts, head
-from sitscad.writers._clipping import Box, parts_inside
+from sitscad.writers._board_end import board_end, runs_along_x
+from sitscad.writers._clipping import Box, area_inside, parts_inside
 from sitscad.writers._drawing import (
     CHAIN,
     HIDDEN,
@@ -27,15 +28,15 @@ from sitscad.writers._drawing import (
     span,
     table,
 )
-from sitscad.writers._flex_facts import contact_row, contact_text, stiffener_text
+from sitscad.writers._flex_facts import chip_text, contact_row, contact_text, stiffener_text
 from sitscad.writers._sheet import Pen, Sheet, text_width
 
-ROOM = (26.0, 54.0, 104.0, 126.0)
+ROOM = (30.0, 54.0, 84.0, 116.0)
 """Room for the contacts on paper: left, low, width, height (mm)."""
 AROUND = 0.6e-3
 """So much of the board (m) is drawn about the contacts."""
-STAND = 5.0
-"""Of a dimension line from the view (mm)."""
+STAND, STEP = 5.0, 8.0
+"""Of the first dimension line from the view, and of the next one from that (mm)."""
 COPPER, CONTACT = "#d8b08c", "#e6c200"
 COLUMNS = (16.0, 18.0, 16.0, 16.0, 28.0, 20.0, 20.0)
 
@@ -67,6 +68,14 @@ def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
         half = trace.width / 2
         for piece in parts_inside(trace.path, (box[0] + half, box[1] + half, box[2] - half, box[3] - half)):
             sheet.draw(view.path(piece), Pen(view.length(trace.width), COPPER))
+    areas = [drop.outline for drop in layout.teardrops if drop.layer == 1]
+    areas += [circle(via.centre, via.pad / 2) for via in layout.vias]
+    for area in areas:
+        if (inside := area_inside(area, box)) is not None:
+            sheet.draw(view.path(inside), None, COPPER)
+    for via in layout.vias:
+        if (inside := area_inside(circle(via.centre, via.drill / 2), box)) is not None:
+            sheet.draw(view.path(inside), THIN, "#ffffff")
     for pad in layout.pads:
         sheet.draw(view.path(_shape(pad)), THIN, CONTACT)
     for opening in layout.top_openings:
@@ -81,10 +90,13 @@ def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
 
 
 def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
-    """Width and length of the last contact of the row, and the pitch to the one before, round the view."""
+    """Width and length of the last contact of the row and the pitch to the one before, the board's width there and how
+    far the first contact is from its edge and its end, round the view.
+    """
     row, pitch = contact_row(layout)
     (w, h), (x, y) = row[-1].size, row[-1].centre
     left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
+    _end(sheet, layout, view, (left, low, right, high))
     names = ("length", "width") if w >= h else ("width", "length")
     xs, ys = (view.x(x - w / 2), view.x(x + w / 2)), (view.y(y - h / 2), view.y(y + h / 2))
     _along_x(sheet, xs, ys[1], high + STAND, f"{names[0]} {mm(w)}")
@@ -96,6 +108,34 @@ def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
         _along_x(sheet, (view.x(before.x), view.x(x)), ys[0], low - STAND, f"pitch {mm(pitch)}")
     else:
         _along_y(sheet, (view.y(before.y), view.y(y)), xs[1], right + STAND, f"pitch {mm(pitch)}")
+
+
+def _end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
+    """The board's width at the contacts with its tolerance, from the middle of contact 1 to the edge beside it,
+    and from the contacts to the board's end.
+    """
+    end, tolerance = board_end(layout), mm(layout.spec.fpc.rules.outline_tolerance)
+    (x, y), (w, h) = end.first.centre, end.first.size
+    low_side, high_side = end.sides
+    width, edge, tip = f"{mm(end.width)} +/- {tolerance}", f"edge to 1: {mm(end.edge)}", f"to end {mm(end.tip)}"
+    if runs_along_x(contact_row(layout)[0]):
+        near = low_side if y - low_side <= high_side - y else high_side
+        sides, pair = (view.y(low_side), view.y(high_side)), sorted((view.y(near), view.y(y)))
+        contact = x + w / 2 if end.end > x else x - w / 2
+        _along_y(sheet, (pair[0], pair[1]), view.x(x + w / 2), frame[2] + STAND + STEP, edge)
+        _along_y(sheet, sides, view.x(end.end), frame[2] + STAND + 2 * STEP, width)
+        ends = sorted((view.x(contact), view.x(end.end)))
+        _along_x(sheet, (ends[0], ends[1]), view.y(y - h / 2), frame[1] - STAND - STEP, tip)
+        return
+    near = low_side if x - low_side <= high_side - x else high_side
+    sides, pair = (view.x(low_side), view.x(high_side)), sorted((view.x(near), view.x(x)))
+    contact = y + h / 2 if end.end > y else y - h / 2
+    below = 1.0 if end.end > y else -1.0
+    first = frame[1] - STAND - STEP if below > 0 else frame[3] + STAND + STEP
+    _along_x(sheet, (pair[0], pair[1]), view.y(y - below * h / 2), first, edge)
+    _along_x(sheet, sides, view.y(y - below * h / 2), first - below * STEP, width)
+    ends = sorted((view.y(contact), view.y(end.end)))
+    _along_y(sheet, (ends[0], ends[1]), view.x(x + w / 2), frame[2] + STAND + STEP, tip)
 
 
 def _along_x(sheet: Sheet, ends: tuple[float, float], start: float, level: float, text: str) -> None:
@@ -132,6 +172,7 @@ def _notes(layout: Layout) -> list[str]:
     return [
         f"Contacts{named} seen from the top, where they are bare. Each is marked with its number and its pin.",
         f"{contact_text(layout).capitalize()}.",
+        *([text] if (text := chip_text(layout)) else []),
         *([f"Stiffener below them: {stiffener_text(layout)}."] if layout.stiffener is not None else []),
         "Both contacts of a coil are one net: they are joined through its winding.",
         "Coils are wired to the channels in their order; which end is A and which is B is of no matter to the reading.",

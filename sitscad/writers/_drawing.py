@@ -189,8 +189,12 @@ def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], tex
         sheet.text(middle[0] - 0.8, middle[1], text, TEXT, "middle", 90.0)
 
 
-def outer_span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str) -> None:
-    """A dimension of a short stretch, from the lower or left point on: arrows from outside, the text beyond them."""
+def outer_span(
+    sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, upright: bool = False
+) -> None:
+    """A dimension of a short stretch, from the lower or left point on: arrows from outside, the text beyond them;
+    `upright` text stands level beside the upper arrow.
+    """
     reach, tip = 5.0, 2.0
     level = abs(other[1] - one[1]) < 1e-9
 
@@ -202,8 +206,11 @@ def outer_span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float
     for point, way in ((one, -1.0), (other, 1.0)):
         corners = [at(point, 0.0), at(point, way * tip, 0.4), at(point, way * tip, -0.4)]
         sheet.draw(closed_polygon(corners), None, BLACK)
-    place = at(other, reach + 1.0, -0.35 * TEXT if level else 0.35 * TEXT)
-    sheet.text(place.x, place.y, text, TEXT, "start", 0.0 if level else 90.0)
+    if level or not upright:
+        place = at(other, reach + 1.0, -0.35 * TEXT if level else 0.35 * TEXT)
+        sheet.text(place.x, place.y, text, TEXT, "start", 0.0 if level else 90.0)
+    else:
+        sheet.text(end.x + 1.0, end.y - 0.7 * TEXT, text, TEXT)
 
 
 def table(

@@ -9,7 +9,7 @@ from functools import cache
 from itertools import pairwise
 
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.bending import bend_stretch
+from sitscad.layout.bending import Bend, bend_of, bend_stretch
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.thickness import FinishedThickness, Where, finished_thickness, tail_copper
 from sitscad.spec.presets import DATA, names
@@ -57,29 +57,29 @@ def _layers(count: int) -> str:
     return f"{count} layer{'s' * (count > 1)}"
 
 
-def bend_radius(layout: Layout) -> float | None:
-    """Smallest radius (m) that the tail may be bent to by the fabricator's rules; None where they state none."""
-    tail, rules = layout.spec.fpc.tail, layout.spec.fpc.rules
-    if tail is None or tail.bend == "none":
-        return None
-    ratios = rules.dynamic_bend_ratio if tail.bend == "dynamic" else rules.static_bend_ratio
-    listed = max((count for count in ratios if count <= tail_copper(layout)), default=None)
-    return None if listed is None else ratios[listed] * finished_thickness(layout, Where.TAIL).nominal
-
-
 def bend_text(layout: Layout) -> str:
-    """Where and how far the tail may be bent: only where all its tracks run straight, as the check of the bend says."""
-    tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
-    assert tail is not None and layout.bend_zone is not None
-    if stretch is None:
+    """How the tail is bent: about which line, which way, how far, and where nothing stiff may be, as the check of the
+    bend says.
+    """
+    bend, stretch = bend_of(layout), bend_stretch(layout)
+    if bend is None or stretch is None:
         return "The tail has no stretch where its tracks run straight: do not bend it."
+    how = "in use (dynamic)" if bend.is_dynamic else "once, at assembly (static)"
+    radius = "the rules state no radius" if bend.radius is None else f"inside radius at least {show(bend.radius, 'm')}"
+    taken = f", which takes x = {show(bend.start, 'm')} to {show(bend.end, 'm')}" if bend.radius is not None else ""
     a, b = stretch
-    radius = bend_radius(layout)
-    least = f", inside radius at least {show(radius, 'm')}" if radius is not None else ""
-    how = "in use (dynamic)" if tail.bend == "dynamic" else "once, at assembly (static)"
     return (
-        f"The tail bends {how} between x = {show(a, 'm')} and x = {show(b, 'm')}{least}; no holes and no joints there."
+        f"The tail bends {how} by {bend_words(bend)}, about the line across it at x = {show(bend.line, 'm')}; {radius}"
+        f"{taken}. No holes and no joints between x = {show(a, 'm')} and x = {show(b, 'm')}."
     )
+
+
+WAYS = {"down": "away from the face with the coils", "up": "towards the face with the coils"}
+
+
+def bend_words(bend: Bend) -> str:
+    """Angle and direction of a bend."""
+    return f"{math.degrees(bend.angle):g} deg {bend.direction} ({WAYS[bend.direction]})"
 
 
 def turn_text(layout: Layout) -> str:
@@ -123,6 +123,29 @@ def contact_size(pad: Pad) -> tuple[float, float]:
     """Width and length (m) of a contact: its shorter and its longer side."""
     width, length = sorted(pad.size)
     return width, length
+
+
+def coil_text(layout: Layout) -> str:
+    """The coils' size as the drawing dimensions it: over the outer copper, polygons across flats; who is turned."""
+    spec = layout.spec.coil
+    size = " x ".join(f"{side * 1e3:.6g}" for side in dict.fromkeys(spec.size))
+    across = {"circle": "in diameter ", "hexagon": "across flats ", "octagon": "across flats "}.get(spec.shape, "")
+    turned = {coil.name: math.degrees(coil.placement.rotation) for coil in layout.coils if coil.placement.rotation}
+    words = ", ".join(f"{name} by {angle:g} deg" for name, angle in turned.items())
+    return (
+        f"Coils ({spec.shape}): {size} mm {across}over the outer copper edges, tracks {show(spec.trace_width, 'm')}, "
+        f"gaps {show(spec.trace_spacing, 'm')}{f'; turned: {words}' if words and spec.shape != 'circle' else ''}."
+    )
+
+
+def chip_text(layout: Layout) -> str:
+    """The capacitors' land pattern; empty without capacitors."""
+    chip = layout.spec.readout.chip
+    if not layout.capacitors or chip is None:
+        return ""
+    names = ", ".join(each.reference for each in layout.capacitors)
+    along, across = show(chip.pad_along, "m"), show(chip.pad_across, "m")
+    return f"Pads of {names} ({chip.name}): {along} x {across}, {show(chip.pitch, 'm')} from middle to middle."
 
 
 def stiffener_text(layout: Layout) -> str:
@@ -206,7 +229,27 @@ def thickness_texts(layout: Layout) -> dict[str, str]:
     places = {Where.COIL: "at the coils"}
     if layout.spec.fpc.tail is not None:
         places |= {Where.TAIL: "tail", Where.CONTACT: "at the contacts"}
-    return {word: _band(finished_thickness(layout, where)) for where, word in places.items()}
+    return {word: thickness_text(layout, where) for where, word in places.items()}
+
+
+def thickness_text(layout: Layout, where: Where) -> str:
+    """Finished thickness at a place. At contacts that are plugged in it is what the connector takes: no other figure is
+    ordered there, and where the fabricator's own band is wider that is said.
+    """
+    made, tail = finished_thickness(layout, where), layout.spec.fpc.tail
+    if where is not Where.CONTACT or tail is None or tail.connector.insertion_thickness <= 0.0:
+        return _band(made)
+    wanted, allowed = tail.connector.insertion_thickness, tail.connector.insertion_thickness_tolerance
+    low, high = wanted - allowed, wanted + allowed
+    text = f"{_band(FinishedThickness(low, wanted, high, ''))}, as {tail.connector.name} takes it"
+    if made.minimum >= low - ROUNDING and made.maximum <= high + ROUNDING:
+        return text
+    usual = show(made.maximum - made.nominal, "m")
+    return f"{text}: closer than the +/- {usual} of {layout.spec.fpc.rules.name}, to be confirmed"
+
+
+ROUNDING = 1e-9
+"""Thicknesses (m) that differ by less are the same."""
 
 
 def _band(thickness: FinishedThickness) -> str:

@@ -10,14 +10,17 @@ import math
 from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
-from sitscad.layout.bending import bend_stretch
+from sitscad.layout.bending import bend_of, bend_stretch
 from sitscad.layout.board import Coil, Layout
 from sitscad.units import show
-from sitscad.writers._clipping import parts_inside
+from sitscad.writers._board_end import tail_width
+from sitscad.writers._clipping import area_inside, parts_inside
+from sitscad.writers._coil_outline import coil_extent, coil_outline
 from sitscad.writers._contact_sheet import contact_sheet
 from sitscad.writers._drawing import (
     CHAIN,
     HIDDEN,
+    TEXT,
     THICK,
     THIN,
     View,
@@ -28,6 +31,7 @@ from sitscad.writers._drawing import (
     next_below,
     ordinates_x,
     ordinates_y,
+    outer_span,
     placed,
     scale_for,
     scale_text,
@@ -40,6 +44,8 @@ from sitscad.writers._fabrication_files import fabrication_path
 from sitscad.writers._fingerprint import board_images, on_drawing
 from sitscad.writers._flex_facts import (
     bend_text,
+    chip_text,
+    coil_text,
     finish_text,
     holes_text,
     outline_text,
@@ -53,6 +59,8 @@ from sitscad.writers._pdf import pdf
 from sitscad.writers._sheet import Pen, Sheet, text_width
 
 COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"
+BEND_LINE = Pen(0.35, "#4d6b1f", (5.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+"""Two dots and a dash: where something else will be, as bend lines are drawn."""
 WHOLE = (40.0, 132.0, 225.0, 47.0)
 """Room for the whole board on paper: left, low, width, height (mm); dimensions stand around it."""
 DETAIL = (36.0, 32.0, 112.0, 70.0)
@@ -82,13 +90,14 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
     sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
     low = _holes(sheet, layout, 161.0, 108.0)
-    fitting_paragraph(sheet, 161.0, low - 2.0, 126.0, 40.0, list(notes(layout)), 2.3)
+    fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, list(notes(layout)), 2.3)
     return sheet
 
 
 def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     x0, y0, x1, y1 = bounding_box([layout.outline])
     _zones(sheet, layout, view)
+    _bend_taken(sheet, layout, view)
     _copper(sheet, layout, view, x1)
     sheet.draw(view.path(layout.outline), THICK)
     _marks(sheet, layout, view)
@@ -96,18 +105,31 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     ordinates_x(sheet, view, list(_stations(layout)), low, low - 7.0)
     tail = _tail_reach(layout)
     ordinates_y(sheet, view, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
-    span(sheet, (view.x(x0), high + 6.0), (view.x(x1), high + 6.0), f"{mm(x1 - x0)} +/- {_outline(layout)}")
+    level = max(high + 6.0, _tail_width(sheet, layout, view) + 2.0, _bend(sheet, layout, view) + 4.0)
+    span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout)}")
     for x in (x0, x1):
-        sheet.line(view.x(x), high + 1.0, view.x(x), high + 7.0, THIN)
+        sheet.line(view.x(x), high + 1.0, view.x(x), level + 1.0, THIN)
     side = view.x(x1) + (12.0 if layout.pads else 7.0)  # beyond the numbers of the contacts
     span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {_outline(layout)}")
 
 
+def _tail_width(sheet: Sheet, layout: Layout, view: View) -> float:
+    """The tail's width where it is longest the same, near the body's end of that; how high on paper this reaches."""
+    found = tail_width(layout)
+    if found is None:
+        return 0.0
+    at, low, high = view.x(found[0]), view.y(found[1]), view.y(found[2])
+    outer_span(sheet, (at, low), (at, high), f"tail {mm(found[2] - found[1])} +/- {_outline(layout)}", upright=True)
+    return high + 5.0 + TEXT
+
+
 def _stations(layout: Layout) -> Iterator[float]:
-    """The x that matter along the board: ends, coils, body, bend zone, stiffener, contacts."""
+    """The x that matter along the board: ends, coils, body, bend, stiffener, contacts."""
     x0, _, x1, _ = bounding_box([layout.outline])
     yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
     yield from bend_stretch(layout) or ()
+    if (bend := bend_of(layout)) is not None:
+        yield bend.line
     if layout.stiffener is not None:
         yield bounding_box([layout.stiffener.outline.outline])[0]
     if not _is_turned(layout):
@@ -139,7 +161,7 @@ def _detail(sheet: Sheet, layout: Layout, view: View) -> None:
     for coil in layout.coils:
         _name(sheet, layout, view, coil)
     ordinates_x(sheet, view, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
-    edges = [side * layout.spec.coil.size[1] / 2 + coil.centre.y for coil in layout.coils for side in (-1, 1)]
+    edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
     ordinates_y(sheet, view, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
 
 
@@ -161,7 +183,7 @@ def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
 
 
 def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
-    """Stiffener and bend zone as areas, coverlay openings as broken lines; their names apart."""
+    """The stiffener as an area, the bend as its line and what it takes, coverlay openings as broken lines."""
     above, size = 1.2, 2.3
     if layout.stiffener is not None:
         sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
@@ -170,19 +192,38 @@ def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
             sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
         else:
             sheet.text(view.x(box[2]), view.y(box[3]) + above, name, size, "end")
-    if (bend := bend_stretch(layout)) is not None:
-        y0, y1 = layout.reach_at(sum(bend) / 2)
-        zone = rectangle(bend[0], y0, bend[1], y1)
-        sheet.draw(view.path(zone), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
-        middle, words = view.x(sum(bend) / 2), "bend zone: no holes"
-        if layout.stiffener is not None and not _is_turned(layout):
-            begins = view.x(box[2]) - text_width(name, size)
-            same_height = abs(view.y(box[3]) - view.y(y1)) < 2.0 * size
-            if same_height and middle + text_width(words, size) / 2 + 1.0 > begins:
-                above = max(view.y(box[3]) - view.y(y1), 0.0) + above + 1.5 * size
-        sheet.text(middle, view.y(y1) + above, words, size, "middle")
     for opening in (*layout.top_openings, *layout.bottom_openings):
         sheet.draw(view.path(opening.outline), HIDDEN)
+
+
+def _bend_taken(sheet: Sheet, layout: Layout, view: View) -> None:
+    """What the bend takes of the tail, under its tracks."""
+    bend = bend_of(layout)
+    if bend is not None and bend.end > bend.start:
+        y0, y1 = layout.reach_at(bend.line)
+        sheet.draw(view.path(rectangle(bend.start, y0, bend.end, y1)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
+
+
+def _bend(sheet: Sheet, layout: Layout, view: View) -> float:
+    """The line about which the tail is bent, which way and how far: below the tail, above one that goes on downwards.
+
+    How high on paper this reaches.
+    """
+    bend, tail = bend_of(layout), layout.spec.fpc.tail
+    if bend is None or tail is None:
+        return 0.0
+    y0, y1 = layout.reach_at(bend.line)
+    at, low, high = view.x(bend.line), view.y(y0) - 4.0, view.y(y1) + 2.5
+    is_above = tail.turn == "right" or tail.offset < 0.0
+    if is_above:
+        low, high = low + 1.5, high + 8.0
+    sheet.line(at, high, at, low, BEND_LINE)
+    radius = "" if bend.radius is None else f", R min {mm(bend.radius)} inside"
+    words = f"bend {math.degrees(bend.angle):g} deg {bend.direction}{radius}"
+    fits = at + 1.0 + text_width(words, 2.3) < view.x(bounding_box([layout.outline])[2])
+    place, anchor = (at + 1.0, "start") if fits else (at - 1.0, "end")
+    sheet.text(place, high - 2.0 if is_above else low, words, 2.3, anchor, colour=BEND_LINE.colour)
+    return high
 
 
 def _copper(sheet: Sheet, layout: Layout, view: View, limit: float) -> None:
@@ -191,6 +232,10 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float) -> None:
         pieces = [view.path(piece) for piece in _until(trace.path, limit)]
         if pieces:
             sheet.draw(pieces, Pen(view.length(trace.width), COPPER))
+    areas = [drop.outline for drop in layout.teardrops if drop.layer == 1]
+    for area in (*areas, *(circle(via.centre, via.pad / 2) for via in layout.vias)):
+        if (inside := area_inside(area, (-math.inf, -math.inf, limit, math.inf))) is not None:
+            sheet.draw(view.path(inside), None, COPPER)
     for pad in layout.all_pads:
         (w, h), (x, y) = pad.size, pad.centre
         if x + w / 2 <= limit + 1e-9:
@@ -223,14 +268,10 @@ def _until(path: Path, limit: float) -> list[Path]:
 def _marks(sheet: Sheet, layout: Layout, view: View, limit: float = float("inf")) -> None:
     """Each coil's outer size and centre, the holes, and the origin of the coordinates."""
     for coil in layout.coils:
-        (w, h), (x, y) = layout.spec.coil.size, coil.centre
-        shape = layout.spec.coil.shape
-        outline = (
-            circle(coil.centre, w / 2) if shape == "circle" else rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
-        )
-        sheet.draw(view.path(outline), CHAIN)
-        for dx, dy in ((w / 2, 0.0), (0.0, h / 2)):
-            sheet.line(view.x(x - dx), view.y(y - dy), view.x(x + dx), view.y(y + dy), CHAIN)
+        sheet.draw(view.path(coil_outline(layout.spec.coil, coil)), CHAIN)
+        x0, y0, x1, y1 = coil_extent(layout.spec.coil, coil)
+        sheet.line(view.x(x0), view.y(coil.centre.y), view.x(x1), view.y(coil.centre.y), CHAIN)
+        sheet.line(view.x(coil.centre.x), view.y(y0), view.x(coil.centre.x), view.y(y1), CHAIN)
     for order, tool in enumerate(plated_tools(layout)):
         for hole in tool.holes:
             if hole.x * UNIT <= limit:
@@ -268,22 +309,21 @@ def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
 def notes(layout: Layout) -> Iterator[str]:
     """What the drawing says in words."""
     number = iter(range(1, 99))
-    rules, coil = layout.spec.fpc.rules, layout.spec.coil
+    rules = layout.spec.fpc.rules
     registration = show(rules.registration, "m")
     yield f"{next(number)}. Coordinates in mm from the files' origin (red cross). No layer is mirrored."
     yield (
         f"{next(number)}. Outline {outline_text(layout)}, layers in register within {registration} "
         f"(rules {rules.name})."
     )
-    yield (
-        f"{next(number)}. Coils ({coil.shape}): {' x '.join(mm(s) for s in dict.fromkeys(coil.size))} mm over the "
-        f"outer copper edges, tracks {show(coil.trace_width, 'm')}, gaps {show(coil.trace_spacing, 'm')}."
-    )
+    yield f"{next(number)}. {coil_text(layout)}"
     yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
         yield f"{next(number)}. Holes: {holes_text(layout)}."
     if layout.stiffener is not None:
         yield f"{next(number)}. Stiffener below the contacts: {stiffener_text(layout)}."
+    if chips := chip_text(layout):
+        yield f"{next(number)}. {chips}"
     if layout.bend_zone is not None:
         yield f"{next(number)}. {bend_text(layout)}"
     if turn := turn_text(layout):

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from itertools import combinations, pairwise
+from itertools import combinations
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
 from sitscad.geometry.path import Arc, Path, Point, bounding_box
 from sitscad.geometry.region import Region
-from sitscad.layout.bending import bend_stretch
+from sitscad.layout.bending import Bend, bend_of
 from sitscad.layout.board import Layout
 from sitscad.units import show
 from sitscad.writers._fabrication_files import fabrication_path
@@ -24,7 +24,7 @@ COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#8
 """One colour a copper layer, from the top (after Okabe and Ito's palette)."""
 
 BOARD, PLATE, CONTACT, RING, EDGE = "#f6e7c1", "#cdb380", "#e6b800", "#8a8a8a", "#222222"
-TOP_OPENING, BOTTOM_OPENING, BEND = "#1b7837", "#762a83", "#666666"
+TOP_OPENING, BOTTOM_OPENING, BEND, BEND_DASHES = "#1b7837", "#762a83", "#444444", "14 4 3 4 3 4"
 WIDTH = 1200.0
 """Width of a picture in user units."""
 FONT = "font-family='Helvetica, Arial, sans-serif'"
@@ -126,8 +126,8 @@ def _board(layout: Layout, shown: list[int], view: _View) -> Iterator[str]:
     if layout.stiffener is not None:
         outline = view.region(layout.stiffener.outline)
         yield f"<path d='{outline}' fill='{PLATE}' fill-opacity='0.6' fill-rule='evenodd' stroke='{PLATE}'/>"
-    if (stretch := bend_stretch(layout)) is not None:
-        yield from _bend(layout, stretch, view)
+    if (bend := bend_of(layout)) is not None:
+        yield from _bend(layout, bend, view)
     for layer in reversed(shown):
         yield from _copper(layout, layer, view)
     for via in layout.vias:
@@ -161,22 +161,14 @@ def _openings(openings: tuple[Region, ...], colour: str, dashes: str, view: _Vie
         yield f"<path d='{data}' fill='none' stroke='{colour}' stroke-width='2' stroke-dasharray='{dashes}'/>"
 
 
-def _bend(layout: Layout, stretch: tuple[float, float], view: _View) -> Iterator[str]:
-    """Where the tail may be bent as a band across the board."""
-    x0, x1 = stretch
-    ys = _reach(layout.outline, x0, x1) or [layout.body[1], layout.body[3]]
-    size = f"width='{_n((x1 - x0) * view.scale)}' height='{_n((max(ys) - min(ys)) * view.scale)}'"
-    corner = f"x='{_n(view.x(x0))}' y='{_n(view.y(max(ys)))}'"
-    yield f"<rect {corner} {size} fill='{BEND}' fill-opacity='0.2' stroke='{BEND}' stroke-dasharray='4 4'/>"
-
-
-def _reach(outline: Path, x0: float, x1: float) -> list[float]:
-    """The y of every corner of the outline between two x, and of its crossings with them."""
-    ys = []
-    for a, b in pairwise(outline.flattened(1e-5)):
-        ys += [p.y for p in (a, b) if x0 <= p.x <= x1]
-        ys += [a.y + (x - a.x) / (b.x - a.x) * (b.y - a.y) for x in (x0, x1) if min(a.x, b.x) < x < max(a.x, b.x)]
-    return ys
+def _bend(layout: Layout, bend: Bend, view: _View) -> Iterator[str]:
+    """The line about which the tail is bent, and what the bend takes of it as a band."""
+    low, high = layout.reach_at(bend.line)
+    size = f"width='{_n((bend.end - bend.start) * view.scale)}' height='{_n((high - low) * view.scale)}'"
+    corner = f"x='{_n(view.x(bend.start))}' y='{_n(view.y(high))}'"
+    yield f"<rect {corner} {size} fill='{BEND}' fill-opacity='0.15'/>"
+    x, top, bottom = _n(view.x(bend.line)), _n(view.y(high) - 8.0), _n(view.y(low) + 8.0)
+    yield f"<path d='M{x} {top}V{bottom}' stroke='{BEND}' stroke-width='2' stroke-dasharray='{BEND_DASHES}'/>"
 
 
 def _labels(layout: Layout, view: _View) -> Iterator[str]:
@@ -252,7 +244,7 @@ def _marks(marks: list[Mark], view: _View) -> Iterator[str]:
 
 def _legend(layout: Layout, shown: list[int], view: _View, marks: list[Mark]) -> list[str]:
     """The scale bar, then a key for everything that the window shows."""
-    plate, bend = layout.stiffener, bend_stretch(layout)
+    plate, bend = layout.stiffener, bend_of(layout)
     keys = [(_swatch(_colour(layer)), f"copper {layer}") for layer in shown]
     if any(pad.layer in shown and view.shows(pad.centre.x) for pad in layout.pads):
         keys.append((_swatch(CONTACT), "contacts"))
@@ -264,8 +256,8 @@ def _legend(layout: Layout, shown: list[int], view: _View, marks: list[Mark]) ->
         keys.append((_dashes(BOTTOM_OPENING, "2 5"), "bottom coverlay open"))
     if plate is not None and view.shows(plate.outline.outline.start.x):
         keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
-    if bend is not None and view.shows(bend[0]):
-        keys.append((_dashes(BEND, "4 4"), "bend zone"))
+    if bend is not None and view.shows(bend.line):
+        keys.append((_dashes(BEND, BEND_DASHES), f"bend {math.degrees(bend.angle):g} deg {bend.direction}"))
     keys += [(_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)]
     return [_scale_bar(layout, view), *_rows(keys)]
 

@@ -36,6 +36,7 @@ from sitscad.writers._flex_facts import (
     outline_text,
     quantity_text,
     stiffener_text,
+    thickness_text,
     thickness_texts,
     turn_text,
 )
@@ -222,7 +223,7 @@ def _contacts(layout: Layout) -> str:
     allowed = connector.insertion_thickness_tolerance
     text = (
         f"{connector.name}: {len(layout.pads)} {contact_text(layout)}, thickness at the contacts "
-        f"{show(wanted, 'm')} +/- {show(allowed, 'm')}; the stack-up and stiffener above give {show(made, 'm')}"
+        f"{thickness_text(layout, Where.CONTACT)}; the stack-up and stiffener above give {show(made, 'm')}"
     )
     if abs(made - wanted) > allowed + 1e-9:
         return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"

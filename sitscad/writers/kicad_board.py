@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from sitscad.geometry.path import Point, bounding_box, rectangle
-from sitscad.layout.bending import bend_stretch
+from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
+from sitscad.layout.bending import bend_of
 from sitscad.layout.board import Layout, Role, Trace, Via
+from sitscad.writers._flex_facts import bend_words
 from sitscad.writers.kicad_capacitor import placed_capacitors
 from sitscad.writers.kicad_footprint import board_footprint, contact_openings, filled
 from sitscad.writers.kicad_sexpr import (
@@ -34,6 +35,7 @@ from sitscad.writers.kicad_stackup import BEND_LAYER, STIFFENER_LAYER, copper_na
 FORMAT = 20241229
 _OUTLINE_PEN = 50e-6
 _TEXT_SIZE = 1e-3
+_BEYOND = 1e-3  # so far a bend line is drawn beyond the tail's edges
 _MM = 1_000_000
 _A4 = (297 * _MM, 210 * _MM)
 _SHEET_MARGIN = 40 * _MM
@@ -131,10 +133,13 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
         outline = layout.stiffener.outline
         for i, path in enumerate((outline.outline, *outline.holes)):
             yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
-    if (bend := bend_stretch(layout)) is not None:
-        y0, y1 = layout.reach_at(sum(bend) / 2)
-        zone = rectangle(bend[0], y0, bend[1], y1)
-        yield from stroked("gr", zone, BEND_LAYER, 0.1e-3, (name, "bend"), sheet)
+    if (bend := bend_of(layout)) is not None:
+        y0, y1 = layout.reach_at(bend.line)
+        line = polyline([Point(bend.line, y0 - _BEYOND), Point(bend.line, y1 + _BEYOND)])
+        yield from stroked("gr", line, BEND_LAYER, 0.1e-3, (name, "bend line"), sheet)
+        if bend.end > bend.start:
+            zone = rectangle(bend.start, y0, bend.end, y1)
+            yield from stroked("gr", zone, BEND_LAYER, 0.05e-3, (name, "bend"), sheet)
     yield from _notes(layout, sheet)
 
 
@@ -165,8 +170,10 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
     if layout.stiffener is not None:
         plate = layout.stiffener
         lines.append((STIFFENER_LAYER, f"stiffener on the bottom: {plate.material}, {length(plate.thickness)} mm"))
-    if bend_stretch(layout) is not None:
-        lines.append((BEND_LAYER, f"bend zone ({spec.fpc.tail.bend if spec.fpc.tail else 'none'})"))
+    if (bend := bend_of(layout)) is not None:
+        kind = "dynamic" if bend.is_dynamic else "static"
+        radius = "" if bend.radius is None else f", inside radius at least {length(bend.radius)} mm"
+        lines.append((BEND_LAYER, f"bend line, {kind}: {bend_words(bend)}{radius}"))
     for i, (layer, text) in enumerate(lines):
         at = Point(x, y - (2.0 + 1.6 * i) * _TEXT_SIZE)
         yield _text(text, at, sheet, layer, (spec.name, "note", i))

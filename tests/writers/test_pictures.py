@@ -66,7 +66,16 @@ def test_layers_are_chosen_and_coloured_apart(board):
 
 def test_labels_and_legend_name_what_is_shown(board):
     whole, body = board_picture.picture(board), board_picture.picture(board, window=board.body)
-    for word in ("C1", "C2", "1: C1.A", "4: C2.A", "stiffener 200 um", "bend zone", "top coverlay open", "copper 1"):
+    for word in (
+        "C1",
+        "C2",
+        "1: C1.A",
+        "4: C2.A",
+        "stiffener 200 um",
+        "bend 90 deg down",
+        "top coverlay open",
+        "copper 1",
+    ):
         assert f">{word}<" in whole
     assert ">contacts<" not in body and ">bend zone<" not in body
 
