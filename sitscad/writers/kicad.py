@@ -1,4 +1,4 @@
-"""A KiCad 9 project of the flexible circuit: board, rules, and a library of footprints: its contacts, and its coils."""
+"""A KiCad 9 project of the flexible circuit: board, rules, and libraries of footprints and of symbols."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from sitscad.writers.kicad_coil import coil_footprints
 from sitscad.writers.kicad_footprint import FOOTPRINT_NAME, library_footprint
 from sitscad.writers.kicad_rules import custom_rules, project
 from sitscad.writers.kicad_sexpr import quoted
+from sitscad.writers.kicad_symbol import library_table, symbol_library
 
 
 def render(layout: Layout) -> dict[str, bytes]:
-    """The files of ``kicad/`` by their path in the package: project, board, custom rules, footprint library.
+    """The files of ``kicad/`` by their path in the package: project, board, custom rules, footprints and symbols.
 
     The board lies in the middle of the sheet (millimetres, y negated as KiCad's points down); KiCad's origin for drill
     files is the layout's, so plots made from it fall on the package's own Gerber files. Raises ValueError for what
@@ -29,6 +30,8 @@ def render(layout: Layout) -> dict[str, bytes]:
     files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
     if library:
         files["kicad/fp-lib-table"] = _library_table(name)
+        files[f"kicad/{name}.kicad_sym"] = symbol_library(layout)
+        files["kicad/sym-lib-table"] = library_table(name)
     return {path: text.encode("utf-8") for path, text in files.items()}
 
 

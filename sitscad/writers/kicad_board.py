@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
 from sitscad.layout.bending import bend_of
 from sitscad.layout.board import Layout, Role, Trace, Via
+from sitscad.writers._fabrication_files import body_files
 from sitscad.writers._flex_facts import bend_words
 from sitscad.writers.kicad_capacitor import placed_capacitors
 from sitscad.writers.kicad_footprint import board_footprint, contact_openings, filled
@@ -29,7 +30,14 @@ from sitscad.writers.kicad_sexpr import (
     uuid_of,
     xy,
 )
-from sitscad.writers.kicad_stackup import BEND_LAYER, STIFFENER_LAYER, copper_names, layer_table, stackup_section
+from sitscad.writers.kicad_stackup import (
+    BEND_LAYER,
+    BODY_LAYER,
+    STIFFENER_LAYER,
+    copper_names,
+    layer_table,
+    stackup_section,
+)
 
 # Board format of KiCad 9.0; later versions read it.
 FORMAT = 20241229
@@ -114,7 +122,7 @@ def _title_block(layout: Layout) -> str:
 def _setup(layout: Layout, sheet: Grid) -> str:
     return node(
         "setup",
-        stackup_section(layout.spec.fpc.stackup),
+        stackup_section(layout.spec.fpc.stackup, layout.spec.fpc.finish),
         # Openings are drawn exactly as they are ordered: KiCad adds no margin to them and none of its own.
         "(pad_to_mask_clearance 0)",
         "(allow_soldermask_bridges_in_footprints no)",
@@ -133,6 +141,8 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
         outline = layout.stiffener.outline
         for i, path in enumerate((outline.outline, *outline.holes)):
             yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
+    if body_files(layout):
+        yield from stroked("gr", rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
     if (bend := bend_of(layout)) is not None:
         y0, y1 = layout.reach_at(bend.line)
         line = polyline([Point(bend.line, y0 - _BEYOND), Point(bend.line, y1 + _BEYOND)])
@@ -170,6 +180,7 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
     if layout.stiffener is not None:
         plate = layout.stiffener
         lines.append((STIFFENER_LAYER, f"stiffener on the bottom: {plate.material}, {length(plate.thickness)} mm"))
+    lines += [(BODY_LAYER, file.title) for file in body_files(layout)]
     if (bend := bend_of(layout)) is not None:
         kind = "dynamic" if bend.is_dynamic else "static"
         radius = "" if bend.radius is None else f", inside radius at least {length(bend.radius)} mm"

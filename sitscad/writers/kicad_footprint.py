@@ -21,8 +21,8 @@ _COURTYARD_MARGIN = 250_000
 
 # One coverlay window over all contacts of an edge connector is how such tails are made (there is no web between
 # contacts at 0.5 mm pitch); KiCad takes a window over two nets for an error unless the footprint says that it is meant.
-# The contacts are printed copper: neither bought, placed nor in a schematic.
-_ATTRIBUTES = "(attr smd board_only exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)"
+# The contacts are printed copper: neither bought nor placed; in a schematic they are the sensor's symbol.
+_ATTRIBUTES = "(attr smd exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)"
 
 
 def anchor(layout: Layout) -> Grid:

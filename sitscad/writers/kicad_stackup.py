@@ -9,6 +9,20 @@ from sitscad.writers.kicad_sexpr import length, node, quoted
 
 STIFFENER_LAYER = "User.1"
 BEND_LAYER = "User.2"
+BODY_LAYER = "User.3"
+"""Where the copper layers are that the tail is without."""
+
+FINISHES = {
+    "enig": "ENIG",
+    "hard-gold": "Hard gold",
+    "immersion-tin": "Immersion tin",
+    "immersion-silver": "Immersion silver",
+    "osp": "OSP",
+}
+"""KiCad's own words for the finishes of a spec."""
+
+BOND = "bondply"
+"""The material of films that bond copper to copper; KiCad calls a layer with one a prepreg."""
 
 # The colour of polyimide (red, green, blue, opacity), for KiCad's 3-D view.
 _AMBER = "#9A5A0A80"
@@ -35,6 +49,7 @@ _TECHNICAL = (
     (33, "B.Fab", ""),
     (39, STIFFENER_LAYER, "Stiffener"),
     (41, BEND_LAYER, "Bend"),
+    (43, BODY_LAYER, "Body.Layers"),
 )
 
 
@@ -73,10 +88,10 @@ def layer_table(count: int) -> str:
     return node("layers", *rows)
 
 
-def stackup_section(stackup: Stackup) -> str:
+def stackup_section(stackup: Stackup, finish: str) -> str:
     """The ``stackup`` section: coverlays as mask layers, dielectrics between coppers with their sublayers.
 
-    A copper layer that the board has not (see `unused_layer`) has the thickness 0.
+    A copper layer that the board has not (see `unused_layer`) has the thickness 0. `finish` is the spec's word.
     """
     layers = stackup.layers
     coppers = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
@@ -95,7 +110,7 @@ def stackup_section(stackup: Stackup) -> str:
         below = tuple(layer for layer in below if layer.kind is not LayerKind.DIELECTRIC)
     rows += _mask("B.Mask", "Bottom Solder Mask", below)
     rows += [*_plain("B.Paste", "Bottom Solder Paste"), *_plain("B.SilkS", "Bottom Silk Screen")]
-    return node("stackup", *rows, '(copper_finish "None")', "(dielectric_constraints no)")
+    return node("stackup", *rows, f"(copper_finish {quoted(FINISHES[finish])})", "(dielectric_constraints no)")
 
 
 def _plain(name: str, kind: str) -> list[str]:
@@ -119,7 +134,8 @@ def _mask(name: str, kind: str, layers: Sequence[StackLayer]) -> list[str]:
 
 
 def _dielectric(number: int, layers: Sequence[StackLayer]) -> str:
-    children = ['(type "core")', f"(color {quoted(_AMBER)})"]
+    kind = "prepreg" if any(layer.material == BOND for layer in layers) else "core"
+    children = [f"(type {quoted(kind)})", f"(color {quoted(_AMBER)})"]
     if not layers:
         children.append("(thickness 0)")
     for i, layer in enumerate(layers):
