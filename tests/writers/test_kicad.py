@@ -214,7 +214,7 @@ def test_every_rule_of_the_file_carries_its_source():
 
 
 def test_stackup_adds_up(board):
-    text = stackup_section(board.spec.fpc.stackup)
+    text = stackup_section(board.spec.fpc.stackup, "enig")
     total = sum(float(value) for value in re.findall(r"\(thickness ([\d.]+)\)", text))
     assert total == pytest.approx(board.spec.fpc.stackup.thickness * 1e3, abs=1e-9)
     assert f"(thickness {length(board.spec.fpc.stackup.thickness)})" in board_text(board)
@@ -234,7 +234,7 @@ def test_copper_layers_stand_in_order_from_the_top(copper, names, unused):
     rows = re.findall(r'"([FIB]\w*\.Cu)" signal(.*)\)', layer_table(copper))
     assert [name for name, _ in rows] == names
     assert [name for name, alias in rows if "unused" in alias] == ([unused] if unused else [])
-    text = stackup_section(layouts.stackup(copper))
+    text = stackup_section(layouts.stackup(copper), "enig")
     assert re.findall(r'layer "([FIB]\w*\.Cu)"', text) == names
     total = sum(float(value) for value in re.findall(r"\(thickness ([\d.]+)\)", text))
     assert total == pytest.approx(layouts.stackup(copper).thickness * 1e3)
@@ -386,4 +386,4 @@ def hashes_in_another_process(module: str, layout: str, **environment: str) -> s
 def test_same_bytes_across_processes():
     one = hashes_in_another_process("kicad", "two_coils", PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
     two = hashes_in_another_process("kicad", "two_coils", PYTHONHASHSEED="2", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")
-    assert one == two and one.count("\n") == 7
+    assert one == two and one.count("\n") == 9
