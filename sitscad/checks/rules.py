@@ -132,7 +132,8 @@ class Subject:
 
 def _board(spec: SensorSpec) -> tuple[object, ...]:
     """All that a board is drawn from."""
-    return spec.coil, spec.array, spec.fpc, spec.readout.chip
+    jaw = spec.mount.jaw if spec.mount is not None else None
+    return spec.coil, spec.array, spec.fpc, spec.readout.chip, (jaw.length, jaw.width) if jaw is not None else None
 
 
 @record

@@ -13,10 +13,9 @@ from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import Escape
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.openings import chip_openings, opening
-from sitscad.layout.outline import Body, outline, with_room_for_corners
+from sitscad.layout.outline import Body, body_of, far_end, outline, sides
 from sitscad.layout.patience import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Patience
-from sitscad.layout.ring import Ring
-from sitscad.layout.routing import Routing, boards, front_of, in_line, route_freely, route_in_line
+from sitscad.layout.routing import Routing, boards, front_of, in_line, reaching_ahead, route_freely, route_in_line
 from sitscad.layout.stiffening import stiffener
 from sitscad.layout.tail import (
     CORNER_RADIUS,
@@ -61,7 +60,7 @@ class _Attempt:
     routing: Routing | None
     bus: Bus
     tail: TailFrame
-    half_width: float
+    body: Body
     findings: tuple[Finding, ...]
 
 
@@ -82,9 +81,12 @@ def _attempt(spec: SensorSpec, patience: Patience) -> _Attempt:
             routing = None
     if routing is None:
         half_width = boards(spec, bus)[0][1]
-        tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
-        return _Attempt(wound, None, bus, tail, half_width, tuple(findings))
-    return _Attempt(wound, routing, routing.bus, routing.tail, routing.half_width, tuple(findings))
+        far, width = far_end(spec, (), ()), max(map(abs, sides(spec, half_width)))
+        tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, width)
+        tail = reaching_ahead(spec, far, tail)
+        return _Attempt(wound, None, bus, tail, body_of(spec, far, half_width, tail), tuple(findings))
+    body = body_of(spec, routing.far, routing.half_width, routing.tail)
+    return _Attempt(wound, routing, routing.bus, routing.tail, body, tuple(findings))
 
 
 def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
@@ -101,7 +103,7 @@ def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
 
 
 def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) -> Layout:
-    bus, wound, routing, tail, half_width = found.bus, found.wound, found.routing, found.tail, found.half_width
+    bus, wound, routing, tail, body = found.bus, found.wound, found.routing, found.tail, found.body
     coils: list[Coil] = []
     pads, capacitors = [], []
     for index, (placement, coil) in enumerate(zip(spec.array.placements, wound, strict=True)):
@@ -116,7 +118,6 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
     pieces = [piece for coil in coils for piece in coil.series]
     traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
-    body = _body(spec, traces, vias, half_width, tail)
     copper = _copper_points(traces, vias, body.start + CORNER_RADIUS)
     plate = stiffener(spec, tail)
     begin = turn_begin(spec, bus, tail)
@@ -127,7 +128,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         vias=vias,
         pads=tuple(sorted(pads, key=lambda pad: pad.number)),
         outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
-        body=(body.start, -body.half_width, body.end, body.half_width),
+        body=(body.start, body.low, body.end, body.high),
         top_openings=(opening(spec, tail), *(r for c in capacitors for r in chip_openings(c.pads))),
         bottom_openings=(),
         stiffener=plate,
@@ -138,27 +139,6 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
     )
     line = course(spec.fpc.tail, tail.half_width, begin)
     return turned(straight, line) if line else straight
-
-
-def _body(
-    spec: SensorSpec, traces: tuple[Trace, ...], vias: tuple[Via, ...], half_width: float, tail: TailFrame
-) -> Body:
-    """The body reaches from the farthest copper to where the tail begins to narrow."""
-    edge = spec.fpc.rules.copper_to_edge
-    left = [_leftmost(traces)]
-    left += [via.centre.x - via.pad / 2 for via in vias]
-    left += [p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements]
-    return with_room_for_corners(Body(min(left) - edge, tail.body_end, half_width), tail)
-
-
-def _leftmost(traces: tuple[Trace, ...]) -> float:
-    """Least x (m) of the tracks' copper; infinite where there are none."""
-    least = math.inf
-    for trace in traces:
-        for segment in trace.path:
-            if _at_least(segment) - trace.width / 2 < least:
-                least = min(least, segment.box[0] - trace.width / 2)
-    return least
 
 
 def _at_least(segment: Segment) -> float:

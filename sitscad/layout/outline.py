@@ -2,21 +2,104 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
-from sitscad.geometry.path import Path, Point
-from sitscad.layout.tail import CORNER_RADIUS, TailFrame, both_edges
+from sitscad.geometry.path import Path, Point, Segment, rounded
+from sitscad.layout.clearance import Hole, Track
+from sitscad.layout.ring import Ring
+from sitscad.layout.tail import CORNER_RADIUS, TailFrame
 from sitscad.layout.taper import Taper
 from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
 
 
 @record
 class Body:
-    """The part of the board on the jaw: from `start` to `end` along x, `half_width` to both sides of the axis (m)."""
+    """The part of the board on the jaw: from `start` to `end` along x, from `low` to `high` across, where y = 0 is the
+    tail's axis (m).
+    """
 
     start: float
     end: float
-    half_width: float
+    low: float
+    high: float
+
+    def half_width(self, side: int) -> float:
+        """From the axis to its edge on one side (m): +1 is the upper one, -1 the lower one."""
+        return self.high if side > 0 else -self.low
+
+    def widened(self, side: int, half_width: float) -> Body:
+        """The body, so wide (m) at least on one side."""
+        if side > 0:
+            return replace(self, high=max(self.high, half_width))
+        return replace(self, low=min(self.low, -half_width))
+
+
+def far_end(spec: SensorSpec, tracks: Iterable[Track], holes: Iterable[Hole]) -> float:
+    """The least x (m) that the body needs: of the coils, the tracks and the holes beside them, with the distance that
+    copper keeps from the edge.
+    """
+    left = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    for hole in holes:
+        left = min(left, hole.centre.x - hole.pad / 2)
+    for track in tracks:
+        for segment in track.path:
+            if _at_least(segment) - track.width / 2 < left:
+                left = min(left, segment.box[0] - track.width / 2)
+    return left - spec.fpc.rules.copper_to_edge
+
+
+def _at_least(segment: Segment) -> float:
+    # No point of a segment has a smaller x: cheaper than where it really ends.
+    return min(segment.start.x, segment.end.x) - segment.length
+
+
+def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
+    """Where the body begins and ends along x (m), for coils and leads that need it from `far` to `near`.
+
+    The margin is added at both ends; then the shorter one grows until the mean of the coils' centres is in the middle,
+    as far as the jaw is long.
+    """
+    margin, jaw = spec.fpc.margin[0], spec.mount.jaw if spec.mount else None
+    return _about(spec.array.middle[0], far - margin, near + margin, jaw.length if jaw else None)
+
+
+def sides(spec: SensorSpec, half_width: float) -> tuple[float, float]:
+    """The same across: where the body's lower and upper edge run (m), for coils and leads that need it so far to both
+    sides of the axis.
+    """
+    margin, jaw = spec.fpc.margin[1], spec.mount.jaw if spec.mount else None
+    return _about(spec.array.middle[1], -half_width - margin, half_width + margin, jaw.width if jaw else None)
+
+
+def _about(middle: float, low: float, high: float, room: float | None) -> tuple[float, float]:
+    """A range grown at its shorter end until its middle is there, at most to a length of `room`."""
+    lacks = (middle - low) - (high - middle)
+    more = abs(lacks) if room is None else min(abs(lacks), max(0.0, room - (high - low)))
+    return (low, high + more) if lacks > 0.0 else (low - more, high)
+
+
+def body_of(spec: SensorSpec, far: float, half_width: float, tail: TailFrame) -> Body:
+    """The body for coils and leads that begin at `far` and take so much to both sides of the axis (m).
+
+    It is as wide as a wider tail where the inner corner between them would not fit beside the far one, where it reaches
+    beyond the place from which leads part to such a tail, and where only one of its sides is the narrower one.
+    """
+    low, high = sides(spec, half_width)
+    body = Body(ends(spec, far, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
+    is_ahead = tail.ahead > 0.0 and not tail.taper.narrows
+    is_astride = max(-low, high) > tail.half_width > min(-low, high)
+    for side in (-1, 1):
+        if is_ahead or is_astride or _is_short(body, tail, side):
+            body = body.widened(side, tail.half_width)
+    return body
+
+
+def _is_short(body: Body, tail: TailFrame, side: int) -> bool:
+    taper = _taper(body, tail, side)
+    first = taper.end - taper.length
+    return not taper.narrows and first - taper.reach_before < body.start + _side_room(body)
 
 
 def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
@@ -25,44 +108,44 @@ def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge
     ``copper`` lists points of the body's copper with their half widths (m): a corner of the body is rounded only as far
     as they keep the distance `edge` from it.
     """
-    return both_edges(
-        [
-            (Point(body.start, -body.half_width), far_corner_radius(body, copper, edge)),
-            *_taper(body, tail).corners(),
-            *tail.plug_taper.corners(),
-            (Point(tail.end, -tail.plug_half_width), 0.0),
-        ]
-    )
+    lower, upper = (_one_side(body, tail, side, copper, edge) for side in (-1, 1))
+    corners = lower + upper[::-1]
+    return rounded([point for point, _ in corners], [radius for _, radius in corners])
 
 
-def with_room_for_corners(body: Body, tail: TailFrame) -> Body:
-    """The body, made as wide as a wider tail where the inner corner between them would not fit beside the far one."""
-    taper = _taper(body, tail)
-    first = taper.end - taper.length
-    is_short = not taper.narrows and first - taper.reach_before < body.start + _side_room(body)
-    return replace(body, half_width=tail.half_width) if is_short else body
+def _one_side(
+    body: Body, tail: TailFrame, side: int, copper: list[tuple[Point, float]], edge: float
+) -> list[tuple[Point, float]]:
+    """The corners of the lower or the upper edge with their radii (m), from the far one on."""
+    corners = [
+        (Point(body.start, -body.half_width(side)), far_corner_radius(body, side, copper, edge)),
+        *_taper(body, tail, side).corners(),
+        *tail.plug_taper.corners(),
+        (Point(tail.end, -tail.plug_half_width), 0.0),
+    ]
+    return [(Point(point.x, -side * point.y), radius) for point, radius in corners]
 
 
-def _taper(body: Body, tail: TailFrame) -> Taper:
-    return replace(tail.taper, near=body.half_width)
+def _taper(body: Body, tail: TailFrame, side: int) -> Taper:
+    return replace(tail.taper, near=body.half_width(side))
 
 
 def _side_room(body: Body) -> float:
     """The largest radius (m) that the body's sides leave its far corners: a fifth of the shorter one."""
-    return 0.2 * min(2.0 * body.half_width, body.end - body.start)
+    return 0.2 * min(body.high - body.low, body.end - body.start)
 
 
-def far_corner_radius(body: Body, copper: list[tuple[Point, float]], edge: float) -> float:
-    """The largest radius (m) of the far corners, at most `CORNER_RADIUS`, that leaves all copper its distance."""
+def far_corner_radius(body: Body, side: int, copper: list[tuple[Point, float]], edge: float) -> float:
+    """The largest radius (m) of a far corner, at most `CORNER_RADIUS`, that leaves all copper its distance."""
     radius = CORNER_RADIUS
-    while radius > edge and not all(_keeps(body, radius, point, half + edge) for point, half in copper):
+    while radius > edge and not all(_keeps(body, side, radius, point, half + edge) for point, half in copper):
         radius -= 0.05e-3
     return min(max(radius, edge), _side_room(body))
 
 
-def _keeps(body: Body, radius: float, point: Point, need: float) -> bool:
+def _keeps(body: Body, side: int, radius: float, point: Point, need: float) -> bool:
     """Whether a point near a far corner stays `need` away from the corner's arc."""
-    x, y = body.start + radius, body.half_width - radius
-    if point.x >= x or abs(point.y) <= y:
+    x, y = body.start + radius, body.half_width(side) - radius
+    if point.x >= x or side * point.y <= y:
         return True
-    return Point(point.x, abs(point.y)).distance(Point(x, y)) <= radius - need + 1e-9
+    return Point(point.x, side * point.y).distance(Point(x, y)) <= radius - need + 1e-9

@@ -13,6 +13,7 @@ from sitscad.layout.branches import OuterEnd, Surroundings, outer_ends
 from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out, joined_hole
 from sitscad.layout.escape import Escape, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
+from sitscad.layout.outline import ends, far_end, sides
 from sitscad.layout.patience import TRIALS_OF_A_WAVE, Patience
 from sitscad.layout.ring import Ring
 from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height
@@ -29,13 +30,14 @@ if TYPE_CHECKING:
 @record
 class Routing:
     """One complete answer of the search, on a board of some half width: for every coil an escape, and from where that
-    ends both conductors to their contacts.
+    ends both conductors to their contacts; ``far`` is the least x (m) that the board then needs.
     """
 
     bus: Bus
     escapes: tuple[Escape, ...]
     ends: tuple[tuple[Run, Run], ...]
     half_width: float
+    far: float
     tail: TailFrame
 
 
@@ -103,7 +105,7 @@ def route_in_line(
                 board = _Lanes(spec, raised, wound, lanes, front, half_width, turned, patience)
                 escapes = _in_turn(far_first, board.lead_out, reordered)
                 if not isinstance(escapes, Stuck):
-                    tail = frame(spec, raised, connector_of(spec, connector("solder-pads")), front, half_width)
+                    tail = body_frame(spec, raised, front, half_width)
                     return _routing(spec, raised, lanes, escapes, half_width, tail)
     return None
 
@@ -164,9 +166,11 @@ def _routing(
     """The finished routing, on a tail long enough for it."""
     ways = tuple(escapes[i] for i in range(len(lanes)))
     down = ways_down(spec, bus, tail, lanes, [way.entries for way in ways])
-    long = stretched(spec, bus, tail, down)
-    ends = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
-    return Routing(bus, ways, ends, half_width, long)
+    pieces = [branch for way in ways for branch in way.branches]
+    far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
+    long = reaching_ahead(spec, far, stretched(spec, bus, tail, down))
+    laid = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
+    return Routing(bus, ways, laid, half_width, far, long)
 
 
 def _lead_out(
@@ -286,9 +290,21 @@ class _Rows:
 
 def gathering_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float) -> TailFrame:
     """The tail of an array not in line: in the taper the pairs come together, their lanes begin behind it."""
-    tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
+    tail = body_frame(spec, bus, front, half_width)
     gather = max(tail.start, front + 0.3e-3 * len(spec.array.placements))
     return replace(tail, start=gather, funnel=gather)
+
+
+def body_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float) -> TailFrame:
+    """The tail of the body as wide as it is made for leads that take so much (m) to both sides of the axis."""
+    width = max(map(abs, sides(spec, half_width)))
+    return frame(spec, bus, connector_of(spec, connector("solder-pads")), front, width)
+
+
+def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
+    """The tail, begun later where the body needs a margin, or more length for the coils to be in its middle."""
+    ahead = ends(spec, far, tail.body_end)[1] - tail.body_end
+    return tail.reaching(ahead) if ahead > 0.0 else tail
 
 
 BASES = 3

@@ -71,6 +71,13 @@ class TailFrame:
     """How far (m) a via at the contacts keeps from an opening of the coverlay, beyond `CAP`."""
     chip_room: float = CHIP_ROOM
     """Between a capacitor's pads and the vias behind and the bends before them (m)."""
+    ahead: float = 0.0
+    """How much farther (m) the body reaches than coils and leads need it to."""
+
+    def reaching(self, ahead: float) -> TailFrame:
+        """The tail of a body that reaches so much (m) farther: the leads come to their lanes where they did."""
+        begin, start, end = self.body_end + ahead, self.start + ahead, self.end + ahead
+        return replace(self, body_end=begin, start=start, end=end, ahead=self.ahead + ahead)
 
     @property
     def pad_start(self) -> float:

@@ -47,6 +47,7 @@ def resolve_fpc(
         copper=document.copper,
         teardrops=document.teardrops,
         boards=document.boards,
+        margin=document.margin,
     )
 
 

@@ -72,6 +72,7 @@ Pitch = Quantity("length", "0.1 mm", "1000 mm")
 Centre = Pair(Quantity("length", "-1000 mm", "1000 mm"))
 Thickness = Quantity("length", "1 um", "100 mm")
 Kerf = Quantity("length", "0 mm", "2 mm")
+Margin = Pair(Quantity("length", "0 mm", "100 mm"), single=True)
 Gap = Quantity("length", "0 mm", "100 mm")
 Run = Quantity("length", "1 mm", "5000 mm")
 Offset = Quantity("length", "-500 mm", "500 mm")
@@ -238,6 +239,12 @@ class FpcDocument(Section):
     )
     boards: int | None = key(
         BoardCount, "how many are wanted: the papers of the order then say how many panels that takes", None
+    )
+    margin: tuple[float, float] = key(
+        Margin,
+        "by how much the body is larger on each side than coils and leads need it; along and across: [x, y]. The body "
+        "also grows until the mean of the coils' centres is its middle, as far as a jaw is long and wide",
+        0,
     )
     teardrops: str = key(
         Choice(("auto", "none")), "auto: tracks widen towards vias and contacts wherever the rules leave room", "auto"

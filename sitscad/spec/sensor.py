@@ -74,6 +74,12 @@ class ArraySpec:
     placements: tuple[CoilPlacement, ...]
     pitch: float | None = None
 
+    @property
+    def middle(self) -> tuple[float, float]:
+        """The mean of the coils' centres (m): target and elastomer stand over it unless they are offset."""
+        x, y = (math.fsum(place.centre[axis] for place in self.placements) / len(self.placements) for axis in (0, 1))
+        return x, y
+
 
 @record
 class Connector:
@@ -160,7 +166,8 @@ class FpcSpec:
 
     ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
     ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
-    many are wanted, None where the order says so.
+    many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on each
+    side than coils and leads need it.
     """
 
     stackup: Stackup
@@ -171,6 +178,7 @@ class FpcSpec:
     copper: str = "rolled-annealed"
     teardrops: str = "none"
     boards: int | None = None
+    margin: tuple[float, float] = (0.0, 0.0)
 
 
 @record

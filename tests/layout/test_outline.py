@@ -76,7 +76,9 @@ BOARDS = {
     "wider tail": dict(coil="outer_diameter: 2.6, turns: 2", array=row(4, 3.6)),
     "wider tail, large radius": dict(coil="outer_diameter: 2.6, turns: 2", array=row(4, 3.6), radius="9 mm"),
     "body too short for the corner": dict(
-        coil="outer_diameter: 1.6, turns: 1", radius="10 mm", extra="readout: {capacitors_on_board: chip-0603}"
+        coil="outer_diameter: 1.6, turns: 1",
+        radius="10 mm",
+        extra="readout: {capacitors_on_board: chip-0603}\nmount: {jaw: {width: 9, length: 1, height: 2}}",
     ),
     "a little wider": dict(coil="outer_diameter: 3.9, turns: 4", array=row(4, 4.9)),
     "nearly as wide": dict(coil="outer_diameter: 4.1, turns: 4", array=row(4, 5.1)),

@@ -1,0 +1,84 @@
+"""Convex outlines and plates in the plane, held against shapely, which sitscad itself does not use for them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely.geometry import Point as Dot
+from shapely.geometry import Polygon
+
+from sitscad.geometry.convex import beyond, centroid, clipped, within_box
+from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.path import Point, circle, enclosed_area, rectangle
+
+lengths = st.floats(0.2, 12.0)
+places = st.floats(-6.0, 6.0)
+radii = st.one_of(st.just(0.0), st.floats(1e-3, 3.0))
+angles = st.floats(-math.pi, math.pi)
+plates = st.builds(
+    lambda is_round, x, y, cx, cy, turn: Footprint(is_round, (x, x if is_round else y), Point(cx, cy), turn),
+    st.booleans(), lengths, lengths, places, places, angles,
+)  # fmt: skip
+
+
+def polygon(path):
+    return Polygon(path.flattened(1e-5))
+
+
+@settings(max_examples=60, deadline=None)
+@given(plates, plates)
+def test_what_two_plates_cover_has_the_area_and_the_centroid_that_shapely_finds(one, other):
+    shared = polygon(one.outline()).intersection(polygon(other.outline()))
+    found = one.common(other)
+    area = 0.0 if found is None else enclosed_area(found)
+    assert area == pytest.approx(shared.area, abs=1e-3)
+    if shared.area > 1e-2:
+        middle = centroid(found)
+        assert (middle.x, middle.y) == pytest.approx((shared.centroid.x, shared.centroid.y), abs=1e-3)
+    if found is not None:
+        assert found.is_closed
+
+
+@settings(max_examples=60, deadline=None)
+@given(lengths, lengths, radii, places, places)
+def test_how_far_a_point_is_outside_a_rounded_body_is_the_distance_that_shapely_finds(x, y, radius, px, py):
+    ground = rectangle(-x / 2, -y / 2, x / 2, y / 2, radius)
+    found, reference, dot = beyond(ground, Point(px, py)), polygon(ground), Dot(px, py)
+    inside = reference.contains(dot)
+    expected = -reference.exterior.distance(dot) if inside else reference.distance(dot)
+    assert found == pytest.approx(expected, abs=1e-4)
+
+
+@settings(max_examples=60, deadline=None)
+@given(plates, lengths, lengths, radii)
+def test_a_plate_that_hangs_over_nowhere_lies_within(plate, x, y, radius):
+    ground = rectangle(-x, -y, x, y, radius)
+    over = plate.hangs_over(ground)
+    outside = polygon(plate.outline()).difference(polygon(ground))
+    if over <= 0.0:
+        assert outside.area < 1e-4
+    else:
+        body = polygon(ground)
+        reach = max(body.distance(Dot(p)) for p in polygon(plate.outline()).exterior.coords)
+        assert over == pytest.approx(reach, abs=1e-3)
+
+
+def test_a_box_cuts_the_body_off_a_board_with_a_tail():
+    board = rectangle(-5.0, -1.0, 20.0, 1.0, 0.4)
+    body = within_box(board, (-5.0, -1.0, 3.0, 1.0))
+    assert enclosed_area(body) == pytest.approx(16.0 - 2 * (1 - math.pi / 4) * 0.4**2)
+
+
+def test_a_cut_beside_a_disc_leaves_all_or_nothing():
+    disc = circle(Point(1.0, 2.0), 0.5)
+    assert enclosed_area(clipped(disc, Point(3.0, 0.0), Point(1, 0))) == pytest.approx(math.pi / 4)
+    assert clipped(disc, Point(0.0, 0.0), Point(1, 0)) is None
+
+
+@pytest.mark.parametrize("turn", [0.0, math.pi / 2, math.pi, -math.pi / 2])
+def test_quarter_turns_are_exact(turn):
+    plate = Footprint(False, (4.0, 2.0), Point(0.5, 0.0), turn)
+    assert sorted(plate.reach) == [1.0, 2.0]
