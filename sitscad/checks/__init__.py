@@ -11,6 +11,7 @@ from sitscad.checks.drive import DRIVE_RULES
 from sitscad.checks.electrical import ELECTRICAL_RULES
 from sitscad.checks.fabrication import FABRICATION_RULES
 from sitscad.checks.fit import FIT_RULES
+from sitscad.checks.overhang import OVERHANG_RULES
 from sitscad.checks.plates import PLATE_RULES
 from sitscad.checks.response import RESPONSE_RULES
 from sitscad.checks.room import ROOM_RULES
@@ -39,7 +40,7 @@ _LOADING = tuple(
 _TABLES = (
     _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, ROOM_RULES, DRAWN_FORM_RULES, BEND_RULES,
     ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES, TRANSDUCTION_RULES,
-    THIN_TARGET_RULES, PLATE_RULES,
+    THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))

@@ -10,7 +10,9 @@ from dataclasses import replace
 from typing import TypeVar
 
 from sitscad.checks.rules import Left
+from sitscad.geometry.footprint import Footprint
 from sitscad.record import record
+from sitscad.scene.slabs import footprint
 from sitscad.spec import presets
 from sitscad.spec.sensor import ElastomerPad, SensorSpec, Target
 from sitscad.spec.turns import most_turns, turn_fraction
@@ -224,11 +226,30 @@ def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Cha
     target, pad = spec.target, spec.elastomer
     assert target is not None
     for words, wanted in resized("target", target, (length, width)):
-        if pad is not None and (wanted.size[0] > pad.size[0] or wanted.size[1] > pad.size[1]):
-            below = (max(wanted.size[0], pad.size[0]), max(wanted.size[1], pad.size[1]))
-            for carrying, larger in resized("elastomer", pad, below):
-                yield Change(f"{words} with {carrying}", replace(spec, target=wanted, elastomer=larger))
+        here = footprint(spec, wanted)
+        if pad is not None and here.hangs_over(footprint(spec, pad).outline()) > SAME:
+            for under_it, larger in resized("elastomer", pad, carrying(footprint(spec, pad), here)):
+                yield Change(f"{words} with {under_it}", replace(spec, target=wanted, elastomer=larger))
         yield Change(words, replace(spec, target=wanted))
+
+
+SAME = 1e-9
+"""Lengths that differ by less (m) are equal."""
+
+
+def carrying(pad: Footprint, plate: Footprint) -> tuple[float, float]:
+    """The sides (m) of a pad in its place that carries a plate and is no smaller than now; of a disc its diameter."""
+    if pad.is_round:
+        far = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
+        side = max(2.0 * far + (plate.size[0] if plate.is_round else 0.0), pad.size[0])
+        return (_ceiled(side),) * 2
+    aside = abs(plate.centre.x - pad.centre.x), abs(plate.centre.y - pad.centre.y)
+    x, y = (_ceiled(max(2.0 * (aside[k] + plate.reach[k]), pad.size[k])) for k in (0, 1))
+    return x, y
+
+
+def _ceiled(length: float) -> float:
+    return round(math.ceil(length * 1e6 - 1e-3) * 1e-6, 9)  # as it is written
 
 
 Plate = TypeVar("Plate", Target, ElastomerPad)

@@ -184,6 +184,7 @@ SEVERITIES: dict[str, str] = {
 NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "target": (lambda s: s.target is not None, "no target in the spec"),
     "elastomer": (lambda s: s.elastomer is not None, "no elastomer in the spec"),
+    "plate": (lambda s: s.target is not None or s.elastomer is not None, "no target and no elastomer in the spec"),
     "mount": (lambda s: s.mount is not None, "no mount in the spec"),
     "jaw": (lambda s: s.mount is not None and s.mount.jaw is not None, "no jaw: the mount is not for a grasper"),
     "shield": (lambda s: s.shield is not None, "no shield in the spec"),

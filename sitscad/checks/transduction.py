@@ -147,9 +147,9 @@ def target_gap(subject: Subject) -> Iterator[Verdict]:
 
 def _loaded(subject: Subject) -> elastomer.Face:
     """The part of the pad that the target loads."""
-    pad, target = pad_of(subject), subject.spec.target
-    over = elastomer.Face(*target.size, target.shape == "circle") if target is not None else None
-    return elastomer.loaded_face(elastomer.Face(*pad.size, pad.shape == "circle"), over)
+    from sitscad.estimates.pressing import loaded_face
+
+    return loaded_face(subject.spec)[0]
 
 
 def _part(pressed: elastomer.Compression) -> str:

@@ -17,6 +17,7 @@ from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
 from sitscad.record import record
+from sitscad.scene.slabs import target
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
 
@@ -66,7 +67,8 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
     compression = None
     ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
     if spec.target is not None or below is not None:
-        rest = spec.elastomer.thickness if spec.elastomer else 0.0
+        over = target(spec)
+        rest = over.lower if over is not None else 0.0
         states.append(Surroundings(REST, _target(spec, rest), below))
         if spec.target is not None:
             gaps[REST] = rest

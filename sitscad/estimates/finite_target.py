@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.assembly import Surroundings
+from sitscad.geometry.path import Point
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy_target import Plate as Layer
 from sitscad.physics.eddy_target import reflection
@@ -23,6 +24,7 @@ from sitscad.physics.finite_plate import (
     share_error,
 )
 from sitscad.record import record
+from sitscad.scene.slabs import footprint
 from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
 
 Array = NDArray[np.float64]
@@ -65,15 +67,16 @@ class _Found:
 def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings]) -> TargetShares:
     """The shares of all coils in all states with a target; `heights` (m) are the mid-planes of the coils' layers.
 
-    The target stands over the mean of the coils' centres. Mirrored places are solved once. Coils that are not round
-    count as round ones with the same area turn by turn.
+    Places are those of the coils' centres in the target's own axes, about its centre; mirrored ones are solved once.
+    Coils that are not round count as round ones with the same area turn by turn.
     """
     covered = [(state.state, state.above.distance, state.below) for state in states if state.above is not None]
     if spec.target is None or not covered:
         return TargetShares({}, {}, ())
     rings = equivalent_rings(spec.coil, heights)
-    places = np.array([placement.centre for placement in spec.array.placements])
-    places = np.round(np.abs(places - places.mean(axis=0)), 9)
+    plate = footprint(spec, spec.target)
+    places = np.array([plate.place_of(Point(*placement.centre)) for placement in spec.array.placements])
+    places = np.round(np.abs(places), 9)
     distinct, member = np.unique(places, axis=0, return_inverse=True)
     shares, losses, found = {}, {}, []
     for name, gap, below in covered:

@@ -6,8 +6,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import field, replace
 
-from sitscad.mechanics.elastomer import Compression, Face, press
+from sitscad.geometry.convex import centroid
+from sitscad.geometry.path import Path, bounding_box, enclosed_area
+from sitscad.mechanics.elastomer import Compression, Face, press_part
 from sitscad.record import record
+from sitscad.scene.slabs import elastomer, target
 from sitscad.spec.sensor import SensorSpec
 
 MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elastomer size", "part of the pad loaded"
@@ -39,13 +42,45 @@ def pressed(spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider:
 
     For scatter: the shear modulus times a factor, the pad thicker and wider by so much (m).
     """
-    pad, target = spec.elastomer, spec.target
+    pad = spec.elastomer
     assert pad is not None
-    face = Face(*pad.size, pad.shape == "circle").grown(wider)
-    over = Face(*target.size, target.shape == "circle") if target is not None else None
+    face, beside = loaded_face(spec, wider)
+    whole = Face(*pad.size, pad.shape == "circle").grown(wider)
     thickness = max(LEAST * pad.thickness, pad.thickness + thicker)
     stiffness = max(LEAST, modulus) * pad.material.shear_modulus
-    return press(face, over, thickness, stiffness, pad.material.bulk_modulus, spec.requirements.normal_force or 0.0)
+    force = spec.requirements.normal_force or 0.0
+    return press_part(whole, face, thickness, stiffness, pad.material.bulk_modulus, force, beside)
+
+
+def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
+    """The part of the pad that the target loads, all of it without one, the pad being wider by so much (m); and how far
+    (m) that part's middle lies from the target's.
+
+    What pad and target cover together keeps its area; of its widths, along the target's sides or the pad's, those are
+    taken that it fills best.
+    """
+    assert spec.elastomer is not None
+    pad, over = elastomer(spec), target(spec)
+    assert pad is not None
+    whole = Face(*pad.footprint.size, pad.footprint.is_round).grown(wider)
+    if over is None:
+        return whole, 0.0
+    below = replace(pad.footprint, size=(whole.width_x, whole.width_y))
+    shared = over.footprint.common(below)
+    if shared is None:
+        return whole.grown(-max(whole.width_x, whole.width_y)), over.footprint.centre.distance(below.centre)
+    area, middle = enclosed_area(shared), centroid(shared)
+    faces = [_face(shared.rotated(-turn), area) for turn in dict.fromkeys((over.footprint.rotation, 0.0))]
+    return max(faces, key=lambda face: face[0])[1], middle.distance(over.footprint.centre)
+
+
+def _face(outline: Path, area: float) -> tuple[float, Face]:
+    """How much (0 to 1) an outline fills of its bounding box, and a face as round as that with its area (m2)."""
+    x0, y0, x1, y1 = bounding_box([outline])
+    filled = area / ((x1 - x0) * (y1 - y0))
+    face = Face(x1 - x0, y1 - y0, min(1.0, max(0.0, (1.0 - filled) / (1.0 - math.pi / 4.0))))
+    scale = math.sqrt(area / face.area)
+    return filled, Face(scale * face.width_x, scale * face.width_y, face.round)
 
 
 def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tuple[Compression, Compression]]:

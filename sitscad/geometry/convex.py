@@ -30,7 +30,7 @@ def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
 
 
 def within_box(outline: Path, box: tuple[float, float, float, float]) -> Path | None:
-    """The part of a closed path in a box (x_min, y_min, x_max, y_max in metres), each side crossing it at most twice."""
+    """The part of a closed path in a box (x_min, y_min, x_max, y_max in metres); each side crosses it twice at most."""
     x0, y0, x1, y1 = box
     low, high = Point(x0, y0), Point(x1, y1)
     found: Path | None = outline

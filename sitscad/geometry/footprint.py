@@ -11,8 +11,8 @@ from sitscad.record import record
 
 @record
 class Footprint:
-    """A disc (``is_round``, its diameter the first of its sizes) or a rectangle: sizes along its own x and y (m), centre,
-    and rotation (rad, counter-clockwise).
+    """A disc (``is_round``, its diameter the first of its sizes) or a rectangle: sizes along its own x and y (m),
+    centre, and rotation (rad, counter-clockwise).
     """
 
     is_round: bool

@@ -6,7 +6,7 @@ from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.prism import prism
 from sitscad.parts.solid import Solid, SolidRole
-from sitscad.parts.stack import shield_size, stack
+from sitscad.scene.stack import shield_size, stack
 
 
 def board_body(layout: Layout) -> Solid:

@@ -16,8 +16,9 @@ from sitscad.layout.board import Layout
 from sitscad.parts.jaw import section
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import Solid, SolidRole
-from sitscad.parts.stack import FILM_ROUNDING, closed_span, fitted_jaw, half_width, stack
 from sitscad.record import record
+from sitscad.scene.slabs import slabs
+from sitscad.scene.stack import FILM_ROUNDING, closed_span, fitted_jaw, half_width, stack
 from sitscad.spec.sensor import Jaw
 
 Corner = tuple[str, float, float, float]
@@ -96,11 +97,10 @@ def _sensor_corners(layout: Layout) -> Iterator[Corner]:
             yield "shield", half_width(layout, levels.shield[0]), z, 0.0
     if spec.encapsulation:
         yield "encapsulation", half, levels.film, 0.0
-    aside = abs(levels.centre[1] - levels.axis[1])
-    if spec.elastomer and levels.elastomer:
-        yield from _plate_corners("elastomer", aside + spec.elastomer.size[1] / 2, levels.elastomer, levels.film)
-    if spec.target and levels.target:
-        yield from _plate_corners("target", aside + spec.target.size[1] / 2, levels.target, levels.film)
+    for slab in slabs(spec):
+        _, low, _, high = slab.footprint.box
+        aside = max(high - levels.axis[1], levels.axis[1] - low)
+        yield from _plate_corners(slab.name, aside, slab.heights, levels.film)
 
 
 def _plate_corners(part: str, y: float, heights: tuple[float, float], film: float) -> Iterator[Corner]:

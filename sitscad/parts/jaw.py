@@ -10,8 +10,8 @@ from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid, SolidRole
-from sitscad.parts.stack import fitted_jaw, stack
 from sitscad.record import record
+from sitscad.scene.stack import fitted_jaw, stack
 from sitscad.spec.sensor import Jaw
 
 TIP_ROUNDING = 0.5e-3

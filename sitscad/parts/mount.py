@@ -17,7 +17,8 @@ from sitscad.parts.extras import require
 from sitscad.parts.jaw import jaw_range
 from sitscad.parts.prism import MM, box, face, one_solid, plate_outline, prism, raised
 from sitscad.parts.solid import Solid, SolidRole
-from sitscad.parts.stack import MOUNT_PIECES, Stack, closed_span, fitted_jaw, seat_spans, stack
+from sitscad.scene.slabs import slabs
+from sitscad.scene.stack import MOUNT_PIECES, Stack, closed_span, fitted_jaw, seat_spans, stack
 
 MATERIAL, COLOUR = "printed resin", "#dfe6e9"
 CLEARANCE = 0.15e-3
@@ -62,7 +63,7 @@ def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     if floor <= 0.0:
         return _spacer(layout, levels)
     bottom = levels.board[0] - used - floor
-    plan = _plate_plan(layout, levels)
+    plan = _plate_plan(layout, levels.film)
     plate = prism(rectangle(*plan, BENCH_CORNER), bottom, 0.0)
     for cut in (*_recess(layout, levels), *_tail_relief(layout, levels, plan, floor), *_holes(layout, plan, bottom)):
         plate = one_solid(plate - cut, "mount")
@@ -105,16 +106,14 @@ def _spacer(layout: Layout, levels: Stack) -> tuple[Any, ...]:
     return (box(x0, y0, levels.shield[1], x1, y1, levels.board[0]),)
 
 
-def _plate_plan(layout: Layout, levels: Stack) -> tuple[float, float, float, float]:
+def _plate_plan(layout: Layout, film: float) -> tuple[float, float, float, float]:
     """The plate's rectangle: the body, whatever overhangs it and the tail beside the screws, and a border for these."""
     x0, y0, x1, y1 = layout.body
     near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BENCH_BORDER]
     y0, y1 = min(y0, *near), max(y1, *near)
-    for part in (layout.spec.elastomer, layout.spec.target):
-        if part is not None:
-            dx, dy = part.size[0] / 2 + levels.film, part.size[1] / 2 + levels.film
-            cx, cy = levels.centre
-            x0, y0, x1, y1 = min(x0, cx - dx), min(y0, cy - dy), max(x1, cx + dx), max(y1, cy + dy)
+    for slab in slabs(layout.spec):
+        left, low, right, high = slab.footprint.box
+        x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
     return x0 - BENCH_BORDER, y0 - BENCH_BORDER, x1 + BENCH_BORDER, y1 + BENCH_BORDER
 
 

@@ -5,27 +5,25 @@ from __future__ import annotations
 from typing import Any
 
 from sitscad.layout.board import Layout
-from sitscad.parts.prism import MM, box, one_solid, plate_outline, prism, top_edges
+from sitscad.parts.prism import MM, box, one_solid, prism, top_edges
 from sitscad.parts.solid import Solid, SolidRole
-from sitscad.parts.stack import FILM_ROUNDING, Stack, stack
+from sitscad.scene import slabs
+from sitscad.scene.slabs import Slab
+from sitscad.scene.stack import FILM_ROUNDING, Stack, stack
 
 
 def elastomer(layout: Layout) -> Solid | None:
-    """The soft pad at its nominal size (the laser's kerf is the cut file's business), over the middle of the array."""
-    pad, levels = layout.spec.elastomer, stack(layout)
-    if pad is None or levels.elastomer is None:
-        return None
-    shape = prism(plate_outline(pad.shape, pad.size, levels.centre), *levels.elastomer)
-    return Solid("elastomer", shape, pad.material.name, "#e8d8c8", SolidRole.ELASTOMER)
+    """The soft pad at its nominal size (the laser's kerf is the cut file's business), in its place."""
+    return _solid(slabs.elastomer(layout.spec), "#e8d8c8", SolidRole.ELASTOMER)
 
 
 def target(layout: Layout) -> Solid | None:
     """The conducting plate on the elastomer; on the board's face where there is no elastomer."""
-    plate, levels = layout.spec.target, stack(layout)
-    if plate is None or levels.target is None:
-        return None
-    shape = prism(plate_outline(plate.shape, plate.size, levels.centre), *levels.target)
-    return Solid("target", shape, plate.material.name, "#d98a4b", SolidRole.TARGET)
+    return _solid(slabs.target(layout.spec), "#d98a4b", SolidRole.TARGET)
+
+
+def _solid(slab: Slab | None, colour: str, role: SolidRole) -> Solid | None:
+    return None if slab is None else Solid(slab.name, prism(slab.outline(), *slab.heights), slab.material, colour, role)
 
 
 def encapsulation(layout: Layout) -> Solid | None:
@@ -38,7 +36,7 @@ def encapsulation(layout: Layout) -> Solid | None:
     if film is None:
         return None
     shape = _board_film(layout, film.thickness)
-    for cover in _covers(layout, stack(layout)):
+    for cover in _covers(stack(layout)):
         shape = one_solid(shape + cover, "encapsulation")
     for inside in (elastomer(layout), target(layout)):
         if inside is not None:
@@ -55,22 +53,19 @@ def _board_film(layout: Layout, thickness: float) -> Any:
     return one_solid(film, "encapsulation")
 
 
-def _covers(layout: Layout, levels: Stack) -> list[Any]:
+def _covers(levels: Stack) -> list[Any]:
     """Rounded blocks that leave the film's thickness around elastomer and target (one block where they are equal)."""
-    pad, plate, film = layout.spec.elastomer, layout.spec.target, levels.film
-    if pad and plate and (pad.shape, pad.size) == (plate.shape, plate.size):
-        return [_rounded_block(plate.shape, plate.size, levels.centre, 0.0, levels.top, film)]
+    pad, plate, film = levels.elastomer, levels.target, levels.film
+    if pad and plate and pad.footprint == plate.footprint:
+        return [_rounded_block(plate, 0.0, levels.top, film)]
     blocks = []
-    if pad and levels.elastomer:
-        blocks.append(_rounded_block(pad.shape, pad.size, levels.centre, 0.0, levels.elastomer[1] + film, film))
-    if plate and levels.target:
-        lower = max(0.0, levels.target[0] - film)
-        blocks.append(_rounded_block(plate.shape, plate.size, levels.centre, lower, levels.top, film))
+    if pad:
+        blocks.append(_rounded_block(pad, 0.0, pad.upper + film, film))
+    if plate:
+        blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), levels.top, film))
     return blocks
 
 
-def _rounded_block(
-    shape: str, size: tuple[float, float], centre: tuple[float, float], lower: float, upper: float, film: float
-) -> Any:
-    block = prism(plate_outline(shape, size, centre, film), lower, upper)
+def _rounded_block(slab: Slab, lower: float, upper: float, film: float) -> Any:
+    block = prism(slab.outline(film), lower, upper)
     return block.fillet(FILM_ROUNDING * film * MM, top_edges(block))

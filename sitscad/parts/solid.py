@@ -6,10 +6,7 @@ from enum import StrEnum
 from typing import Any
 
 from sitscad.record import record
-
-
-class PartsError(ValueError):
-    """A part that the spec asks for cannot exist; the text says why and what to change."""
+from sitscad.scene.stack import PartsError as PartsError
 
 
 class SolidRole(StrEnum):

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from sitscad.parts.stack import MOUNT_PIECES
 from sitscad.record import record
+from sitscad.scene.slabs import slabs
+from sitscad.scene.stack import MOUNT_PIECES
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
@@ -64,14 +65,10 @@ def _slices(spec: SensorSpec) -> Iterator[Slice]:
     """The layers from the top down."""
     top = 0.0
     above: list[Slice] = []
-    if spec.elastomer is not None:
-        label = f"elastomer, {spec.elastomer.material.name}, {show(spec.elastomer.thickness, 'm')}"
-        above.append(Slice(top, top + spec.elastomer.thickness, COLOURS["elastomer"], label, 40.0))
-        top += spec.elastomer.thickness
-    if spec.target is not None:
-        label = f"target, {spec.target.material.name}, {show(spec.target.thickness, 'm')}"
-        above.append(Slice(top, top + spec.target.thickness, COLOURS["target"], label, 40.0))
-        top += spec.target.thickness
+    for slab in slabs(spec):
+        label = f"{slab.name}, {slab.material}, {show(slab.upper - slab.lower, 'm')}"
+        above.append(Slice(*slab.heights, COLOURS[slab.name], label, 40.0))
+        top = slab.upper
     if spec.encapsulation is not None:
         label = f"encapsulation, {spec.encapsulation.material.name}, {show(spec.encapsulation.thickness, 'm')}"
         above.append(Slice(top, top + spec.encapsulation.thickness, COLOURS["film"], label, 20.0))

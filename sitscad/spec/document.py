@@ -76,6 +76,7 @@ Margin = Pair(Quantity("length", "0 mm", "100 mm"), single=True)
 Gap = Quantity("length", "0 mm", "100 mm")
 Run = Quantity("length", "1 mm", "5000 mm")
 Offset = Quantity("length", "-500 mm", "500 mm")
+PlateOffset = Pair(Offset)
 TurnRadius = Quantity("length", "0.1 mm", "100 mm")
 Angle = Quantity("angle", "-360 deg", "360 deg")
 BendAngle = Quantity("angle", "1 deg", "180 deg")
@@ -261,6 +262,10 @@ class TargetDocument(Section):
     thickness: float = key(Thickness, "of the plate", 0.2)
     material: str | ConductorDocument = key(ConductorChoice, "a conductor, or written out", "copper")
     kerf: float = key(Kerf, "width of the cut; 0: drawn as it is", 0)
+    offset: tuple[float, float] = key(
+        PlateOffset, "[x, y] of its centre from the mean of the coils' centres, like [0.5, 0]", [0, 0]
+    )
+    rotation: float = key(Angle, "about its own centre, counter-clockwise, like 45 deg", "0 deg")
 
 
 class ElastomerPadDocument(Section):
@@ -271,6 +276,9 @@ class ElastomerPadDocument(Section):
     size: tuple[float, float] | None = key(PlateSize, "side or diameter; rectangle: [x, y]", None)
     thickness: float = key(Thickness, "unloaded", 1)
     kerf: float = key(Kerf, "width of the laser's cut", 0.15)
+    offset: tuple[float, float] = key(
+        PlateOffset, "[x, y] of its centre from the mean of the coils' centres, like [0.5, 0]", [0, 0]
+    )
 
 
 class EncapsulationDocument(Section):

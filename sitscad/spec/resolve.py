@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.path import Point
 from sitscad.spec import presets
 from sitscad.spec.array import resolve_array
 from sitscad.spec.circuit import resolve_fpc
@@ -53,7 +55,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         array=array,
         fpc=fpc,
         target=target,
-        elastomer=resolve_elastomer(document, target.size if target else (side, side), remarks),
+        elastomer=resolve_elastomer(document, side, target, remarks),
         encapsulation=resolve_encapsulation(document),
         mount=resolve_mount(document, shield, remarks),
         shield=shield,
@@ -99,16 +101,26 @@ def resolve_target(document: SpecDocument, side: float, remarks: Remarks) -> Tar
     if part is None:
         return None
     shape, size = _plate(part, "target", (side, side), remarks)
-    return Target(shape, size, part.thickness, _conductor(part.material), part.kerf)
+    return Target(shape, size, part.thickness, _conductor(part.material), part.kerf, part.offset, part.rotation)
 
 
-def resolve_elastomer(document: SpecDocument, size: tuple[float, float], remarks: Remarks) -> ElastomerPad | None:
-    """The elastomer pad; by default as large as the target."""
+def resolve_elastomer(
+    document: SpecDocument, side: float, target: Target | None, remarks: Remarks
+) -> ElastomerPad | None:
+    """The elastomer pad; by default as large as the target, or as it must be to carry one that is turned or offset."""
     part = document.elastomer
     if part is None:
         return None
+    size = (side, side) if target is None else _carrying(target, part.offset)
     shape, size = _plate(part, "elastomer", size, remarks)
-    return ElastomerPad(_elastomer(part.material), shape, size, part.thickness, part.kerf)
+    return ElastomerPad(_elastomer(part.material), shape, size, part.thickness, part.kerf, part.offset)
+
+
+def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
+    """The sides (m) of the least pad, offset so far from the mean of the coils' centres, that carries a target."""
+    reach = Footprint(target.shape == "circle", target.size, Point(*target.offset), target.rotation).reach
+    x, y = (2.0 * (abs(target.offset[axis] - offset[axis]) + reach[axis]) for axis in (0, 1))
+    return x, y
 
 
 def resolve_encapsulation(document: SpecDocument) -> Encapsulation | None:

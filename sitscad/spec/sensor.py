@@ -166,8 +166,8 @@ class FpcSpec:
 
     ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
     ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
-    many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on each
-    side than coils and leads need it.
+    many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on
+    each side than coils and leads need it.
     """
 
     stackup: Stackup
@@ -183,24 +183,33 @@ class FpcSpec:
 
 @record
 class Target:
-    """The conducting plate over the coils: size [x, y], thickness and kerf (0: drawn as it is) in metres."""
+    """The conducting plate over the coils: size [x, y], thickness and kerf (0: drawn as it is) in metres.
+
+    ``offset`` (m, along and across) is from the mean of the coils' centres, ``rotation`` (rad, counter-clockwise) how
+    it is turned about its own centre at rest.
+    """
 
     shape: str
     size: tuple[float, float]
     thickness: float
     material: Conductor
     kerf: float = 0.0
+    offset: tuple[float, float] = (0.0, 0.0)
+    rotation: float = 0.0
 
 
 @record
 class ElastomerPad:
-    """The soft pad between board and target: size [x, y], thickness and laser kerf in metres."""
+    """The soft pad between board and target: size [x, y], thickness, laser kerf and offset from the mean of the coils'
+    centres in metres.
+    """
 
     material: ElastomerMaterial
     shape: str
     size: tuple[float, float]
     thickness: float
     kerf: float
+    offset: tuple[float, float] = (0.0, 0.0)
 
 
 @record

@@ -11,8 +11,8 @@ from typing import Protocol
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.parts.stack import MOUNT_PIECES, seat_spans, shield_size
 from sitscad.record import record
+from sitscad.scene.stack import MOUNT_PIECES, seat_spans, shield_size
 from sitscad.spec.sensor import Mount, SensorSpec
 from sitscad.units import show
 from sitscad.writers._flex_facts import contact_text, stiffener_text

@@ -182,26 +182,6 @@ def test_a_target_on_part_of_its_pad_strains_and_shears_that_part(judge, design)
     assert moved.measured == pytest.approx(1.0 * 2e-3 / (modulus * 12.25e-6))
 
 
-def test_elastomer_cover(judge, design, drawn):
-    layout = drawn(design())
-    found = judge("SIT307", design(elastomer__size=4.3), layout)
-    assert [f.message.split(" along ")[1] for f in found] == ["x", "y"]
-    assert found[0].measured == pytest.approx(4.3e-3)
-    (found,) = judge("SIT307", design(elastomer__size=5.5), layout)
-    assert "larger than the board" in found.message and found.message.endswith("y")
-    assert "elastomer.size: 4.712 fits on" in found.hint and "target" not in found.hint
-
-
-def test_target_and_elastomer_beyond_the_body_are_told_one_size_for_both(judge, design, drawn):
-    """Each was told to follow the other, in a circle."""
-    layout = drawn(design())
-    wide = layout.body_size[1] + 0.3e-3
-    for pad in (wide * 1e3, layout.body_size[1] * 1e3 - 0.01):
-        found = judge("SIT307", design(elastomer__size=pad, target__size=wide * 1e3), layout)
-        said = [f for f in found if f.message.endswith("y")]
-        assert said and all("elastomer.size: 4.712 with target.size: 4.712" in f.hint for f in said)
-
-
 def test_tail_bend(judge, verdicts, design, drawn):
     assert judge("SIT308", design(fpc__tail__bend="none")) == []
     assert judge("SIT308", design()) == []

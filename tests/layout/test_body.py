@@ -1,4 +1,4 @@
-"""The body: the mean of the coils' centres is its middle, a margin widens it, a jaw limits the one and not the other."""
+"""The body: the mean of the coils' centres is its middle, a margin widens it, a short jaw limits only the first."""
 
 from __future__ import annotations
 

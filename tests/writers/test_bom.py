@@ -12,8 +12,8 @@ import layouts
 import pytest
 
 from sitscad.layout import lay_out
-from sitscad.parts.stack import closed_span, stack
 from sitscad.report.section import section
+from sitscad.scene.stack import closed_span, stack
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial

@@ -1,12 +1,14 @@
-"""The sensor's stack in section: how high and how wide every piece is. Plain numbers in metres, no CAD kernel."""
+"""The sensor's stack in section: how high and how wide every piece is. Plain numbers in metres."""
 
 from __future__ import annotations
 
 import math
 
+from sitscad.geometry.convex import within_box
+from sitscad.geometry.path import Path
 from sitscad.layout.board import Layout
-from sitscad.parts.solid import PartsError
 from sitscad.record import record
+from sitscad.scene.slabs import Slab, elastomer, target
 from sitscad.spec.sensor import Jaw
 
 # Rounding of the film's outer edges as a share of its thickness: below 1, so that the film is nowhere too thin.
@@ -16,22 +18,26 @@ MOUNT_PIECES = ("mount", "mount-spacer")
 """The printed pieces from the bottom up: drawing, bill of materials and files name them alike."""
 
 
+class PartsError(ValueError):
+    """A part that the spec asks for cannot exist; the text says why and what to change."""
+
+
 @record
 class Stack:
-    """Heights of the faces (m), z = 0 at the board's top face: pairs (lower, upper), None where there is no such part.
+    """The pieces from the jaw upwards: slabs in their places, and heights of faces (m) as pairs (lower, upper), z = 0
+    at the board's top face; None where there is no such part.
 
-    ``seat`` reaches from the jaw's metal face to the board's bottom face; ``centre`` (x, y) is where elastomer and
-    target stand, ``axis`` (x, y) the middle of the board's body, over which the jaw is centred.
+    ``seat`` reaches from the jaw's metal face to the board's bottom face; ``axis`` (x, y) is the middle of the board's
+    body, over which the jaw is centred.
     """
 
     board: tuple[float, float]
-    elastomer: tuple[float, float] | None
-    target: tuple[float, float] | None
+    elastomer: Slab | None
+    target: Slab | None
     shield: tuple[float, float] | None
     seat: tuple[float, float] | None
     film: float
     top: float
-    centre: tuple[float, float]
     axis: tuple[float, float]
 
 
@@ -39,22 +45,19 @@ def stack(layout: Layout) -> Stack:
     """The heights of a layout's stack; raises `PartsError` where shield and standoff contradict each other."""
     spec = layout.spec
     board = (-spec.fpc.stackup.thickness, 0.0)
-    elastomer = (0.0, spec.elastomer.thickness) if spec.elastomer else None
-    under = elastomer[1] if elastomer else 0.0
-    target = (under, under + spec.target.thickness) if spec.target else None
+    pad, plate = elastomer(spec), target(spec)
     film = spec.encapsulation.thickness if spec.encapsulation else 0.0
     shield = _shield(layout)
     seat = (board[0] - spec.mount.standoff, board[0]) if spec.mount else None
     x0, y0, x1, y1 = layout.body
     return Stack(
         board=board,
-        elastomer=elastomer,
-        target=target,
+        elastomer=pad,
+        target=plate,
         shield=shield,
         seat=seat,
         film=film,
-        top=(target or elastomer or board)[1] + film,
-        centre=_array_centre(layout),
+        top=(plate.upper if plate else pad.upper if pad else board[1]) + film,
         axis=((x0 + x1) / 2, (y0 + y1) / 2),
     )
 
@@ -97,6 +100,13 @@ def half_width(layout: Layout, z: float) -> float:
     return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
 
 
+def ground(layout: Layout) -> Path:
+    """What plates can lie on: the board's body with its rounded corners, without taper and tail; counter-clockwise."""
+    found = within_box(layout.outline, layout.body)
+    assert found is not None
+    return found
+
+
 def shield_size(layout: Layout) -> tuple[float, float] | None:
     """Sides (m) along and across the jaw of the sheet between coil and jaw; None without one. The spec gives it none:
     it is made as large as the board's body, and narrower where the port asks for it.
@@ -117,10 +127,3 @@ def _shield(layout: Layout) -> tuple[float, float] | None:
         )
     upper = -layout.spec.fpc.stackup.thickness - sheet.gap
     return upper - sheet.thickness, upper
-
-
-def _array_centre(layout: Layout) -> tuple[float, float]:
-    """The mean of the coils' centres: the target stands over the middle of the array."""
-    centres = [placement.centre for placement in layout.spec.array.placements]
-    count = len(centres)
-    return math.fsum(x for x, _ in centres) / count, math.fsum(y for _, y in centres) / count

@@ -1,0 +1,163 @@
+"""SIT307: the target lies on the elastomer and that on the board's body, each in its place; and what would do."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.checks.changes import Change
+from sitscad.checks.fit import FIT_RULES, ROUNDING
+from sitscad.checks.plate_places import (
+    GRAIN,
+    carried,
+    cut_to_board,
+    film,
+    grown,
+    lies,
+    lowest,
+    more_margin,
+    moved,
+    pair,
+)
+from sitscad.checks.plates import PROPORTIONS
+from sitscad.checks.rules import Complaint, Rule, Subject, Verdict, apply_rule
+from sitscad.checks.transduction import TRANSDUCTION_RULES
+from sitscad.finding import Severity
+from sitscad.scene.slabs import elastomer, target
+from sitscad.scene.stack import ground
+from sitscad.units import show
+
+QUICK = ("SIT301", "SIT302", "SIT303", "SIT304", "SIT312")
+"""Other rules that look at plates or body and need no electrical numbers; and SIT306, which looks at the target."""
+
+TRIES = 3
+"""Margins that are tried: one is enough unless a short jaw keeps the body from growing about the coils."""
+
+ENDS = ("far end", "lower side", "tail's end", "upper side")
+"""The sides of a body in the order of a bounding box."""
+
+
+def overhang(subject: Subject) -> Iterator[Verdict]:
+    """What hangs over what it lies on: the target over the elastomer, the lower of both or its film over the body."""
+    spec, body = subject.spec, ground(subject.layout)
+    pad, plate, round_it = elastomer(spec), target(spec), film(spec)
+    if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
+        yield Complaint(
+            f"the target overhangs the elastomer by {_length(over)} "
+            f"{_where(plate.footprint.box, pad.footprint.box, 'corners')}",
+            f"an unsupported edge bends and tilts the target: {_in_words(subject)}",
+            "elastomer.size",
+            over,
+            0.0,
+            "m",
+        )
+    low = lowest(spec)
+    if low is None or low.footprint.hangs_over(body) + round_it <= ROUNDING:
+        return
+    beside = 0.0 if low.footprint.hangs_over(body) > ROUNDING else round_it
+    over = low.footprint.hangs_over(body) + beside
+    yield Complaint(
+        f"the {'encapsulation round the ' if beside else ''}{low.name} hangs over the board's body by {_length(over)} "
+        f"{_where(grown(low.footprint.box, beside), subject.layout.body, 'corners')}{_jaw_in_the_way(subject)}",
+        f"what hangs over is neither bonded nor supported: {_in_words(subject)}",
+        f"{low.name}.size",
+        over,
+        0.0,
+        "m",
+    )
+
+
+def _length(over: float) -> str:
+    return show(over, "m", 3)
+
+
+def _where(box: tuple[float, ...], on: tuple[float, ...], corners: str) -> str:
+    """At which sides of what it lies on a box stands out, and how far; at the corners where it does at no side."""
+    out = [sign * (on[i] - box[i]) for i, sign in enumerate((1.0, 1.0, -1.0, -1.0))]
+    sides = [f"{_length(by)} at the {end}" for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
+    if len(sides) < 2:
+        return f"at the {next((e for by, e in zip(out, ENDS, strict=True) if by > ROUNDING), corners)}"
+    return f"({', '.join(sides)})"
+
+
+def _jaw_in_the_way(subject: Subject) -> str:
+    """That the body stops growing about the coils at the jaw's end or sides, where it does."""
+    (x0, y0, x1, y1), (x, y), mount = subject.layout.body, subject.spec.array.middle, subject.spec.mount
+    beside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
+    if mount is None or mount.jaw is None or max(beside) < GRAIN:
+        return ""
+    word, size = ("long", mount.jaw.length) if beside[0] >= beside[1] else ("wide", mount.jaw.width)
+    return (
+        f"; the body's middle stands {_length(max(beside))} beside the mean of the coils' centres, because the jaw, "
+        f"{show(size, 'm')} {word}, leaves it no room to grow to the other side"
+    )
+
+
+def _in_words(subject: Subject) -> str:
+    """Changes with which everything lies on what carries it, and what else then complains."""
+    return subject.once("plates on the board", lambda: _told(subject))
+
+
+def _told(subject: Subject) -> str:
+    before, body = _other_complaints(subject), ground(subject.layout)
+    larger = [c for c in carried(subject.spec) if lies(c.spec, body)]
+    aside = [c for c in moved(subject.spec) if lies(c.spec, body)]
+    cut = [c for c in cut_to_board(subject.spec, body) if lies(c.spec, body)]
+    found: list[str] = []
+    broken: list[tuple[tuple[str, ...], Change]] = []
+    for way in (larger, aside, [] if larger else list(_widened(subject)), [] if larger else cut):
+        for change in way:
+            breaks = tuple(sorted(_other_complaints(subject.drawn(change.spec)) - before))
+            if not breaks:
+                found.append(change.words)
+                break
+            broken.append((breaks, change))
+    if found:
+        return f"{'; or '.join(found)} fits on the board's body"
+    if not broken:
+        return "move it onto the body, or make the body larger (fpc.margin)"
+    breaks, change = broken[-1]
+    softer = "; take a stiffer elastomer with it" if {"SIT304", "SIT312"} & set(breaks) else ""
+    return (
+        f"{change.words} fits on the board's body, but the smaller plates break {', '.join(breaks)}, and none larger "
+        f"lies on it{softer}"
+    )
+
+
+def _widened(subject: Subject) -> Iterator[Change]:
+    """The body made larger all round until what lies on it has room, the elastomer carrying the target."""
+    changed, words = subject.spec, ""
+    for change in carried(subject.spec):
+        changed, words = change.spec, f" with {change.words}"
+        break
+    drawn = subject
+    for _ in range(TRIES):
+        margin = more_margin(changed, drawn.layout.body)
+        changed = replace(changed, fpc=replace(changed.fpc, margin=margin))
+        drawn = subject.drawn(changed)
+        if lies(changed, ground(drawn.layout)):
+            said = f"{margin[0] * 1e3:.6g}" if margin[0] == margin[1] else pair(margin)
+            yield Change(f"fpc.margin: {said}{words}", changed)
+            return
+
+
+def _other_complaints(subject: Subject) -> Counter[str]:
+    """How often those rules complain that look at plates or body and need no electrical numbers."""
+    asked = (rule for rule in (*FIT_RULES, *TRANSDUCTION_RULES) if rule.id in QUICK)
+    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, subject)[0])
+    return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
+
+
+OVERHANG_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT307", "elastomer-cover", Severity.WARNING,
+        "The elastomer carries the whole target and lies wholly on the board's body, each where it stands; without an "
+        "elastomer the target does. The film of an encapsulation round them counts with them.",
+        "An unsupported edge bends, and a tilted target reads as shear; what hangs over the board is neither bonded "
+        "nor supported. Body and plates are compared by their outlines, with the body's rounded corners.",
+        "Make the elastomer at least as large as the target and no larger than the body, or the body larger "
+        "(fpc.margin).",
+        "thesis of Jones 6.5: target rotation is the main error", ("plate",), overhang,
+    ),
+)  # fmt: skip

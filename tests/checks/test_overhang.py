@@ -1,0 +1,194 @@
+"""SIT307: what lies on what, each piece in its place. True geometry is worked out here with shapely, on its own."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from ruamel.yaml import YAML
+from shapely import affinity
+from shapely.geometry import Point, Polygon, box
+
+from sitscad.layout import lay_out
+from sitscad.spec.load import load_text
+
+MM = 1e-3
+SAME = 1e-8 / MM  # mm: outlines that coincide are the same
+HINTED = re.compile(r"((?:fpc|target|elastomer)\.[a-z]+): (\[[^]]*\]|[\w.]+)")
+
+LONG_PAD = {"target": {"size": 10}, "elastomer": {"shape": "rectangle", "size": [12, 10], "thickness": 1.5}}
+
+
+def document(array=None, coil=(10, 18), **parts):
+    """A spec as a mapping: round coils of an outer diameter and turns on a board with a tail."""
+    return {
+        "sitscad": 1,
+        "name": "places",
+        "coil": {"shape": "circle", "outer_diameter": coil[0], "turns": coil[1], "layers": 2, "trace_width": "100 um",
+                 "trace_spacing": "100 um"},
+        **({"array": array} if array else {}),
+        "fpc": {"tail": {"length": 40}},
+        **parts,
+    }  # fmt: skip
+
+
+def loaded(document):
+    from io import StringIO
+
+    out = StringIO()
+    YAML().dump(document, out)
+    return load_text(out.getvalue(), "places.yaml")
+
+
+def followed(document, hint):
+    """The specs with each of a hint's alternatives written into it."""
+    for way in hint.split(" fits on")[0].split("; or "):
+        changed = {key: dict(value) if isinstance(value, dict) else value for key, value in document.items()}
+        for key, value in HINTED.findall(way):
+            section, name = key.split(".")
+            changed.setdefault(section, {})[name] = YAML(typ="safe").load(value)
+        yield changed
+
+
+def outlines(spec, layout):
+    """Body, elastomer and target from above in millimetres: what the spec says, drawn here once more."""
+    board = Polygon([(p.x / MM, p.y / MM) for p in layout.outline.flattened(1e-8)])
+    body = board.intersection(box(*(v / MM for v in layout.body)))
+    centres = [place.centre for place in spec.array.placements]
+    middle = [sum(c[k] for c in centres) / len(centres) / MM for k in (0, 1)]
+
+    def plate(part, turn=0.0):
+        x, y = part.size[0] / MM / 2, part.size[1] / MM / 2
+        flat = Point(0, 0).buffer(x, 256) if part.shape == "circle" else box(-x, -y, x, y)
+        turned = affinity.rotate(flat, turn, origin=(0, 0), use_radians=True)
+        return affinity.translate(turned, middle[0] + part.offset[0] / MM, middle[1] + part.offset[1] / MM)
+
+    pad = plate(spec.elastomer) if spec.elastomer else None
+    return board, body, pad, plate(spec.target, spec.target.rotation) if spec.target else None
+
+
+def hangs_nowhere(spec, layout):
+    board, body, pad, target = outlines(spec, layout)
+    around = spec.encapsulation.thickness / MM if spec.encapsulation else 0.0
+    lowest = pad or target
+    grown = lowest.buffer(around, 64) if around else lowest
+    ok = body.buffer(SAME).covers(grown) and board.buffer(SAME).covers(grown)
+    return ok and (pad is None or target is None or pad.buffer(SAME + 1e-4).covers(target))
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        document(**LONG_PAD, mount={"kind": "bench-plate"}, requirements={"normal_force": "5 N"}),
+        document({"pattern": "triangle", "pitch": 7}, (6, 9), target={"size": 12},
+                 elastomer={"shape": "rectangle", "size": [18, 15], "thickness": 1.5}),
+        document({"pattern": "grid", "count": [2, 2], "pitch": 7}, (6, 9), target={"size": 12},
+                 elastomer={"shape": "rectangle", "size": [15.5, 14.6], "thickness": 1.5}),
+        document(None, (4, 5), target={"size": 3.9}, elastomer={"shape": "rectangle", "size": [7, 4], "thickness": 1},
+                 mount={"jaw": "generic-5mm"}, encapsulation={"thickness": 0.1}),
+        document(None, (4, 5), target={"size": 4}, elastomer={"shape": "rectangle", "size": [5.2, 4], "thickness": 1},
+                 mount={"jaw": {"width": 5, "length": 5, "height": 2}}),
+        document(target={"size": 12}),
+        document(target={"shape": "circle", "size": 10.6}, elastomer={"shape": "circle", "size": 11}),
+        document(target={"size": 7, "rotation": "45 deg"}, elastomer={"size": 8, "shape": "square"}),
+        document(target={"size": 5, "offset": [1, 0.5]}, elastomer={"size": 6, "shape": "square"}),
+        document(target={"size": 5}, elastomer={"size": 8, "shape": "circle", "offset": [4, 0]}),
+        document({"pattern": "explicit", "centres": [[-6, 2.5], [2, 3.5], [4, -6]]}, (6, 9), target={"size": 10},
+                 elastomer={"shape": "rectangle", "size": [19, 10], "thickness": 1, "offset": [0, -2]}),
+    ],
+    ids=["single", "triangle", "grid", "jaw", "short jaw", "no pad", "discs", "turned", "target offset", "pad offset",
+         "odd array"],
+)  # fmt: skip
+def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(judge, written):
+    spec = loaded(written)
+    assert not hangs_nowhere(spec, lay_out(spec))
+    found = judge("SIT307", spec)
+    assert found
+    for finding in found:
+        assert " fits on the board's body" in finding.hint
+        for changed in followed(written, finding.hint):
+            after = loaded(changed)
+            assert judge("SIT307", after) == []
+            assert hangs_nowhere(after, lay_out(after))
+
+
+def test_a_pad_as_long_as_the_body_is_told_both_a_margin_and_a_size(judge):
+    """The length that was named before was that of a body in which the coils stood aside."""
+    (found,) = judge("SIT307", loaded(document(**LONG_PAD, mount={"kind": "bench-plate"})))
+    assert "fpc.margin: [0.21, 0.07]; or elastomer.size: [11.5, 10] fits" in found.hint
+    assert "far end" in found.message and "tail's end" in found.message
+
+
+def test_sharp_corners_of_a_pad_as_large_as_the_body_hang_over_its_rounded_ones(judge):
+    plain = document(**LONG_PAD)
+    body = lay_out(loaded(plain)).body_size
+    plain["elastomer"] = {"shape": "rectangle", "size": [float(f"{side / MM:.6f}") for side in body], "thickness": 1}
+    (found,) = judge("SIT307", loaded(plain))
+    radius = 0.5 * MM
+    assert found.measured == pytest.approx((math.sqrt(2) - 1) * radius, abs=1e-6) and "corners" in found.message
+
+
+def test_the_film_round_a_pad_counts_with_it(judge):
+    parts = {"target": {"size": 10}, "elastomer": {"size": 10.3, "shape": "square"}}
+    assert judge("SIT307", loaded(document(**parts))) == []
+    (found,) = judge("SIT307", loaded(document(**parts, encapsulation={"thickness": 0.1})))
+    assert found.message.startswith("the encapsulation round the elastomer hangs over the board's body by 50 um")
+
+
+def test_a_jaw_that_is_too_short_for_the_body_to_grow_is_named(judge):
+    jaw = {"jaw": {"width": 5, "length": 5, "height": 2}}
+    pad = {"shape": "rectangle", "size": [5, 4], "thickness": 1}
+    (found,) = judge("SIT307", loaded(document(None, (4, 5), target={"size": 4}, elastomer=pad, mount=jaw)))
+    assert "because the jaw, 5 mm long, leaves it no room" in found.message
+
+
+def test_smaller_plates_that_break_another_rule_are_named_with_it(judge):
+    pad = {"shape": "rectangle", "size": [7, 4.6], "thickness": 1}
+    parts = {"elastomer": pad, "mount": {"jaw": "generic-5mm"}, "encapsulation": {"thickness": 0.1}}
+    (found,) = judge("SIT307", loaded(document(None, (4, 5), target={"size": 4}, **parts)))
+    assert "the smaller plates break SIT306" in found.hint
+
+
+def test_neither_target_nor_pad_is_not_checked(verdicts):
+    found, skipped = verdicts("SIT307", loaded(document()))
+    assert not found and skipped[0].reason == "no target and no elastomer in the spec"
+
+
+lengths = st.floats(2.0, 14.0).map(lambda v: round(v, 2))
+offsets = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)).map(lambda v: [round(v[0], 2), round(v[1], 2)])
+arrays = st.sampled_from([
+    None,
+    {"pattern": "line", "count": 2, "pitch": 4.2},
+    {"pattern": "triangle", "pitch": 4.6},
+    {"pattern": "grid", "count": [2, 2], "pitch": 4.6},
+    {"pattern": "explicit", "centres": [[-3, 0.7], [2.5, 1.8]]},
+])  # fmt: skip
+jaws = st.sampled_from([None, {"jaw": {"width": 9, "length": 8, "height": 2}}, {"kind": "bench-plate"}])
+
+
+@st.composite
+def sensors(draw):
+    """Small coils in any array under a target and a pad of any size, offset and turned, some with a film or a jaw."""
+    plates = {}
+    for key in ("target", "elastomer"):
+        if draw(st.booleans()) or (key == "elastomer" and not plates):
+            shape, x = draw(st.sampled_from(["circle", "square", "rectangle"])), draw(lengths)
+            size = [x, draw(lengths)] if shape == "rectangle" else x
+            plates[key] = {"shape": shape, "size": size, "offset": draw(st.just([0, 0]) | offsets)}
+    if "target" in plates:
+        plates["target"]["rotation"] = f"{draw(st.sampled_from([0, 0, 30, 45, 90]))} deg"
+    jaw, film = draw(jaws), draw(st.booleans())
+    written = document(draw(arrays), (3.6, 4), **plates, **({"mount": jaw} if jaw else {}))
+    written["fpc"]["margin"] = draw(st.sampled_from([0, 0.4, [1, 0]]))
+    return written | ({"encapsulation": {"thickness": 0.1}} if film else {})
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(sensors())
+def test_where_nothing_is_found_everything_lies_on_what_carries_it_and_the_reverse(judge, written):
+    spec = loaded(written)
+    layout = lay_out(spec)
+    assert (judge("SIT307", spec, layout) == []) is hangs_nowhere(spec, layout)
