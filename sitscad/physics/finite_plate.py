@@ -16,6 +16,7 @@ A conductor behind the coil enters as a perfect mirror at a plane, for both.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -36,6 +37,10 @@ DEEPEST = 0.03
 
 THICKEST, STOUTEST = 0.15, 0.2
 """Thickness of a plate, in coil diameters and in its own widths, beyond which more of it no longer counts."""
+
+LONGEST, OWN_WAY = 0.8, 1.6
+"""Of magnetic plates: the thickness in coil diameters beyond which more of it no longer draws the field in, and by how
+much more than a thin one's the field through it grows with thickness over width."""
 
 MOST_MODES = 32
 """Functions along one side at most, half of them even."""
@@ -122,7 +127,7 @@ def _changes(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor
         changes = _disc(float(half[0]), offsets, source, detail, room)
     else:
         changes = _rectangle(half, offsets, source, detail, room)
-    excluded = _field_along(plate, half, offsets, source, detail)
+    excluded = _field_on(plate, np.minimum(half, 0.5 * np.array(plate.size)), offsets, source, detail, j1)
     return changes + 0.5 * (front - sheet) * (excluded + changes / sheet), front
 
 
@@ -132,30 +137,42 @@ def magnetic_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float,
     Poles on its faces, of no sum, keep the magnetic potential on it constant; near its edge they grow like one over the
     root of the distance. On a disc every angular order stands alone, with the transforms j_l (l = m, m + 2 ... without
     0, which has a sum). A rectangle counts as the disc of its area; the edge is further out by t / 2 pi (1 + ln(4 pi
-    w / t)), as a thick strip's is. A small plate does far less than a conductor's: the poles must find room on it.
+    w / t)), as a thick strip's is, which grows up to t = 4 pi w. A small plate does far less than a conductor's: the
+    poles must find room on it. Then its volume leads the field through it: half of what an endless one makes of that is
+    shared out by the square of that field on the plate, more for a thick one, which is less in its own way (a cube
+    three times), half like the sheet's effect. Fitted to boxes of poles (tests/validation).
     """
     offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
-    middle, outer = gap + 0.5 * plate.thickness, float(coil.radii.max())
+    outer, width = float(coil.radii.max()), min(plate.size)
+    middle = gap + 0.5 * min(plate.thickness, THICKEST * 2.0 * outer, width)
+    thick = min(plate.thickness, LONGEST * 2.0 * outer, 4.0 * math.pi * width)
     depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
     reach = float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
     area = math.pi / 4.0 if plate.shape == "circle" else 1.0
-    growth = plate.thickness / (2.0 * math.pi) * (1.0 + math.log(4.0 * math.pi * min(plate.size) / plate.thickness))
+    growth = thick / (2.0 * math.pi) * (1.0 + math.log(4.0 * math.pi * width / thick))
     radius = math.sqrt(area * plate.size[0] * plate.size[1] / math.pi) + growth
     k, weights = _wave_numbers(11.0 / depth, reach)
-    spectrum, room = coil.spectrum(k, middle, floor), middle - floor
-    found = _disc(min(radius, reach), offsets, (k, weights, spectrum), min(depth, 0.5 * outer), room, poles=True)
-    lacks = 1.0 - found / _endless(k, weights, spectrum, room, poles=True)
+    front = _endless(k, weights, coil.spectrum(k, gap, floor), gap - floor, poles=True)
+    source, room = (k, weights, coil.spectrum(k, middle, floor)), middle - floor
+    sheet = _endless(*source, room, poles=True)
+    detail = min(depth, 0.5 * outer)
+    found = _disc(min(radius, reach), offsets, source, detail, room, poles=True)
     # What is missing falls with the cube of the size, as the coil's field outside does; more functions are not needed.
-    return np.asarray(1.0 - lacks * min(1.0, reach / radius) ** 3)
+    share = 1.0 - (1.0 - found / sheet) * min(1.0, reach / radius) ** 3
+    half = np.minimum(0.5 * np.array(plate.size), reach)
+    led = np.minimum(_field_on(plate, half, offsets, source, detail, j0) * (1.0 + OWN_WAY * thick / width), 1.0)
+    return np.asarray((share * sheet + 0.5 * (front - sheet) * (led + share)) / front)
 
 
 def magnetic_share_error(plate: Plate, coil: CoaxialRings) -> float:
     """Relative error of a magnetic share, from boxes of poles (tests/validation), by the plate's shorter side over the
     coil's diameter; longer than twice its width was not compared.
     """
-    short, longest = min(plate.size), max(plate.size)
-    ratio = short / (2.0 * float(coil.radii.max()))
+    short, longest, diameter = min(plate.size), max(plate.size), 2.0 * float(coil.radii.max())
+    ratio = short / diameter
     known = 0.1 if ratio >= 1.45 else 0.22 if ratio >= 0.95 else 0.6
+    if ratio < 0.2:
+        known = 0.9 if plate.thickness <= LONGEST * diameter else 2.0
     return known if longest <= 2.1 * short else max(known, 0.4)
 
 
@@ -211,10 +228,11 @@ def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool
     return float(np.sum(weights * spectrum**2 / echo))
 
 
-def _field_along(plate: Plate, half: Array, offsets: Array, source: Source, detail: float) -> Array:
-    # The part that falls on the plate of the squared field along its plane.
+def _field_on(
+    plate: Plate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
+) -> Array:
+    # The part that falls on the plate of the squared field: along its plane with J1, through it with J0.
     k, weights, spectrum = source
-    half = np.minimum(half, 0.5 * np.array(plate.size))
     panels = min(6, 1 + math.ceil(float(half.max()) / (6.0 * detail)))
     nodes, share = (np.tile(values, panels) / panels for values in gauss(16))
     nodes = nodes + np.repeat((2.0 * np.arange(panels) + 1.0) / panels - 1.0, 16)
@@ -228,9 +246,9 @@ def _field_along(plate: Plate, half: Array, offsets: Array, source: Source, deta
         area = half[0] * half[1] * share[:, None] * share
     away = np.hypot(x - offsets[:, 0, None, None], y - offsets[:, 1, None, None])
     radii = np.linspace(0.0, float(away.max()), 4 * nodes.size + 40)
-    table = j1(radii[:, None] * k) @ (k * weights * spectrum)
-    along = np.interp(away, radii, table**2)
-    return np.asarray((along * area).sum(axis=(1, 2)) / (2.0 * math.pi * np.sum(weights * k * spectrum**2)))
+    table = bessel(radii[:, None] * k) @ (k * weights * spectrum)
+    squared = np.interp(away, radii, table**2)
+    return np.asarray((squared * area).sum(axis=(1, 2)) / (2.0 * math.pi * np.sum(weights * k * spectrum**2)))
 
 
 def _wave_numbers(top: float, reach: float) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from sitscad.spec.remarks import Flaw
 from sitscad.spec.rules import RULE_NAMES
 from sitscad.spec.section import NAME, WRITTEN, Section, section_of
 from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_text import TextError
+from sitscad.spec.yaml_text import TextError, dotted, undotted
 
 _TAGS = (NAME, WRITTEN)
 
@@ -46,11 +46,21 @@ def findings_from_pydantic(
     `form` is the section that the whole text is.
     """
     errors = error.errors(include_url=False, include_context=True)
-    return [_from_error(entry, key, source, form) for entry in errors if (key := _key(entry["loc"])) not in empty]
+    return [_from_error(entry, key, source, form) for entry in errors if (key := _key_of(entry)) not in empty]
+
+
+def _key_of(error: Mapping[str, Any]) -> str:
+    # An unknown key may be called like a tag; nothing else that a person writes stands in a place.
+    *section, last = error["loc"] or ("",)
+    is_written = error["type"] == "unexpected_keyword_argument"
+    return dotted(_key(section), last) if is_written else _key(error["loc"])
 
 
 def _key(loc: Iterable[Any]) -> str:
-    return ".".join(str(part) for part in loc if part not in _TAGS)
+    found = ""
+    for part in loc:
+        found = found if part in _TAGS else dotted(found, part)
+    return found
 
 
 def _from_error(error: Mapping[str, Any], key: str, source: SpecSource, form: type[Section]) -> Finding:
@@ -116,4 +126,5 @@ def _homes() -> dict[str, str]:
 def _finding(
     rule: str, message: str, hint: str, key: str | None, line: int | None, column: int | None, **facts: Any
 ) -> Finding:
-    return Finding(rule, RULE_NAMES[rule], Severity.ERROR, message, hint.strip(), key or None, line, column, **facts)
+    shown = undotted(key) if key else None
+    return Finding(rule, RULE_NAMES[rule], Severity.ERROR, message, hint.strip(), shown, line, column, **facts)

@@ -17,7 +17,7 @@ from sitscad.spec.diagnosis import finding_from_text, findings_from_pydantic
 from sitscad.spec.rules import SpecError
 from sitscad.spec.section import Section, validator_of
 from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_text import MAX_BYTES, TextError, read_yaml
+from sitscad.spec.yaml_text import MAX_BYTES, TextError, dotted, read_yaml, undotted
 
 Form = TypeVar("Form", bound=Section)
 
@@ -71,7 +71,7 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
     try:
         document = _validator(cast(Hashable, form)).validate_python(data)
     except ValidationError as error:
-        findings += findings_from_pydantic(error, source, frozenset(empty), form)
+        findings += findings_from_pydantic(error, source, _reported(empty), form)
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
     if findings:
         raise SpecError(in_order(findings))
@@ -84,27 +84,32 @@ def _validator(form: Hashable) -> SchemaValidator:
 
 
 def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
-    """The values without the keys that hold nothing, and the dotted keys of those."""
-    empty: list[str] = []
+    """The values without the keys that hold nothing, and the dotted keys of those; entries of lists keep their places,
+    and so those that hold nothing stay.
+    """
     if not isinstance(data, (dict, list)):
-        return data, empty
-    entries = data.items() if isinstance(data, dict) else enumerate(data)
+        return data, []
+    empty: list[str] = []
     kept: list[tuple[Any, Any]] = []
-    for name, value in entries:
-        inner_key = f"{key}.{name}" if key else str(name)
-        if value is None:
-            empty.append(inner_key)
-            continue
+    for name, value in data.items() if isinstance(data, dict) else enumerate(data):
+        inner_key = dotted(key, name)
         inner, inner_empty = _without_nulls(value, inner_key)
-        empty += inner_empty
-        kept.append((name, inner))
+        empty += [inner_key] if value is None else inner_empty
+        if value is not None or isinstance(data, list):
+            kept.append((name, inner))
     return (dict(kept) if isinstance(data, dict) else [value for _, value in kept]), empty
+
+
+def _reported(empty: list[str]) -> frozenset[str]:
+    """The keys of which it was said already that something is missing: those that are empty, and lists with such."""
+    parents = (key.rpartition(".") for key in empty)
+    return frozenset({*empty, *(parent for parent, _, last in parents if last.isdigit())})
 
 
 def _empty(key: str, source: SpecSource) -> Finding:
     place = source.keys.get(key, (1, 1))
     return finding_from_text(
-        TextError("SIT004", f"{key}: has no value", "give it one, or leave the key out", place, key)
+        TextError("SIT004", f"{undotted(key)}: has no value", "give it one, or leave the key out", place, key)
     )
 
 

@@ -45,6 +45,20 @@ _WORDS: dict[str, Any] = {
 
 Position = tuple[int, int]
 
+DOT = "\0"
+"""Stands for a dot within a key's name in dotted keys, so that ``coil.turns: 3`` is not taken for coil: {turns: 3}."""
+
+
+def dotted(parent: str, name: object) -> str:
+    """The dotted key of an entry of a section or list."""
+    own = str(name).replace(".", DOT)
+    return f"{parent}.{own}" if parent else own
+
+
+def undotted(key: str) -> str:
+    """A dotted key as a person reads it."""
+    return key.replace(DOT, ".")
+
 
 class TextError(ValueError):
     """The text is not a spec at all: rule, message, hint and the place (line and column from 1)."""
@@ -142,17 +156,20 @@ def _read_node(event: Event, events: Iterator[Event], key: str, found: YamlText)
     if getattr(event, "flow_style", False):
         found.values[key] = _place(event)
     if isinstance(event, SequenceStartEvent):
-        return _read_list(events, key, found)
+        return _read_list(events, key, found, bool(event.flow_style))
     return _read_mapping(events, key, found)
 
 
-def _read_list(events: Iterator[Event], key: str, found: YamlText) -> list[Any]:
+def _read_list(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> list[Any]:
     entries: list[Any] = []
     for event in events:
         if isinstance(event, CollectionEndEvent):
             break
-        entry_key = f"{key}.{len(entries)}" if key else str(len(entries))
-        found.keys[entry_key] = _place(event)
+        entry_key = dotted(key, len(entries))
+        line, column = _place(event)
+        if not in_brackets and isinstance(event, ScalarEvent) and event.start_mark.index == event.end_mark.index:
+            column -= 1  # of an entry that holds nothing the reader tells the place behind its dash
+        found.keys[entry_key] = line, column
         entries.append(_read_node(event, events, entry_key, found))
     return entries
 
@@ -163,7 +180,7 @@ def _read_mapping(events: Iterator[Event], key: str, found: YamlText) -> dict[st
         if isinstance(event, CollectionEndEvent):
             break
         name = _key_name(event)
-        entry_key = f"{key}.{name}" if key else name
+        entry_key = dotted(key, name)
         place = _place(event)
         if name in mapping:
             first = found.keys[entry_key]

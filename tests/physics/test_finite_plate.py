@@ -131,13 +131,27 @@ def test_a_large_magnetic_plate_is_an_endless_one(floor):
 
 
 def test_magnetic_poles_need_room():
-    """In the share of a small disc the radius stands to the fifth for poles, to the third for currents."""
+    """In the share of a small disc the radius stands to the fifth for poles, to the third for currents; in what a disc
+    of some thickness leads through itself it stands to the second.
+    """
     place = np.zeros((1, 2))
-    for make, power in ((magnetic_share, 5.0), (plate_share, 3.0)):
-        one, other = (float(make(disc(d, 1e-9), ALONE, place, 1e-3)[0]) for d in (0.1e-3, 0.2e-3))
+    for make, power, thickness in (
+        (magnetic_share, 5.0, 1e-14), (plate_share, 3.0, 1e-9), (magnetic_share, 2.0, 1e-6)
+    ):  # fmt: skip
+        one, other = (float(make(disc(d, thickness), ALONE, place, 1e-3)[0]) for d in (0.1e-3, 0.2e-3))
         assert math.log2(other / one) == pytest.approx(power, abs=0.1)
     shares = [float(magnetic_share(disc(d), COIL, place, 1e-3)[0]) for d in (2e-3, 4e-3, 8e-3, 16e-3, 32e-3)]
     assert np.all(np.diff(shares) > 0.0)
+
+
+@pytest.mark.parametrize("size", [0.1e-3, 1e-3, 4e-3, 8e-3, 30e-3])
+def test_no_magnetic_plate_does_less_than_a_thinner_one(size):
+    """The edge of a thick one was taken to be inside it: shares of 75,000, or an array of negative size."""
+    shares = [
+        float(magnetic_share(Plate("rectangle", (size, size), t), COIL, np.zeros((1, 2)), 1e-3)[0])
+        for t in np.geomspace(1e-6, 0.1, 16)
+    ]
+    assert np.all(np.diff(shares) > -2e-3) and shares[0] > 0.0 and shares[-1] < 1.0 + 1e-9
 
 
 def test_what_a_magnetic_plate_lacks_goes_on_smoothly_where_functions_end():

@@ -176,7 +176,9 @@ def test_a_thin_box_is_the_sheet():
 MAGNETS = [
     (BENCH, (1.0, 1.0), 0.1, 0.0, 0.15), (BENCH, (1.0, 1.0), 0.1, 0.5, 0.4), (BENCH, (1.5, 1.5), 0.1, 0.0, 0.4),
     (JAW, (1.5, 1.5), 0.2, 0.5, 0.15), (JAW, (1.0, 1.0), 0.2, 0.0, 0.4), (BENCH, (0.6, 0.6), 0.1, 0.0, 0.4),
-    (BENCH, (1.0, 2.0), 0.1, 0.5, 0.4), (BENCH, (1.0, 2.0), 0.2, 0.0, 0.15),
+    (BENCH, (1.0, 2.0), 0.1, 0.5, 0.4), (BENCH, (1.0, 2.0), 0.2, 0.0, 0.15), (BENCH, (0.25, 0.25), 0.03, 0.0, 0.15),
+    (BENCH, (0.25, 0.25), 0.5, 0.0, 0.4), (BENCH, (0.5, 0.5), 2.5, 0.3, 0.15), (BENCH, (0.13, 0.13), 0.06, 0.0, 0.4),
+    (JAW, (0.13, 0.13), 2.5, 0.0, 0.4), (BENCH, (2.0, 2.0), 1.0, 0.0, 0.4),
 ]  # fmt: skip
 
 
@@ -191,12 +193,12 @@ def test_a_magnetic_plate_has_the_share_of_a_box_of_poles(case):
     sides, thickness, offset, gap = (size * np.asarray(value) for value in (sides, thickness, offset, gap))
     coarse, better = (pole_share(sides, thickness, offset, radii, heights, gap, *n) for n in ((16, 4), (24, 6)))
     reference = 3.0 * better - 2.0 * coarse
-    assert better == pytest.approx(reference, rel=0.05)
+    assert better == pytest.approx(reference, rel=0.05 if thickness <= 0.2 * sides.min() else 0.15)
     plate, rings = Plate("rectangle", tuple(sides), thickness), CoaxialRings(radii, heights, np.ones_like(radii))
     ours = magnetic_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
     error = magnetic_share_error(plate, rings)
     assert ours == pytest.approx(reference, rel=error)
-    if offset == 0.0 and max(sides) <= size:
+    if offset == 0.0 and 0.5 * size < max(sides) <= size:
         conductor = plate_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
         assert conductor > 1.3 * reference
 
