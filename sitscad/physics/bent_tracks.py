@@ -35,6 +35,9 @@ those of turns that begin elsewhere lie abreast."""
 ABREAST = math.radians(5.0)
 """Sides whose directions differ by less than this lie abreast."""
 
+AT_ONCE = 30_000
+"""Points and filaments that are worked on at once: as many as stay near the processor."""
+
 TIGHTEST = 0.7
 """Radius of the centre line, in widths, below which an arc's current is that of this radius; at a half, its inner edge
 is a point that would take all of it. Tighter arcs between straight sides are corners (`corners.mitred`)."""
@@ -255,30 +258,72 @@ def _smooth_field(sides: _Sides, index: NDArray[np.intp], cut: Cut, along: Array
     # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
     # the potential along the track: near corners that would miss half of the flux.
     normal = np.array([tangent[1], -tangent[0]])
-    point = (along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal).reshape(-1, 2)
-    axis = sides.end - sides.start
-    length = np.hypot(axis[:, 0], axis[:, 1])
-    axis = axis / length[:, None]
-    left = np.stack([-axis[:, 1], axis[:, 0]], axis=1)
-    start = np.sum(sides.start * axis, axis=1) - point @ axis.T
-    end = start + length
-    # Distance to the right of each filament, where its field points down: the current's own normal is to the right.
-    lateral = np.sum(sides.start * left, axis=1) - point @ left.T
-    height = np.repeat(cut.height, offset.shape[1])[:, None] - sides.section[:, 0]
-    # Sides round the corner have the width of a track: as filaments they would be too near.
-    turned = np.abs(axis @ tangent) < 0.94
-    square = lateral**2 + height**2 + np.maximum(turned * CORNER * sides.section[:, 1], 1e-6 * cut.unit) ** 2
-    square[:, index] = lateral[:, index] ** 2 + height[:, index] ** 2 + (1e-6 * cut.unit) ** 2
-    field = _beyond(end, square) - _beyond(start, square)
-    times = np.sign(end) - np.sign(start)
-    ratio = np.sqrt(cut.length[None, :] / cut.length[:, None])
-    times[:, index] -= 2.0 * np.repeat(ratio, offset.shape[1], axis=0)
-    if cut.curvature.any():
-        # A track's own arc near the cut is a part of a ring, not chords: see _bend_flux.
-        own = np.repeat(sides.block[index], offset.shape[1])[:, None] == sides.block
-        times, field = np.where(own, 0.0, times), np.where(own, 0.0, field)
-    total = np.sum(lateral * (times / square - field), axis=1).reshape(offset.shape)
+    point = along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
+    filaments = _straight(sides, index, tangent, 1e-6 * cut.unit)
+    total = np.empty_like(offset)
+    rows = max(1, AT_ONCE // (len(sides.start) * offset.shape[1]))
+    for level in np.unique(cut.height):
+        own = np.nonzero(cut.height == level)[0]
+        for low in range(0, own.size, rows):
+            part = own[low : low + rows]
+            ratio = np.sqrt(cut.length[None, :] / cut.length[part, None])
+            total[part] = _field(filaments, point[part], float(level), ratio, sides.block[index[part]])
     return np.asarray(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset))
+
+
+@record(eq=False)
+class _Straight:
+    # Filaments as a cut sees them: axes (2, n), starts along and to the left of them, lengths, heights (m); the square
+    # (m2) of the least distance from each, which of them are the cut's own tracks, and the blocks of arcs.
+    axis: Array
+    left: Array
+    start: Array
+    lateral: Array
+    length: Array
+    height: Array
+    clear: Array
+    own: NDArray[np.intp]
+    block: NDArray[np.intp]
+
+
+def _straight(sides: _Sides, index: NDArray[np.intp], tangent: Array, least: float) -> _Straight:
+    axis = (sides.end - sides.start).T
+    length = np.hypot(*axis)
+    axis = axis / length
+    left = np.stack([-axis[1], axis[0]])
+    # Sides round the corner have the width of a track: as filaments they would be too near.
+    turned = np.abs(tangent @ axis) < 0.94
+    clear = np.maximum(turned * CORNER * sides.section[:, 1], least) ** 2
+    clear[index] = least**2
+    # An arc of the cut is a part of a ring near it, not chords: see `_bend_flux`.
+    block = sides.block if sides.curvature[index].any() else np.full(sides.block.size, -1)
+    return _Straight(axis, left, np.sum(sides.start.T * axis, axis=0), np.sum(sides.start.T * left, axis=0), length,
+                     sides.section[:, 0], clear, index, block)  # fmt: skip
+
+
+def _field(filaments: _Straight, point: Array, level: float, ratio: Array, block: NDArray[np.intp]) -> Array:
+    # At points (tracks, nodes, 2) of a height (m): for each filament its distance to the right, where the field points
+    # down (the current's own normal is to the right), over the squared distance, times the difference of the cosines at
+    # its ends; less 2 `ratio` (tracks, own) for the cut's own tracks, nothing for chords of the own `block`.
+    flat = point.reshape(-1, 2)
+    lateral = filaments.lateral - flat @ filaments.left
+    square = lateral * lateral
+    square += (level - filaments.height) ** 2 + filaments.clear
+    x = filaments.start - flat @ filaments.axis
+    far, near = np.empty_like(x), np.sqrt(x * x + square)
+    np.divide(x, near, out=near)
+    x += filaments.length
+    np.multiply(x, x, out=far)
+    far += square
+    np.sqrt(far, out=far)
+    np.divide(x, far, out=far)
+    far -= near
+    far[:, filaments.own] -= np.repeat(2.0 * ratio, point.shape[1], axis=0)
+    lateral /= square
+    far *= lateral
+    if filaments.block[0] >= 0:
+        far[np.repeat(block, point.shape[1])[:, None] == filaments.block] = 0.0
+    return np.asarray(far.sum(axis=1).reshape(point.shape[:2]))
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
@@ -290,9 +335,3 @@ def _straight_potential(cut: Cut, offset: Array) -> Array:
     square[own, :, own] = 1.0
     ratio = np.sqrt(cut.length[None, :] / cut.length[:, None])
     return np.asarray(-MU0 / (4.0 * math.pi) * np.sum(ratio[:, None, :] * np.log(square), axis=2))
-
-
-def _beyond(x: Array, square: Array) -> Array:
-    # sign(x) / distance^2 less x / (distance^2 sqrt(x^2 + distance^2)), without the difference.
-    far = np.sqrt(x * x + square)
-    return np.asarray(np.sign(x) / (far * (far + np.abs(x))))
