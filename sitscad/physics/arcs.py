@@ -7,13 +7,14 @@ difference of azimuth, all other arcs two.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.physics.far_arcs import FAR, far_arcs, far_sides, half_lengths, middles
 from sitscad.physics.legendre import gauss
 from sitscad.physics.track_strands import (
-    BLOCK,
     FLOOR,
     Bundle,
     Track,
@@ -26,20 +27,35 @@ from sitscad.physics.track_strands import (
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Rule = tuple[Array, Array]
-Pairs = tuple[Index, Index]
+Table = tuple[Array, Array]
+Method = Callable[..., Array]
 
-FAR_ARCS, FAR_POINTS = 3.0, 5
-"""Distance, in radii, from which an arc is summed at so few points: its far pieces are most of all."""
+MIDDLING, MIDDLING_POINTS = 1.5, 8
+"""Distance of an arc's middle from another piece, in its half lengths, from which it is summed at so many points."""
+
+APART, SPACED, BESIDE = 0.7, 0.36, 0.07
+"""Distances of two arcs, in half lengths of the longer one, from which on each needs MIDDLING_POINTS; SPACED_POINTS;
+and 16 crowded ones outside the closed inner integral. So all together is right to 1e-7."""
+
+SPACED_POINTS = 12
+
+SAMPLES = 9
+"""Points of each arc by which their distance is told."""
+
+CLEAR = 5.0
+"""Distance, in widths, from which on strands' clearances no longer change: that of the table's last row."""
 
 
 def pairs_with_arcs(one: Track, other: Track, count: int) -> float:
     """Integral of t1.t2 / distance (m) over all pairs of pieces with at least one arc, `count` strands a track."""
     levels = common_levels(one, other, count)
-    strands = bundle(one, other, count, levels, one is other)
+    strands = bundle(one, other, count, levels)
     table = clearance_table(one, other, count, levels)
-    total = _arcs_with_arcs(one, other, strands, table)
-    total += _arcs_with_sides(one, other, strands, table)
-    return total + _arcs_with_sides(other, one, strands.swapped(), table)
+    total = _arcs_with_arcs(one, other, strands, table, count)
+    beside = _arcs_with_sides(one, other, strands, table, count)
+    if one is other:
+        return total + 2.0 * beside
+    return total + beside + _arcs_with_sides(other, one, strands.swapped(), table, count)
 
 
 def _crowded(count: int) -> Rule:
@@ -69,30 +85,27 @@ def _dot(a: Array, b: Array) -> Array:
     return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1])
 
 
-def _arcs_with_sides(one: Track, other: Track, strands: Bundle, table: tuple[Array, Array]) -> float:
+def _arcs_with_sides(one: Track, other: Track, strands: Bundle, table: Table, count: int) -> float:
     # Arcs of one at Gauss points in the closed potential of the sides of the other.
     if not len(one.arcs) or not len(other.starts):
         return 0.0
+    arcs, half = one.arcs, half_lengths(one.arcs)[:, None]
     t = directions(other.ends - other.starts)
     reach = _dot(other.ends - other.starts, t)
-    rows = max(1, BLOCK // len(other.starts))
-    total = 0.0
-    for k in range(0, len(one.arcs), rows):
-        arcs = one.arcs[k : k + rows]
-        away = arcs[:, None, :2] - other.starts
-        beyond = np.clip(_dot(away, t), 0.0, reach)[..., None]
-        apart = np.hypot(*np.moveaxis(away - beyond * t, 2, 0))
-        far = apart > FAR_ARCS * arcs[:, None, 2]
-        for chosen, rule in ((far, _plain(FAR_POINTS)), (~far, _crowded(14))):
-            i, j = np.nonzero(chosen)
-            for part in strands.blocks(i.size, rule[0].size):
-                total += _some_arcs_with_sides(arcs[i[part]], other, j[part], strands, table, rule)
+    away = middles(arcs)[:, None] - other.starts
+    beyond = np.clip(_dot(away, t), 0.0, reach)[..., None]
+    apart = np.hypot(*np.moveaxis(away - beyond * t, 2, 0))
+    far = (apart >= FAR * half) & (apart - half >= CLEAR * max(one.width, other.width))
+    middling = ~far & (apart >= MIDDLING * half)
+    total = far_sides(one, other, strands, float(table[1][-1]), far, count)
+    for chosen, rule in ((middling, _plain(MIDDLING_POINTS)), (~far & ~middling, _crowded(14))):
+        i, j = np.nonzero(chosen)
+        for part in strands.blocks(i.size, rule[0].size):
+            total += _some_arcs_with_sides(arcs[i[part]], other, j[part], strands, table, rule)
     return total
 
 
-def _some_arcs_with_sides(
-    arcs: Array, other: Track, sides: Index, strands: Bundle, table: tuple[Array, Array], rule: Rule
-) -> float:
+def _some_arcs_with_sides(arcs: Array, other: Track, sides: Index, strands: Bundle, table: Table, rule: Rule) -> float:
     where, tangent, length = _arc_points(arcs, strands.offsets[0], rule)
     start, end = strands.ends(other, sides, 1)
     t = directions(other.ends[sides] - other.starts[sides])[:, None, :]
@@ -111,41 +124,63 @@ def _some_arcs_with_sides(
     return total / strands.heights.size
 
 
-def _arcs_with_arcs(one: Track, other: Track, strands: Bundle, table: tuple[Array, Array]) -> float:
+def _arcs_with_arcs(one: Track, other: Track, strands: Bundle, table: Table, count: int) -> float:
     if not len(one.arcs) or not len(other.arcs):
         return 0.0
+    a, b = one.arcs, other.arcs
+    kinds = _kinds(one, other)
+    total = far_arcs(one, other, strands, float(table[1][-1]), kinds[0], count)
+    # of the same track, every pair once and twice over
+    every = np.ones(kinds[0].shape, dtype=bool)
+    shares = ((np.triu(every, 1), 2.0), (np.eye(len(a), dtype=bool), 1.0)) if one is other else ((every, 1.0),)
+    for chosen, (method, points) in zip(kinds[1:], METHODS, strict=True):
+        for wanted, times in shares:
+            i, j = np.nonzero(chosen & wanted)
+            for part in strands.blocks(i.size, points):
+                for height in strands.heights:
+                    values = method(a[i[part]], b[j[part]], strands, height * height, table)
+                    total += times * float(values @ strands.shares) / strands.heights.size
+    return total
+
+
+def _kinds(one: Track, other: Track) -> tuple[NDArray[np.bool_], ...]:
+    # Which pairs of arcs go to `far_arcs`, and to which one of METHODS.
     a, b = one.arcs, other.arcs
     apart = np.hypot(a[:, None, 0] - b[:, 0], a[:, None, 1] - b[:, 1])
     low = np.where(a[:, 4] > 0, a[:, 3], a[:, 3] - a[:, 5])
     other_low = np.where(b[:, 4] > 0, b[:, 3], b[:, 3] - b[:, 5])
     turn = np.abs(np.remainder(low[:, None] - other_low + math.pi, 2.0 * math.pi) - math.pi)
     concentric = (apart < 1e-9) & (turn < 1e-9) & (np.abs(a[:, None, 5] - b[:, 5]) < 1e-9)
-    opposite = apart > 0.3 * np.maximum(a[:, None, 2], b[:, 2])
-    far = apart > FAR_ARCS * (a[:, None, 2] + b[:, 2])
-    beside = one.z != other.z and apart < a[:, None, 2] + b[:, 2] + max(one.width, other.width)
-    may_cross = ~concentric & ~far & (~opposite | beside)
-    total = 0.0
-    for chosen, method, points in (
-        (concentric, _concentric_arcs, 14),
-        (opposite & far, _far_arcs, FAR_POINTS**2),
-        (opposite & ~far & ~may_cross, _opposite_arcs, 100),
-        (may_cross, _other_arcs, 160),
-    ):
-        i, j = np.nonzero(chosen)
-        for part in strands.blocks(i.size, points):
-            for height in strands.heights:
-                values = method(a[i[part]], b[j[part]], strands, height * height, table)
-                total += float(values @ strands.shares) / strands.heights.size
-    return total
+    width, half, other_half = max(one.width, other.width), half_lengths(a)[:, None], half_lengths(b)
+    p, q = middles(a), middles(b)
+    between = np.hypot(p[:, None, 0] - q[:, 0], p[:, None, 1] - q[:, 1])
+    ratio = np.minimum((between - other_half) / half, (between - half) / other_half)
+    far = ~concentric & (ratio >= FAR) & (between - half - other_half >= CLEAR * width)
+    middling = ~concentric & ~far & (ratio >= MIDDLING)
+    rest = ~(concentric | far | middling)
+    spaces = np.full(rest.shape, np.inf)
+    i, j = np.nonzero(rest)
+    spaces[i, j] = _distances(a[i], b[j]) / np.maximum(half[i, 0], other_half[j])
+    middling |= rest & (spaces >= APART)
+    beside = one.z != other.z and apart < a[:, None, 2] + b[:, 2] + width
+    opposite = rest & ~middling & (apart > 0.3 * np.maximum(a[:, None, 2], b[:, 2])) & ~np.asarray(beside)
+    rest &= ~middling & ~opposite
+    spaced = rest & (spaces >= SPACED)
+    clear = rest & ~spaced & (spaces >= BESIDE)
+    return far, concentric, middling, opposite, spaced, clear, rest & ~spaced & ~clear
 
 
-def _far_arcs(a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array]) -> Array:
-    return _opposite_arcs(a, b, strands, square, table, _plain(FAR_POINTS))
+def _distances(a: Array, b: Array) -> Array:
+    # Least distances (m) of pairs of arcs (n, 6), as their samples have it.
+    one, other = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
+    found = np.empty(len(a))
+    for k in range(0, len(a), 500):
+        away = one[k : k + 500, :, None] - other[k : k + 500, None, :]
+        found[k : k + 500] = np.sqrt(np.min(_dot(away, away), axis=(1, 2)))
+    return found
 
 
-def _opposite_arcs(
-    a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array], rule: Rule | None = None
-) -> Array:
+def _opposite_arcs(a: Array, b: Array, strands: Bundle, square: float, table: Table, rule: Rule | None = None) -> Array:
     # Arcs about centres well apart, on one layer: they meet at most at their ends, where points are crowded on both.
     rule, middle = rule or _crowded(10), np.zeros(1)
     away = _arc_points(a, middle, rule)[0][:, :, :, None, :] - _arc_points(b, middle, rule)[0][:, :, None, :, :]
@@ -159,7 +194,7 @@ def _opposite_arcs(
     return np.asarray(np.sum(np.matmul(value, other_along[..., None])[..., 0] * along, axis=(0, 2)))
 
 
-def _concentric_arcs(a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array]) -> Array:
+def _concentric_arcs(a: Array, b: Array, strands: Bundle, square: float, table: Table) -> Array:
     # Only the difference of azimuth v matters: (angle - v) is how much of the arcs has it.
     r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
     r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
@@ -177,8 +212,8 @@ def _concentric_arcs(a: Array, b: Array, strands: Bundle, square: float, table: 
     return np.asarray(np.sum(way * 2.0 * jacobian * (angle - v) * kernel, axis=(0, 2)))
 
 
-def _other_arcs(a: Array, b: Array, strands: Bundle, square: float, table: tuple[Array, Array]) -> Array:
-    where, tangent, length = _arc_points(a, strands.offsets[0], _crowded(20))
+def _other_arcs(a: Array, b: Array, strands: Bundle, square: float, table: Table, rule: Rule | None = None) -> Array:
+    where, tangent, length = _arc_points(a, strands.offsets[0], rule or _crowded(20))
     b = b[:, :, None, None]
     radius = b[:, 2] - b[:, 4] * strands.offsets[1][:, None]
     away = where - np.moveaxis(b[:, :2], 1, 3)
@@ -190,16 +225,37 @@ def _other_arcs(a: Array, b: Array, strands: Bundle, square: float, table: tuple
     gap = (distance - radius) ** 2 + square + np.interp(np.abs(distance - radius), *table)
     scale = np.sqrt(np.maximum(gap + 4.0 * product * np.sin(0.5 * (offset - nearest)) ** 2, FLOOR)) / radius
     nodes, weights = gauss(8)
-    heading = np.arctan2(tangent[..., 1], tangent[..., 0])[..., None]
-    azimuth, way = b[:, 3, ..., None], b[:, 4, ..., None]
+    heading = np.arctan2(tangent[..., 1], tangent[..., 0])
+    # the angle between both tangents where b is nearest: what it is elsewhere follows from the tangent of half the way
+    lean = b[:, 4] * (heading - b[:, 3]) - offset
+    sine, cosine = (turn[..., None] for turn in (np.sin(lean), np.cos(lean)))
+    gap, four, scale = gap[..., None], 4.0 * product[..., None], scale[..., None]
     total = np.zeros(strands.shares.size)
     for edge in (0.0, span):
-        reach = np.arcsinh((edge - nearest) / scale)[..., None]
-        v = scale[..., None] * np.sinh(0.5 * reach * (1.0 + nodes))
-        jacobian = 0.5 * np.abs(reach) * weights * np.sqrt(v * v + scale[..., None] ** 2)
-        tau = nearest[..., None] + v
-        apart = gap[..., None] + 4.0 * product[..., None] * np.sin(0.5 * (offset[..., None] - tau)) ** 2
-        dot = way * np.sin(heading - azimuth - way * tau)
-        inner = np.sum(jacobian * dot / np.sqrt(np.maximum(apart, FLOOR)), axis=3)
+        reach = np.arcsinh((edge - nearest)[..., None] / scale)
+        v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
+        jacobian = 0.5 * np.abs(reach) * weights * np.sqrt(v * v + scale * scale)
+        half = np.tan(0.5 * ((offset - nearest)[..., None] - v))
+        square = half * half
+        both = 1.0 / (1.0 + square)
+        dot = (sine * (1.0 - square) + 2.0 * cosine * half) * both
+        inner = np.sum(jacobian * dot / np.sqrt(np.maximum(gap + four * square * both, FLOOR)), axis=3)
         total += np.sum(inner * radius * length, axis=(0, 2))
     return total
+
+
+def _by(method: Method, rule: Rule) -> Method:
+    return lambda a, b, strands, square, table: method(a, b, strands, square, table, rule)
+
+
+SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))
+
+METHODS: tuple[tuple[Method, int], ...] = (
+    (_concentric_arcs, 14),
+    (_by(_opposite_arcs, _plain(MIDDLING_POINTS)), MIDDLING_POINTS**2),
+    (_opposite_arcs, 100),
+    (_by(_opposite_arcs, _plain(SPACED_POINTS)), SPACED_POINTS**2),
+    (_by(_other_arcs, _crowded(16)), 128),
+    (_other_arcs, 160),
+)
+"""How the kinds of pairs of arcs that are not far are summed, and at how many points at once."""

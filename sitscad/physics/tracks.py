@@ -79,21 +79,39 @@ def track_inductance_matrix(tracks: Sequence[Track], strands: tuple[int, int] = 
 
 
 def _likeness(one: Track, other: Track) -> tuple[object, ...]:
+    """Pairs that a motion or a mirror turns into each other have one inductance, whichever is the first and whichever
+    way each is walked: every layer of two lies over the next but one, and is the mirror image of the next.
+    """
+    apart = round(abs(one.z - other.z) / one.width, 9)
     if one is other:
-        return (*_shape(one), one.thickness)
-    first, second = sorted(((_place(one), one.thickness), (_place(other), other.thickness)))
-    return first, second, round(abs(one.z - other.z) / one.width, 9)
+        return apart, one.thickness, _outline([one])
+    pairs = ((one, other), (other, one))
+    return apart, *min((a.thickness, b.thickness, _outline([a, b])) for a, b in pairs)
 
 
-def _shape(one: Track) -> tuple[object, ...]:
-    # Sides of these lengths at these corners are one track or its mirror image, whichever end they are walked from.
-    if len(one.arcs):
-        return (_place(one),)
-    lengths = np.hypot(*(one.ends - one.starts).T)
-    order = slice(None) if lengths[0] >= lengths[-1] else slice(None, None, -1)
-    return tuple(np.round(lengths[order] / one.width, 7)), tuple(np.round(one.turnings[order], 9))
+def _outline(tracks: Sequence[Track]) -> bytes:
+    # What tracks are in the plane but for motions and mirrors: the distances of all their points, in widths, from three
+    # points of the first (its first, the one farthest from it, and from the line through both), and all arcs' turns.
+    tables = [_points(track) for track in tracks]
+    points = np.concatenate([table for table, _ in tables])
+    away = tables[0][0] - points[0]
+    second = int(np.argmax(np.sum(away * away, axis=1)))
+    third = int(np.argmax(np.abs(away[:, 0] * away[second, 1] - away[:, 1] * away[second, 0])))
+    distances = [np.hypot(*(points - points[k]).T) for k in (0, second, third)]
+    turns = np.concatenate([turn for _, turn in tables])
+    sizes = np.array([float(len(track.starts)) for track in tracks])
+    return b"".join(np.round(x, 7).tobytes() for x in (*np.array(distances) / tracks[0].width, turns, sizes))
 
 
-def _place(one: Track) -> bytes:
-    table = (one.starts, one.ends, one.arcs[:, :3], one.arcs[:, 5:] * one.arcs[:, 4:5] * one.width)
-    return b"".join(np.round(x / one.width, 7).tobytes() for x in table)
+def _points(one: Track) -> tuple[Array, Array]:
+    # Ends of all sides, centres and ends of all arcs, and the arcs' turns, from the end that lies farther out.
+    arcs = one.arcs
+    ends = [arcs[:, :2] + arcs[:, 2:3] * np.stack([np.cos(a), np.sin(a)], axis=1)
+            for a in (arcs[:, 3], arcs[:, 3] + arcs[:, 4] * arcs[:, 5])]  # fmt: skip
+    tables, turns = [one.starts, one.ends, arcs[:, :2], *ends], arcs[:, 5]
+    middle = np.mean(np.concatenate(tables[:2] + tables[3:]), axis=0)
+    way = tables[0] if len(one.starts) else ends[0]
+    if np.hypot(*(way[0] - middle)) < np.hypot(*(way[-1] - middle)):
+        tables = [table[::-1] for table in (one.ends, one.starts, arcs[:, :2], ends[1], ends[0])]
+        turns = turns[::-1]
+    return np.concatenate(tables), turns

@@ -12,7 +12,7 @@ from sitscad.physics.corner_excess import moment
 from sitscad.physics.corners import bend_loops
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_impedance
 from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
-from sitscad.physics.polyline_spectrum import Loops, chorded, polyline_spectrum
+from sitscad.physics.polyline_spectrum import Loops, _beside, _figures, _Mitred, chorded, polyline_spectrum
 
 UM, MM = 1e-6, 1e-3
 SQUARE = MM * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -0.7)])
@@ -86,3 +86,46 @@ def test_few_chords_are_the_arc(gap):
     found, fine = chorded(track, gap), chorded(track, 0.02 * gap)
     assert len(found.corners) < 0.5 * len(fine.corners)
     assert over_mirror([found], gap) == pytest.approx(over_mirror([fine], gap), rel=5e-4)
+
+
+def test_a_wave_along_a_sides_normal_is_no_division_by_zero():
+    """Side by side, both ends of a side have one phase: their difference over it is the side's length."""
+    track = PolylineTrack(MM * np.array([(-1.0, 0.0), (1.0, 0.0), (1.0, 0.4)]), 100 * UM, 12 * UM, 0.0)
+    turned = [np.array([[0.0], [1.0]]), np.array([[1e-6], [1.0]])]
+    sides = np.array([(1.0, 0.0), (0.0, 1.0)])
+    shape = _Mitred(track, np.zeros(2), None)
+    across, beside = (shape.waves(3e3, _beside(unit, sides)) for unit in turned)
+    assert np.all(np.isfinite(across)) and across == pytest.approx(beside, abs=1e-8)
+    assert abs(across[0, 0]) == pytest.approx(2 * MM, rel=0.02)
+
+
+def test_bends_that_repeat_are_one_figure():
+    """Sixteen corners of eight chords each: eight figures, the first and the last corner aside."""
+    steps = [0.05 * np.array([math.cos(a), math.sin(a)]) for a in np.radians(np.arange(5.0, 45.0, 5.0))]
+    points = [np.zeros(2)]
+    for k in range(16):
+        turn = math.pi / 4 * k
+        matrix = np.array([(math.cos(turn), -math.sin(turn)), (math.sin(turn), math.cos(turn))])
+        points += [points[-1] + matrix @ sum(steps[: n + 1]) for n in range(len(steps))]
+        points.append(points[-1] + (2.0 - 0.1 * k) * matrix @ np.array([math.sqrt(0.5), math.sqrt(0.5)]))
+    corners = np.array(points)
+    found = _figures(corners, np.zeros((len(corners), 1)), 1e-7)
+    assert len(found.first) == 9 and len(found.places) == 17 and len(found.kinds) == 8 * 9 + 1
+    wave = np.array([[3.0], [5.0]])
+    assert found.sums(wave, np.ones((1, 1)))[0] == pytest.approx(np.sum(np.exp(-1j * (corners @ wave))), rel=1e-12)
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_loops_that_repeat_are_summed_at_their_places(whole):
+    angle = np.radians(45.0) * np.arange(24)
+    radius = 2.0 - 0.02 * np.arange(24)
+    middles = MM * (radius * np.stack([np.cos(angle), np.sin(angle)])).T
+    starts, ends = middles[:-1], middles[1:]
+    track = BentTrack(starts, ends, np.zeros(23), 100 * UM, 12 * UM, 0.0)
+    loops = bend_loops(track, 0.3 * MM if whole else 30 * UM)
+    line = PolylineTrack(middles, 100 * UM, 12 * UM, 0.0)
+    number, unit = 2e3, np.array([[0.6], [0.8]])
+    more = _Mitred(line, np.zeros(2), loops).waves(number, unit) - _Mitred(line, np.zeros(2), None).waves(number, unit)
+    amount = np.sum(loops.moments * np.exp(-1j * number * (loops.places @ unit)[:, 0]))
+    size = number * math.exp(-0.5 * (number * loops.spread) ** 2)
+    assert more[:, 0] == pytest.approx(1j * size * amount * np.array([0.8, -0.6]), rel=1e-9)
