@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from sitscad.checks.bend import BEND_RULES
 from sitscad.checks.clearances import CLEARANCE_RULES
+from sitscad.checks.coverlay import COVERLAY_RULES
 from sitscad.checks.drawn_form import DRAWN_FORM_RULES
 from sitscad.checks.drive import DRIVE_RULES
 from sitscad.checks.electrical import ELECTRICAL_RULES
@@ -13,6 +14,7 @@ from sitscad.checks.fabrication import FABRICATION_RULES
 from sitscad.checks.fit import FIT_RULES
 from sitscad.checks.overhang import OVERHANG_RULES
 from sitscad.checks.plates import PLATE_RULES
+from sitscad.checks.plug import PLUG_RULES
 from sitscad.checks.response import RESPONSE_RULES
 from sitscad.checks.room import ROOM_RULES
 from sitscad.checks.rules import Outcome, Rule, Subject, outcomes
@@ -38,8 +40,8 @@ _LOADING = tuple(
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
 _TABLES = (
-    _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, ROOM_RULES, DRAWN_FORM_RULES, BEND_RULES,
-    ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES, TRANSDUCTION_RULES,
+    _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, COVERLAY_RULES, ROOM_RULES, DRAWN_FORM_RULES,
+    BEND_RULES, PLUG_RULES, ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES, TRANSDUCTION_RULES,
     THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES,
 )  # fmt: skip
 

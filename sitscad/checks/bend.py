@@ -198,7 +198,7 @@ def _stiff_in_bend(subject: Subject, zone: tuple[float, float]) -> Iterator[Comp
             yield _in_bend(f"a via of {via.net}", _overlap(via.centre.x, via.pad / 2, zone), _place_of(via))
     for pad in layout.all_pads:
         if _overlap(pad.centre.x, pad.size[0] / 2, zone) > ROUNDING:
-            yield _in_bend(f"contact {pad.pin}", _overlap(pad.centre.x, pad.size[0] / 2, zone), _place_of(pad))
+            yield _in_bend(f"contact {pad.name}", _overlap(pad.centre.x, pad.size[0] / 2, zone), _place_of(pad))
     if layout.stiffener is not None:
         x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
         inside = _overlap((x0 + x1) / 2, (x1 - x0) / 2, zone)

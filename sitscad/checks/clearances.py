@@ -1,10 +1,9 @@
-"""SIT107 to SIT110, SIT114 and SIT115: copper, holes and openings as drawn, and how near they come to each other."""
+"""SIT107 to SIT110: copper and holes as drawn, and how near they come to each other and to the edge."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -13,16 +12,15 @@ from sitscad.checks.copper import (
     Item,
     Nearness,
     Outline,
-    Position,
     copper_of,
     drill_nearness,
     too_near,
 )
-from sitscad.checks.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
+from sitscad.checks.fabrication import FABRICATOR, gap_asked_by, house, source_of, um
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
 from sitscad.checks.steep_spiral import nearer_by, spacing_in_words, tried_spacing
 from sitscad.finding import Place, Severity
-from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
+from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
 from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.layout.teardrops import Teardrop
 from sitscad.spec.presets import connector, names
@@ -57,7 +55,7 @@ def _near_edge(subject: Subject) -> dict[tuple[str, int], tuple[float, int, Item
     """What comes too near the edge, by name and layer: the worst gap (m), which piece, and what that belongs to."""
     layout, copper = subject.layout, copper_in(subject)
     worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
-    for index, gap in _edge_gaps(copper, _edge_of(layout.outline), subject.spec.fpc.rules.copper_to_edge):
+    for index, gap in edge_gaps(copper, edge_of(layout.outline), subject.spec.fpc.rules.copper_to_edge):
         item, layer = copper.items[copper.item[index]], int(copper.layer[index])
         if isinstance(item, Pad) and layout.spec.fpc.tail is not None:
             continue
@@ -107,62 +105,9 @@ def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def coverlay_web(subject: Subject) -> Iterator[Verdict]:
-    """The strip of coverlay left between two openings, and beside one along the board's edge."""
-    layout = subject.layout
-    for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
-        pieces = [_edge_of(region.outline) for region in openings]
-        for one, other in combinations(pieces, 2):
-            hint = "join them to one opening, or move the contacts apart"
-            yield from _narrow_web(subject, f"two openings of the {side} coverlay leave", hint, one, other)
-        for one in pieces:
-            hint = "a wider connector, or a fabricator whose coverlay keeps a narrower web"
-            what = f"an opening of the {side} coverlay leaves"
-            sides, edge = _apart(one, _edge_of(layout.outline))
-            yield from _narrow_web(subject, what, hint, sides, edge, "to the board's edge")
-
-
-def _edge_of(outline: Outline) -> Primitives:
+def edge_of(outline: Outline) -> Primitives:
+    """A closed outline as pieces to measure distances from."""
     return from_rows([row for row, _ in path_rows(outline)])
-
-
-def _apart(opening: Primitives, edge: Primitives) -> tuple[Primitives, Primitives]:
-    """An opening's sides and the board's edges but those that lie on each other: there the opening reaches the edge."""
-    near = np.full(len(opening), ROUNDING)
-    pairs = nearest_pairs(opening.boxes, near, edge.boxes, np.zeros(len(edge)))
-    sides, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
-    on = (to_points(edges, sides.start) < ROUNDING) & (to_points(edges, sides.end) < ROUNDING)
-    free = np.setdiff1d(np.arange(len(opening)), pairs[on, 0]), np.setdiff1d(np.arange(len(edge)), pairs[on, 1])
-    return opening.take(free[0]), edge.take(free[1])
-
-
-def _narrow_web(
-    subject: Subject, what: str, hint: str, one: Primitives, other: Primitives, where: str = "between them"
-) -> Iterator[Complaint]:
-    rules = subject.spec.fpc.rules
-    web = _smallest(one, other, rules.coverlay_web)
-    if web < rules.coverlay_web - ROUNDING:
-        yield Complaint(
-            f"{what} a web of {um(web)} {where}; {house(subject, 'coverlay_web')} asks {um(rules.coverlay_web)}",
-            hint,
-            "fpc.tail.connector",
-            web,
-            rules.coverlay_web,
-            "m",
-            source=source_of(subject, "coverlay_web"),
-            place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
-        )
-
-
-def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
-    """Copper that must stay covered, to the edge of every opening of the coverlay over it."""
-    layout = subject.layout
-    for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
-        for region in openings:
-            for item, gap, point in _bared(subject, number, region.outline):
-                yield _opening_complaint(
-                    subject, item, gap, Place(float(point[0]), float(point[1]), number, (item.net,))
-                )
 
 
 # ----------------------------------------------------------------------------------------------------------- distances
@@ -181,52 +126,14 @@ def _near_copper(subject: Subject) -> tuple[Nearness, ...]:
     return subject.once("near copper", lambda: tuple(too_near(copper_in(subject), spacing, winding)))
 
 
-def _edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
+def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
+    """Pieces of copper nearer to an edge than is asked (m): their indices and gaps (m)."""
     reach = copper.half + asked
     pairs = nearest_pairs(copper.pieces.boxes, reach, edge.boxes, np.zeros(len(edge)))
     i, j = pairs[:, 0], pairs[:, 1]
     gap = distances(copper.pieces.take(i), edge.take(j)) - copper.half[i]
     for k in np.flatnonzero(gap < asked - ALLOWED_SHORTFALL):
         yield int(i[k]), float(gap[k])
-
-
-def _smallest(one: Primitives, other: Primitives, within: float) -> float:
-    """Smallest distance (m) between two sets of pieces, looking no further than `within`; infinite beyond."""
-    pairs = nearest_pairs(one.boxes, np.full(len(one), within), other.boxes, np.zeros(len(other)))
-    if not len(pairs):
-        return float("inf")
-    return float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1]))))
-
-
-def _bared(subject: Subject, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Floats]]:
-    """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
-    copper, asked = copper_in(subject), subject.spec.fpc.rules.coverlay_opening_to_trace
-    edge, corners = from_rows([row for row, _ in path_rows(opening)]), opening.flattened(1e-6)
-    worst: dict[int, tuple[float, int]] = {}
-    for index, gap in _edge_gaps(copper, edge, asked):
-        if copper.layer[index] == number:
-            key = int(copper.item[index])
-            worst[key] = min(worst.get(key, (gap, index)), (gap, index))
-    for key, item in enumerate(copper.items):
-        if isinstance(item, Via) and _inside(corners, item.centre):
-            worst[key] = (-item.pad / 2.0, int(np.flatnonzero(copper.item == key)[0]))
-    for key, (gap, index) in sorted(worst.items()):
-        item = copper.items[key]
-        if isinstance(item, Via) or (isinstance(item, Trace) and not _ends_inside(item, corners)):
-            yield item, gap, copper.pieces.start[index]
-
-
-def _ends_inside(trace: Trace, corners: Sequence[Position]) -> bool:
-    return _inside(corners, trace.path.start) or _inside(corners, trace.path.end)
-
-
-def _inside(corners: Sequence[Position], point: Position) -> bool:
-    """Whether a point lies inside a closed polygon (even-odd rule)."""
-    inside = False
-    for a, b in pairwise(corners):
-        if (a.y > point.y) != (b.y > point.y) and point.x < a.x + (point.y - a.y) * (b.x - a.x) / (b.y - a.y):
-            inside = not inside
-    return inside
 
 
 # -------------------------------------------------------------------------------------------------------------- words
@@ -252,21 +159,6 @@ def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, laye
 
 def _connector_with_edge(subject: Subject, left: Left) -> str:
     return subject.once("connector with more edge", lambda: _other_connector(subject, left))
-
-
-def _opening_complaint(subject: Subject, item: Trace | Via, gap: float, place: Place) -> Complaint:
-    rules = subject.spec.fpc.rules
-    return Complaint(
-        f"{name_of(item)} on layer {place.layer} comes within {um(max(0.0, gap))} of an opening of the coverlay; "
-        f"{house(subject, 'coverlay_opening_to_trace')} asks {um(rules.coverlay_opening_to_trace)}",
-        "bare copper beside the contact: lengthen the tail or move the track",
-        "fpc.tail",
-        gap,
-        rules.coverlay_opening_to_trace,
-        "m",
-        source=source_of(subject, "coverlay_opening_to_trace"),
-        place=place,
-    )
 
 
 def _worst_of_each_kind(subject: Subject, found: Sequence[Nearness], key: str) -> Iterator[Complaint]:
@@ -317,7 +209,7 @@ def name_of(item: Item) -> str:
     if isinstance(item, Via):
         return f"a via of {item.net}"
     if isinstance(item, Pad):
-        return f"contact {item.pin}"
+        return f"contact {item.name}"
     if isinstance(item, Teardrop):
         return f"a teardrop of {item.net}"
     return f"the {item.role.value} of {item.net}"
@@ -362,14 +254,4 @@ CLEARANCE_RULES: tuple[Rule, ...] = (
         "The drill wanders and the layers are not in register: a hole that grazes a track is plated to it.",
         "Give the via more room.",
     ), FABRICATOR, drill_to_copper),
-    drawn_rule(114, "coverlay-web", (
-        "Between two openings, and between one and the board's edge, the coverlay keeps the fabricator's web.",
-        "A narrower strip of coverlay tears, or comes off.",
-        "Join the openings, move the contacts apart, or give them more board beside them.",
-    ), FABRICATOR, coverlay_web),
-    drawn_rule(115, "coverlay-opening", (
-        "Copper that must stay covered keeps its distance from every opening of the coverlay.",
-        "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare.",
-        "Move the track, or lengthen the tail.",
-    ), FABRICATOR, coverlay_opening),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""SIT120 to SIT122, SIT124 and SIT125: what is drawn: corners, slivers, loops, loose ends, the plug's worst case."""
+"""SIT120 to SIT122 and SIT125: what is drawn: corners, slivers, loops and loose ends."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ import numpy as np
 from sitscad.checks.changes import Change, first_that_mends, other_ends
 from sitscad.checks.clearances import ALLOWED_SHORTFALL, copper_in, name_of
 from sitscad.checks.copper import Copper, conductor_notches
-from sitscad.checks.fabrication import FABRICATOR, ROUNDING, gap_asked_by, plug_mark, um
+from sitscad.checks.fabrication import FABRICATOR, gap_asked_by, um
 from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
 from sitscad.checks.track_graph import TrackGraph, closed_loops, loose_ends, open_nets
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats
 from sitscad.layout.board import Trace
-from sitscad.layout.thickness import Where, finished_thickness
 
 ACUTE = math.radians(59.9)
 """Legs that part at less than this angle (rad) make a wedge in which etchant stays (unverified: workshop practice). Our
@@ -110,33 +109,6 @@ def shorted_turn(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def contact_worst_case(subject: Subject) -> Iterator[Verdict]:
-    """The finished thickness at the contacts with the fabricator's tolerance against what the connector takes."""
-    tail = subject.spec.fpc.tail
-    assert tail is not None
-    connector = tail.connector
-    if connector.insertion_thickness <= 0.0:
-        yield Undecided("the tail ends in solder pads: no connector takes it")
-        return
-    band = finished_thickness(subject.layout, Where.CONTACT)
-    allowed = connector.insertion_thickness_tolerance
-    low, high = connector.insertion_thickness - allowed, connector.insertion_thickness + allowed
-    worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
-    if worst[0] > ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
-        yield Complaint(
-            f"the contacts come out {um(band.minimum)} to {um(band.maximum)} thick with the fabricator's tolerance; "
-            f"{connector.name} takes {um(low)} to {um(high)}{plug_mark(connector)}",
-            f"write the connector's band on the order ({um(connector.insertion_thickness)} +- {um(allowed)}) and have "
-            "it confirmed, or measure the parts before they are plugged in",
-            "fpc.tail.connector",
-            worst[1],
-            high if worst[1] == band.maximum else low,
-            "m",
-            source=band.source,
-            place=Place(*subject.layout.pads[0].centre, 1) if subject.layout.pads else None,
-        )
-
-
 def unconnected(subject: Subject) -> Iterator[Verdict]:
     """Ends of tracks and vias that meet nothing, and contacts of one net that nothing joins, of a whole layout."""
     layout = subject.layout
@@ -215,13 +187,6 @@ DRAWN_FORM_RULES: tuple[Rule, ...] = (
         "electrical test sees it, because both contacts are still joined.",
         "Open the loop; keep guard rings and planes slotted.",
         "Lenz's law; README, The coil", apply=shorted_turn,
-    ),
-    Rule(
-        "SIT124", "contact-worst-case", Severity.NOTE,
-        "The contacts' thickness stays in the connector's band with the fabricator's tolerance of finished thickness.",
-        "The sum of the layers may be right and the part still too thick to go in, or too thin to make contact.",
-        "Agree on the band with the fabricator, or choose a connector that takes more.",
-        FABRICATOR, ("tail",), contact_worst_case,
     ),
     Rule(
         "SIT125", "unconnected", Severity.ERROR,

@@ -1,16 +1,13 @@
-"""SIT104 to SIT106, SIT111, SIT116 and SIT117: holes, parts and plugs against what the fabricator can make."""
+"""SIT104 to SIT106, SIT111 and SIT116: holes and parts against what the fabricator can make."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.layout.bridges import FEWEST_BRIDGES, bridges, narrower_bridge
 from sitscad.layout.panel import is_wanted, least_size
-from sitscad.layout.stiffening import tail_thickness
-from sitscad.spec.sensor import Connector
-from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
 ROUNDING = 1e-9
@@ -170,41 +167,6 @@ def _panel_size(subject: Subject) -> Iterator[Verdict]:
             return
 
 
-def insertion_thickness(subject: Subject) -> Iterator[Verdict]:
-    """Bare contacts and stiffener together against the thickness that the connector takes."""
-    tail = subject.spec.fpc.tail
-    assert tail is not None
-    connector = tail.connector
-    if connector.insertion_thickness <= 0.0:
-        yield Undecided("the tail ends in solder pads: no connector takes it")
-        return
-    stiffener = subject.layout.stiffener
-    top = subject.spec.fpc.stackup.layers[0]
-    bare = tail_thickness(subject.spec) - (top.thickness if top.kind is LayerKind.COVERLAY else 0.0)
-    have = bare + (stiffener.thickness if stiffener else 0.0)
-    wrong = abs(have - connector.insertion_thickness)
-    if wrong > connector.insertion_thickness_tolerance + ROUNDING:
-        yield Complaint(
-            f"the tail's end, with its stiffener, is {um(have)} thick; "
-            f"{connector.name} takes {um(connector.insertion_thickness)} "
-            f"+- {um(connector.insertion_thickness_tolerance)}{plug_mark(connector)}",
-            f"choose a stiffener {um(wrong)} {'thinner' if have > connector.insertion_thickness else 'thicker'}, or "
-            "another connector",
-            "fpc.tail.connector",
-            have,
-            connector.insertion_thickness,
-            "m",
-            source=connector.source,
-        )
-
-
-def plug_mark(connector: Connector) -> str:
-    """A warning in brackets where what a connector takes was not read in its drawing."""
-    fields = ("insertion_thickness", "insertion_thickness_tolerance")
-    is_unverified = any(f"{field}: unverified" in connector.source for field in fields)
-    return " (unverified: compare with its drawing)" if is_unverified else ""
-
-
 def outline_box(subject: Subject) -> tuple[float, float, float, float]:
     """(x_min, y_min, x_max, y_max) in metres of the whole board."""
     points = [point for segment in subject.layout.outline for point in segment.flattened(1e-6)]
@@ -276,12 +238,5 @@ FABRICATION_RULES: tuple[Rule, ...] = (
         "makes one: a note). A part on fewer than three bridges tilts or drops out of its panel: that is an error.",
         "Order in a panel or with bridges narrow enough, and cut the parts out yourself.",
         FABRICATOR, apply=part_size,
-    ),
-    Rule(
-        "SIT117", "insertion-thickness", Severity.ERROR,
-        "Bare contacts and stiffener have the thickness that the connector takes.",
-        "Too thick does not go in, too thin makes no contact.",
-        "Choose the stiffener so that the whole comes to the connector's thickness.",
-        "the connector's data sheet (fpc.tail.connector)", ("tail",), insertion_thickness,
     ),
 )  # fmt: skip

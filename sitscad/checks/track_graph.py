@@ -111,7 +111,7 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
     parts = _Parts()
     for edge in graph.edges:
         parts.join(edge.one, edge.other)
-    for net in dict.fromkeys(pad.net for pad in graph.layout.all_pads):
+    for net in dict.fromkeys(pad.net for pad in graph.layout.all_pads if not pad.is_unused):
         pads = [(i, pad) for i, pad in enumerate(graph.layout.all_pads) if pad.net == net]
         roots = {parts.root((-1, i, 0)): pad for i, pad in reversed(pads)}
         first = pads[0][1]

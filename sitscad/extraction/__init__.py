@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.extraction.artwork import Artwork, ExtractionError, Flash, Hole
 from sitscad.extraction.differences import Difference, Kind, compare
-from sitscad.extraction.intent import Mark, Source
+from sitscad.extraction.intent import UNUSED, Mark, Source
 from sitscad.extraction.nets import Contact, ExtractedBoard, ExtractedNet, Loop, Piece, extract
 from sitscad.extraction.panel import compare_panel
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sitscad.extraction.resistance import copper_resistance
 
 __all__ = [
+    "UNUSED",
     "Artwork",
     "Contact",
     "Difference",

@@ -45,6 +45,8 @@ _OPERATION = re.compile(r"(?:G0?[123])?(?:X([+-]?\d+))?(?:Y([+-]?\d+))?(?:[IJ][+
 _FORMAT = re.compile(r"FSLAX\d(\d)Y\d\d")
 _ESCAPE = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 _NO_NET = ("", "N/C")
+UNUSED = "N/C "
+"""How the net of a contact is called here that is on none, before the contact's pin: each has to stand alone."""
 
 
 @dataclass
@@ -112,9 +114,10 @@ def _operate(state: _GerberState, word: str, layer: int) -> Iterator[Mark]:
 
 def _mark(state: _GerberState, x: float, y: float, layer: int, *, is_via: bool) -> Iterator[Mark]:
     net = state.attributes.get("TO.N", [""])[0]
+    reference, number, function = ([*state.attributes.get("TO.P", []), "", "", ""])[:3]
+    pin = f"{reference}-{number}" if reference else None
+    net = f"{UNUSED}{pin}" if net == "N/C" and pin else net
     if net not in _NO_NET:
-        reference, number, function = ([*state.attributes.get("TO.P", []), "", "", ""])[:3]
-        pin = f"{reference}-{number}" if reference else None
         yield Mark(net, layer, x, y, Source.X2, pin, function or None, is_via)
 
 
@@ -177,13 +180,15 @@ def _ipc_mark(record: re.Match[str], unit: float, aliases: dict[str, str]) -> Ma
     reference, pin = record["reference"].strip(), record["pin"].strip()
     is_via = reference == "VIA"
     through = record["access"] == "00"
+    pad = f"{reference}-{pin}" if reference and not is_via else None
+    net = f"{UNUSED}{pad}" if net == "N/C" and pad else aliases.get(net, net)
     return Mark(
-        net=aliases.get(net, net),
+        net=net,
         layer=None if through else int(record["access"]),
         x=int(record["x"]) * unit,
         y=int(record["y"]) * unit,
         source=Source.IPC_D_356,
-        pin=f"{reference}-{pin}" if reference and not is_via else None,
+        pin=pad,
         is_via=is_via,
     )
 

@@ -12,7 +12,7 @@ from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import Escape
 from sitscad.layout.lanes import Bus, bus_for
-from sitscad.layout.openings import chip_openings, opening
+from sitscad.layout.openings import chip_openings, contact_openings
 from sitscad.layout.outline import Body, body_of, far_end, outline, sides
 from sitscad.layout.patience import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Patience
 from sitscad.layout.routing import Routing, boards, front_of, in_line, reaching_ahead, route_freely, route_in_line
@@ -25,7 +25,7 @@ from sitscad.layout.tail import (
     frame,
     turn_begin,
 )
-from sitscad.layout.tail_tracks import Run
+from sitscad.layout.tail_tracks import Run, unused_contacts
 from sitscad.layout.turn import course, turned
 from sitscad.layout.wound_coils import WoundCoil, wind_all
 from sitscad.record import record
@@ -118,6 +118,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
     pieces = [piece for coil in coils for piece in coil.series]
     traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
+    contacts = tuple(sorted([*pads, *unused_contacts(tail)] if pads else [], key=lambda pad: pad.number))
     copper = _copper_points(traces, vias, body.start + CORNER_RADIUS)
     plate = stiffener(spec, tail)
     begin = turn_begin(spec, bus, tail)
@@ -126,10 +127,10 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         coils=tuple(coils),
         traces=traces,
         vias=vias,
-        pads=tuple(sorted(pads, key=lambda pad: pad.number)),
+        pads=contacts,
         outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
         body=(body.start, body.low, body.end, body.high),
-        top_openings=(opening(spec, tail), *(r for c in capacitors for r in chip_openings(c.pads))),
+        top_openings=(*contact_openings(spec, tail, contacts), *(r for c in capacitors for r in chip_openings(c.pads))),
         bottom_openings=(),
         stiffener=plate,
         bend_zone=_bend_zone(spec, tail, begin if tail.turn else math.inf),

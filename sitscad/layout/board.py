@@ -55,7 +55,8 @@ class Via:
 class Pad:
     """A rectangular contact: centre and size [x, y] in metres, its net and its pin (``C1.A``, ``C1.B``).
 
-    ``reference`` is the part that it belongs to: the contacts of the tail, or a capacitor.
+    ``reference`` is the part that it belongs to: the contacts of the tail, or a capacitor. Net and pin are empty where
+    the connector has more contacts than the coils.
     """
 
     centre: Point
@@ -65,6 +66,16 @@ class Pad:
     pin: str
     number: int
     reference: str = "J1"
+
+    @property
+    def is_unused(self) -> bool:
+        """Whether it is a contact that no coil has: copper without a net."""
+        return not self.net
+
+    @property
+    def name(self) -> str:
+        """What people call it: its pin, or its number where it is unused."""
+        return self.pin or f"{self.number} (unused)"
 
     def holds(self, point: Point) -> bool:
         """Whether a point lies on it."""
@@ -129,11 +140,15 @@ class Coil:
 
 @record
 class Stiffener:
-    """A plate bonded to the bottom face: its outline and thickness (m)."""
+    """A plate bonded to the bottom face: its outline and its thickness with the adhesive (m).
+
+    ``adhesive`` (m) is that of a stock film with a stock adhesive; 0 where none comes near what is needed.
+    """
 
     outline: Region
     thickness: float
     material: str
+    adhesive: float = 0.0
 
 
 @record

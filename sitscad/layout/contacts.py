@@ -36,6 +36,9 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
     orders = {coil.net: (order, coil.name) for order, coil in enumerate(layout.coils)}
     found = []
     for pad in sorted(layout.pads, key=lambda pad: pad.number):
+        if pad.is_unused:
+            found.append(Contact(pad.number, "unused", "-", "-", "-", "-", "-"))
+            continue
         order, name = orders[pad.net]
         channel = layout.spec.readout.device.channel_of(order)
         end = pad.pin.rpartition(".")[2]

@@ -38,13 +38,39 @@ CAP = 0.25e-3
 
 
 @record
+class Row:
+    """The contacts at the tail's end: ``count`` of them, of which the coils have ``used`` from number ``first`` on.
+
+    Those that no coil has are shared out to both sides, so that the tail stays in line; one more is below if need be.
+    """
+
+    pitch: float
+    count: int
+    used: int
+
+    @property
+    def first(self) -> int:
+        """The number of the first contact that a coil has."""
+        return (self.count - self.used) // 2 + 1
+
+    @property
+    def offset(self) -> float:
+        """How far (m) the middle of the coils' contacts stands above the axis: half a pitch where one more is below."""
+        return self.pitch * ((self.count - self.used) % 2) / 2
+
+    def height(self, number: int) -> float:
+        """Height (m) above the axis of a contact, number 1 at the top."""
+        return contact_height(self.pitch, self.count, number)
+
+
+@record
 class TailFrame:
     """Where the tail lies (m), before it is turned: its start and end along x, its half width, its connector.
 
     ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
     Leads come with ``lead_width`` and draw together as necks of ``neck_width``, no wider than their lanes allow.
     ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias or capacitors
-    (``chip``) need more; ``outer_contact`` is the height of the outermost contact's middle.
+    (``chip``) need more; ``outer_contact`` is the height of a coil's outermost contact over the middle of them all.
     """
 
     connector: Connector
@@ -63,6 +89,9 @@ class TailFrame:
     neck_width: float
     fan_pitch: float
     edge: float
+    row: Row
+    finger_lap: float = 0.0
+    """How far (m) the contacts go on under the coverlay, where they are plugged in."""
     chip: Chip | None = None
     turn: float = 0.0
     wait: float = 0.0
@@ -81,8 +110,13 @@ class TailFrame:
 
     @property
     def pad_start(self) -> float:
-        """Where the contacts begin."""
-        return self.end - self.end_gap - self.connector.contact_length
+        """Where the contacts' copper begins."""
+        return self.end - self.end_gap - self.contact_length
+
+    @property
+    def contact_length(self) -> float:
+        """Length (m) of the contacts' copper: what is bare, and what goes on under the coverlay."""
+        return self.connector.contact_length + self.finger_lap
 
     @property
     def shoulder(self) -> float:
@@ -118,7 +152,8 @@ class TailFrame:
         Drawing in at 45 degrees beside the shoulder, the outermost keeps its distance from the edge.
         """
         plug_begin = self.plug_taper.begin + self.shoulder
-        beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2) - (self.plug_half_width - self.outer_contact)
+        beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2)
+        beside -= self.plug_half_width - self.outer_contact - self.row.offset
         beside += self.pad_start - plug_begin
         return self.pad_start - max(beside, 1.5 * self.connector.contact_width) - self.squeeze
 
@@ -165,12 +200,13 @@ def connector_of(spec: SensorSpec, solder_pads: Connector) -> Connector:
 def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:
     """Lay the tail's outline: `front` is where the coils' leads have come together, from there on lanes run along x."""
     edge = spec.fpc.rules.copper_to_edge
-    contacts = 2 * len(spec.array.placements)
-    outer_contact, plug = contact_height(connector.pitch, contacts, 1), connector.width(contacts) / 2
+    row = contact_row(spec, connector)
+    outer_contact, plug = contact_height(connector.pitch, row.used, 1), connector.width(row.count) / 2
     if connector.kind == "pads":  # nothing is plugged in that asks for a width
         plug = max(plug, outer_contact + connector.contact_width / 2 + edge)
     fan = fan_pitch(spec, bus, connector)
-    half_width = max(plug, contact_height(fan, contacts, 1) + _to_edge(spec, bus, connector))
+    half_width = max(plug, contact_height(fan, row.used, 1) + row.offset + _to_edge(spec, bus, connector))
+    lap = 0.0 if connector.kind == "pads" else spec.fpc.rules.finger_lap + spec.fpc.rules.registration
     end_gap = max(END_GAP, edge) if connector.kind == "pads" else END_GAP
     slack = STAGGER * (edge + bus.width / 2)
     stagger = STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0))
@@ -185,8 +221,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     turn = turn_length(spec.fpc.tail, half_width)
     laid = TailFrame(
         connector, body_end, funnel, start, start, body_half_width, half_width, plug, outer_contact, inner, end_gap,
-        width, bus.width, _neck_width(spec, bus, fan, half_width), fan, edge, chip_of(spec, bus), turn, wait,
-        _covered(spec), _chip_room(spec),
+        width, bus.width, _neck_width(spec, bus, fan, half_width - row.offset), fan, edge, row, lap, chip_of(spec, bus),
+        turn, wait, max(0.0, _covered(spec) - (lap and spec.fpc.rules.finger_lap)), _chip_room(spec),
     )  # fmt: skip
     needed = _fan_length(spec, bus, connector) + laid.end - laid.fan_end
     if turn:
@@ -198,6 +234,13 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
         else start - body_end + needed + BARE_LENGTH
     )
     return replace(laid, end=body_end + length)
+
+
+def contact_row(spec: SensorSpec, connector: Connector) -> Row:
+    """The contacts at the tail's end: as many as the spec says, or the fewest that the connector is made with."""
+    used, tail = 2 * len(spec.array.placements), spec.fpc.tail
+    wanted = tail.contacts if tail is not None else None
+    return Row(connector.pitch, max(used, wanted or connector.contacts_for(used)), used)
 
 
 def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
@@ -276,7 +319,7 @@ def pair_height(spec: SensorSpec, tail: TailFrame, lane: Lane) -> float:
     """Height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
     contacts = 2 * len(spec.array.placements)
     first = contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 1)
-    return (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
+    return tail.row.offset + (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
 
 
 def parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:

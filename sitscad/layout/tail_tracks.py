@@ -40,8 +40,13 @@ def _lane_heights(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, entri
     """
     if bus.is_stacked:
         return (pair_height(spec, tail, lane),) * 2
-    contacts, (a, b) = 2 * len(spec.array.placements), _numbers(bus, lane, entries)
-    return contact_height(tail.fan_pitch, contacts, a), contact_height(tail.fan_pitch, contacts, b)
+    a, b = _numbers(bus, lane, entries)
+    return _track_height(tail, a), _track_height(tail, b)
+
+
+def _track_height(tail: TailFrame, number: int) -> float:
+    """Height (m) above the axis of a track in the tail; the coils' own are numbered from 1 at the top."""
+    return tail.row.offset + contact_height(tail.fan_pitch, tail.row.used, number)
 
 
 def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
@@ -88,9 +93,8 @@ def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, ways: tuple[De
 
 def _stacked_run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
     neck, middle = _neck(bus, tail, way, end), way.height
-    contacts = 2 * len(spec.array.placements)
-    height = contact_height(tail.fan_pitch, contacts, number)
-    pad = _contact(spec, tail, lane, contact_height(tail.connector.pitch, contacts, number), number, end)
+    height = _track_height(tail, number)
+    pad = _contact(tail, lane, number, end)
     begin = neck.path.end
     part = Point(parting(spec, bus, tail), middle)
     joint = Point(part.x + abs(height - middle), height)
@@ -143,12 +147,21 @@ def _squeezed(tail: TailFrame, height: float, pad: Pad) -> list[Point]:
 
 def _flat_run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
     neck = _neck(bus, tail, way, end)
-    pad = _contact(spec, tail, lane, way.height, number, end)
+    pad = _contact(tail, lane, number, end)
     return Run(neck, (Track(polyline([neck.path.end, pad.centre]), tail.trace_width, neck.layer),), pad)
 
 
-def _contact(spec: SensorSpec, tail: TailFrame, lane: Lane, height: float, number: int, end: str) -> Pad:
-    size = (tail.connector.contact_length, tail.connector.contact_width)
-    centre = Point(tail.pad_start + size[0] / 2, height)
+def _contact(tail: TailFrame, lane: Lane, number: int, end: str) -> Pad:
     name = lane.placement.name
-    return Pad(centre, size, 1, name, f"{name}.{end}", number)
+    return replace(_bare_contact(tail, tail.row.first - 1 + number), net=name, pin=f"{name}.{end}")
+
+
+def unused_contacts(tail: TailFrame) -> tuple[Pad, ...]:
+    """The contacts that no coil has: copper without a net, which the connector holds the tail by."""
+    used = range(tail.row.first, tail.row.first + tail.row.used)
+    return tuple(_bare_contact(tail, number) for number in range(1, tail.row.count + 1) if number not in used)
+
+
+def _bare_contact(tail: TailFrame, number: int) -> Pad:
+    size = (tail.contact_length, tail.connector.contact_width)
+    return Pad(Point(tail.pad_start + size[0] / 2, tail.row.height(number)), size, 1, "", "", number)

@@ -124,7 +124,7 @@ def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> I
     yield from (f"{difference.kind.value}: {difference.message}" for difference in extraction.compare(board))
     found: dict[str, set[str]] = {}
     for net in board.nets:
-        for contact in net.contacts:
+        for contact in (each for each in net.contacts if not each.net.startswith(extraction.UNUSED)):
             found.setdefault(contact.net, set()).add(contact.function or contact.pin)
     for name in sorted({*intended, *found}):
         wanted, there = set(intended.get(name, ())), found.get(name, set())

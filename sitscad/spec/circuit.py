@@ -156,7 +156,10 @@ def _tail(document: FpcDocument, copper: int, rules: DesignRules, remarks: Remar
         remarks.flaw("SIT009", "fpc.tail.layers", message, "", measured=float(layers), limit=float(copper))
     radius = _turn_radius(written, rules, remarks)
     connector = presets.connector(written.connector)
-    tail = Tail(written.length, connector, layers, "none", written.turn, written.offset, radius)
+    tail = Tail(
+        written.length, connector, layers, "none", written.turn, written.offset, radius,
+        contacts=written.contacts, stiffener=written.stiffener,
+    )  # fmt: skip
     return _bent(tail, written.bend, remarks)
 
 

@@ -183,6 +183,14 @@ class TailDocument(Section):
 
     length: float = key(Run, "from the sensor's body to the end", 30)
     connector: str = key(Preset("connector"), "what the tail ends in", "zif-0.5mm")
+    contacts: int | None = key(
+        Number(2, 200, whole=True), "of the connector that is bought: the fewest that are enough if left out", None
+    )
+    stiffener: float | None = key(
+        Quantity("length", "10 um", "2 mm"),
+        "thickness with its adhesive, under contacts that are plugged in: the best of the stock ones if left out",
+        None,
+    )
     layers: int | None = key(Number(1, 8, whole=True), "copper layers that run down it", None)
     bend: str | BendDocument = key(
         BendChoice, "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle",

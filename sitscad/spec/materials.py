@@ -27,3 +27,18 @@ class ElastomerMaterial:
     hardness: str = ""
     density: float | None = None
     source: str = ""
+
+
+@record
+class Finish:
+    """What is on the bare contacts: its name in job files and in words; whether it is plated by a current, and whether
+    it serves contacts that are plugged in, or soldered to.
+    """
+
+    name: str
+    job_name: str
+    words: str
+    is_electrolytic: bool
+    is_for_plugs: bool
+    is_for_solder: bool
+    source: str

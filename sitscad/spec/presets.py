@@ -16,7 +16,7 @@ from typing import Any
 
 from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules, FoilLines
-from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.materials import Conductor, ElastomerMaterial, Finish
 from sitscad.spec.sensor import Chip, Connector, Jaw
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 from sitscad.units import parse_quantity
@@ -69,6 +69,7 @@ def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
 _LENGTHS = (
     "trace_width", "trace_spacing", "via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge",
     "coverlay_web", "coverlay_opening_to_trace", "outline_tolerance", "registration", "inside_radius",
+    "finger_lap", "pad_lap",
 )  # fmt: skip
 
 
@@ -173,8 +174,19 @@ def _bend_ratios(rows: Mapping[str, Row], prefix: str) -> dict[int, float]:
 def connector(name: str) -> Connector:
     """A tail's connector; raises KeyError where there is no such preset."""
     rows = _fields("connector", name)
-    lengths = {field: parse_quantity(row["value"], "length") for field, row in rows.items() if field != "kind"}
-    return Connector(name=name, kind=rows["kind"]["value"], **lengths, source=_sources(rows))
+    lengths = {
+        field: parse_quantity(row["value"], "length")
+        for field, row in rows.items()
+        if field not in ("kind", "positions")
+    }
+    positions = _numbers(rows["positions"]["value"]) if "positions" in rows else ()
+    return Connector(name=name, kind=rows["kind"]["value"], **lengths, positions=positions, source=_sources(rows))
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    """Whole numbers as a row lists them: ``4-6 8`` is 4, 5, 6 and 8."""
+    ends = [part.partition("-") for part in text.split()]
+    return tuple(number for first, _, last in ends for number in range(int(first), int(last or first) + 1))
 
 
 @cache
@@ -237,6 +249,25 @@ def elastomer(name: str) -> ElastomerMaterial:
         float(row["density"]) if row["density"] else None,
         _source(row),
     )
+
+
+@cache
+def finish(name: str) -> Finish:
+    """A finish of bare contacts; raises KeyError where there is none of that name."""
+    row = _table("finishes")[name]
+    electrolytic, plugged, soldered = (row[field] == "yes" for field in ("electrolytic", "plugged", "soldered"))
+    return Finish(name, row["job_name"], row["words"], electrolytic, plugged, soldered, _source(row))
+
+
+@cache
+def stock_stiffeners() -> tuple[tuple[float, float], ...]:
+    """Films of polyimide and adhesives (m) that stiffeners are made of: every film with every adhesive, thin first."""
+    rows = _read(DATA / "stiffeners.csv")
+    films, adhesives = (
+        [parse_quantity(row["thickness"], "length") for row in rows if row["part"] == part]
+        for part in ("film", "adhesive")
+    )
+    return tuple(sorted(((film, glue) for film in films for glue in adhesives), key=lambda pair: (sum(pair), pair[1])))
 
 
 def permittivity(material: str) -> float:

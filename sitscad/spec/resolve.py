@@ -27,6 +27,7 @@ from sitscad.spec.sensor import (
     Requirements,
     SensorSpec,
     Shield,
+    Tail,
     Target,
 )
 from sitscad.spec.source import SpecSource
@@ -46,6 +47,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
     fpc = resolve_fpc(document.fpc, coil, remarks, source, folder)
+    _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
     side = max(coil.outer_diameter, array.pitch or 0.0)
     target = resolve_target(document, side, remarks)
     shield = resolve_shield(document)
@@ -206,6 +208,19 @@ def resolve_readout(document: SpecDocument, remarks: Remarks) -> ReadoutSpec:
     _check_chip(document, remarks)
     device = presets.converter(part.device)
     return ReadoutSpec(device, part.capacitance, place, cable, part.clock, part.scan_rate, chip, part.drive_code)
+
+
+def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
+    """Whether the connector that is written has contacts enough."""
+    if tail is None or tail.contacts is None:
+        return
+    if not tail.connector.positions:
+        message = f"a tail that ends in {tail.connector.name} has the contacts that the coils need"
+        remarks.flaw("SIT009", "fpc.tail.contacts", message, "leave it out")
+    elif tail.contacts < needed:
+        message = f"the coils need {needed} contacts, the connector has {tail.contacts}"
+        facts = {"measured": float(tail.contacts), "limit": float(needed)}
+        remarks.flaw("SIT009", "fpc.tail.contacts", message, "two contacts a coil, or more", **facts)
 
 
 def _check_chip(document: SpecDocument, remarks: Remarks) -> None:

@@ -83,7 +83,12 @@ class ArraySpec:
 
 @record
 class Connector:
-    """How the tail ends: contacts at a pitch, their length and width, the insertion thickness (0: solder pads)."""
+    """How the tail ends: contacts at a pitch, their bare length and their width, the insertion thickness (0: solder
+    pads).
+
+    ``positions`` are the numbers of contacts that it is made with (none: any); ``width_tolerance`` (m) is what it
+    takes, plus and minus, of the tail's width.
+    """
 
     name: str
     kind: str
@@ -95,6 +100,12 @@ class Connector:
     insertion_thickness_tolerance: float
     stiffener_length: float
     source: str = ""
+    width_tolerance: float = 0.0
+    positions: tuple[int, ...] = ()
+
+    def contacts_for(self, needed: int) -> int:
+        """The fewest contacts that it is made with and that are enough; just those where it has none so many."""
+        return min((count for count in self.positions if count >= needed), default=needed)
 
     def width(self, contacts: int) -> float:
         """Width (m) of the tail's end for a number of contacts: outer contact centres plus a margin on each side."""
@@ -125,7 +136,8 @@ class Tail:
     or ``right`` (by 90 degrees); ``offset`` (m, to the left) how far it is led aside instead; ``turn_radius`` (m) that
     of its inner edge. It bends about a line across it, whose distance from the body is ``bend_at`` (m; None: the middle
     of the stretch that may be bent), ``down`` (away from the face with the coils) or ``up``, by an angle (rad) at an
-    inside radius (m; None: the fabricator's least).
+    inside radius (m; None: the fabricator's least). ``contacts`` is how many the connector has, None where it is the
+    fewest that are enough; ``stiffener`` (m, with its adhesive) is None where the stock one is taken that fits best.
     """
 
     length: float
@@ -139,6 +151,8 @@ class Tail:
     bend_direction: str = "down"
     bend_angle: float = math.pi / 2
     bend_radius: float | None = None
+    contacts: int | None = None
+    stiffener: float | None = None
 
 
 MOST_PARTS = 500

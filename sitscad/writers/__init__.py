@@ -42,7 +42,7 @@ WRITERS: tuple[Writer, ...] = (
     Writer("excellon", "gerber"),
     Writer("drill_map", "gerber"),
     Writer("ipc356", "gerber"),
-    Writer("placement", "gerber", applies=lambda spec: spec.readout.chip is not None),
+    Writer("placement", "gerber", ("layout", "estimates"), applies=lambda spec: spec.readout.chip is not None),
     Writer("gerber_job", "gerber"),
     Writer("fabrication_notes", "gerber", ("layout", "panel", "files", "forced")),
     Writer("board_picture", "gerber"),

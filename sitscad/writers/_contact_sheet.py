@@ -28,7 +28,7 @@ from sitscad.writers._drawing import (
     span,
     table,
 )
-from sitscad.writers._flex_facts import chip_text, contact_row, contact_text, stiffener_text
+from sitscad.writers._flex_facts import chip_text, contact_row, contact_text, plug_text, stiffener_text
 from sitscad.writers._sheet import Pen, Sheet, text_width
 
 ROOM = (30.0, 54.0, 84.0, 116.0)
@@ -156,7 +156,7 @@ def _along_y(sheet: Sheet, ends: tuple[float, float], start: float, level: float
 
 def _number(sheet: Sheet, pad: Pad, view: View) -> None:
     """Number and pin in the contact, along its longer side, as large as fits."""
-    text = f"{pad.number}: {pad.pin}"
+    text = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
     along, across = sorted((view.length(side) for side in pad.size), reverse=True)
     size = min(4.0, 0.75 * across, 0.94 * along / text_width(text, 1.0))
     x, y = view.x(pad.centre.x), view.y(pad.centre.y)
@@ -171,8 +171,9 @@ def _notes(layout: Layout) -> list[str]:
     named = f" of {connector.name}" if connector is not None else ""
     return [
         f"Contacts{named} seen from the top, where they are bare. Each is marked with its number and its pin.",
-        f"{contact_text(layout).capitalize()}.",
+        f"{contact_text(layout)}.",
         *([text] if (text := chip_text(layout)) else []),
+        *([f"{plug_text(layout).capitalize()}: closer than the rest of the outline."] if plug_text(layout) else []),
         *([f"Stiffener below them: {stiffener_text(layout)}."] if layout.stiffener is not None else []),
         "Both contacts of a coil are one net: they are joined through its winding.",
         "Coils are wired to the channels in their order; which end is A and which is B is of no matter to the reading.",

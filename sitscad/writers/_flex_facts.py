@@ -2,40 +2,42 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
-from functools import cache
 from itertools import pairwise
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Bend, bend_of, bend_stretch
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.thickness import FinishedThickness, Where, finished_thickness, tail_copper
-from sitscad.spec.presets import DATA, names
+from sitscad.spec.presets import finish, names
 from sitscad.spec.stackup import LayerKind, StackLayer
 from sitscad.units import show
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
 
 
-@cache
-def _finishes() -> dict[str, dict[str, str]]:
-    with (DATA / "finishes.csv").open(encoding="utf-8", newline="") as stream:
-        return {row["name"]: row for row in csv.DictReader(stream)}
-
-
 def finish_name(layout: Layout) -> str:
     """The finish as job files call it."""
-    return _finishes()[layout.spec.fpc.finish]["job_name"]
+    return finish(layout.spec.fpc.finish).job_name
 
 
 def finish_text(layout: Layout) -> str:
-    """Finish of the bare contacts, foil and plating."""
-    row, stackup = _finishes()[layout.spec.fpc.finish], layout.spec.fpc.stackup
+    """Finish of the bare contacts with what it takes to plate them, foil and plating."""
+    chosen, stackup = finish(layout.spec.fpc.finish), layout.spec.fpc.stackup
     is_plated = layout.vias and stackup.plating_thickness
     plating = f", holes plated {show(stackup.plating_thickness, 'm')} nominal" if is_plated else ""
-    return f"Finish on bare contacts: {row['words']}. Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
+    bars = f" {plating_bar_text(layout)}" if chosen.is_electrolytic and layout.pads else ""
+    return f"Finish on bare contacts: {chosen.words}.{bars} Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
+
+
+def plating_bar_text(layout: Layout) -> str:
+    """What the fabricator adds so that a finish can be plated by a current."""
+    return (
+        f"Plated by a current: add plating bars from the tips of all {len(layout.pads)} contacts over the board's end "
+        "to a common bar outside the outline (none are in the artwork), and cut them off with the outline before the "
+        "test."
+    )
 
 
 def tail_holes(layout: Layout) -> int:
@@ -110,13 +112,56 @@ def contact_row(layout: Layout) -> tuple[tuple[Pad, ...], float | None]:
 
 
 def contact_text(layout: Layout) -> str:
-    """Width, length and pitch of the contacts: lengths lie across the row; empty without contacts."""
+    """How many contacts, their width, length and pitch, and what of them is bare: lengths lie across the row; empty
+    without contacts.
+    """
     if not layout.pads:
         return ""
     _, pitch = contact_row(layout)
     width, length = contact_size(layout.pads[0])
     apart = f", pitch {show(pitch, 'm')}" if pitch is not None else ""
-    return f"contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
+    size = f"{len(layout.pads)} contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
+    bare = bare_size(layout)
+    if bare is None:
+        return f"{size}{unused_text(layout)}"
+    is_held_all_round = bare[0] < width - 1e-9
+    under = "the coverlay covers their rims" if is_held_all_round else "the rest goes on under the coverlay"
+    wide = f"{show(bare[0], 'm')} x " if is_held_all_round else ""
+    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(layout)}"
+
+
+def bare_size(layout: Layout) -> tuple[float, float] | None:
+    """Width and length (m) of what the coverlay leaves bare of a contact; None where that is all of it."""
+    pad = layout.pads[0]
+    (x, y), (w, h) = pad.centre, pad.size
+    for opening in layout.top_openings:
+        x0, y0, x1, y1 = bounding_box([opening.outline])
+        if x0 <= x <= x1 and y0 <= y <= y1:
+            along = min(x + w / 2, x1) - max(x - w / 2, x0)
+            across = min(y + h / 2, y1) - max(y - h / 2, y0)
+            width, length = sorted((along, across))
+            return (width, length) if w * h - width * length > 1e-12 else None
+    return None
+
+
+def unused_text(layout: Layout) -> str:
+    """Which contacts no coil has; empty where there are none."""
+    numbers = [pad.number for pad in layout.pads if pad.is_unused]
+    if not numbers:
+        return ""
+    words = f"contacts {', '.join(map(str, numbers))} lead" if len(numbers) > 1 else f"contact {numbers[0]} leads"
+    return f"; {words} nowhere: copper all the same, which the connector holds the tail by"
+
+
+def plug_text(layout: Layout) -> str:
+    """The width of what is plugged in, with the connector's tolerance; empty where nothing is."""
+    tail = layout.spec.fpc.tail
+    if tail is None or not tail.connector.width_tolerance or not layout.pads:
+        return ""
+    connector = tail.connector
+    width, band = show(connector.width(len(layout.pads)), "m"), show(connector.width_tolerance, "m")
+    edge = show(connector.edge_margin, "m")
+    return f"tail {width} +/- {band} wide there, middle of the first and last contact {edge} from its edges"
 
 
 def contact_size(pad: Pad) -> tuple[float, float]:
@@ -157,7 +202,10 @@ def stiffener_text(layout: Layout) -> str:
     tail = layout.spec.fpc.tail
     along, across = (y1 - y0, x1 - x0) if tail is not None and tail.turn != "none" else (x1 - x0, y1 - y0)
     size = f"{show(along, 'm')} along the tail, {show(across, 'm')} across"
-    return f"{plate.material}, {size}, {show(plate.thickness, 'm')} thick with its adhesive"
+    film = plate.thickness - plate.adhesive
+    parts = f" ({show(film, 'm')} film and {show(plate.adhesive, 'm')} adhesive)" if plate.adhesive else ""
+    ask = "" if plate.adhesive else "; not a stock thickness that we know of: tell us the nearest that you have"
+    return f"{plate.material}, {size}, {show(plate.thickness, 'm')} thick with its adhesive{parts}{ask}"
 
 
 def laminate_text(layout: Layout) -> str:

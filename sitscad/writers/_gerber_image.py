@@ -74,6 +74,9 @@ def document(
 CONTACTS = "J1"
 """What the contacts of the tail are called; other pads are a capacitor's."""
 
+NO_NET = "N/C"
+"""What X2 calls the net of a pad that is on none."""
+
 Object = Trace | Via | Pad
 Aperture = tuple[str, str]
 
@@ -90,7 +93,7 @@ def _copper(layout: Layout, layer: int) -> Iterator[str]:
     for (function, template), code in codes.items():
         yield from (f"%TA.AperFunction,{function}*%", f"%ADD{code}{template}*%", "%TD*%")
     for (aperture, net), group in groupby(drawn, key=lambda entry: entry[0][:2]):
-        yield from (f"D{codes[aperture]}*", f"%TO.N,{net}*%")
+        yield from (f"D{codes[aperture]}*", f"%TO.N,{net or NO_NET}*%")
         for _, item in group:
             yield from _drawn(item)
         yield "%TD*%"
@@ -125,7 +128,8 @@ def _drawn(item: Object) -> Iterator[str]:
     elif isinstance(item, Via):
         yield f"{xy(grid(item.centre))}D03*"
     else:
-        yield f"%TO.P,{item.reference},{item.number},{item.pin}*%"
+        function = f",{item.pin}" if item.pin else ""
+        yield f"%TO.P,{item.reference},{item.number}{function}*%"
         yield f"{xy(grid(item.centre))}D03*"
         yield "%TD.P*%"
 

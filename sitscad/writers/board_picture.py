@@ -199,7 +199,8 @@ def _contact_names(layout: Layout, view: _View) -> Iterator[str]:
         place = f"x='{_n(across)}' y='{_n(down + 0.35 * text)}'"
         if pad.size[1] > pad.size[0]:  # a tail that turns: written along the contact
             place += f" transform='rotate(-90 {_n(across)} {_n(down)})'"
-        yield f"<text {place}>{pad.number}: {escape(pad.pin)}</text>"
+        words = f"{pad.number}" if pad.is_unused else f"{pad.number}: {escape(pad.pin)}"
+        yield f"<text {place}>{words}</text>"
     yield "</g>"
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from collections.abc import Iterator
 from dataclasses import astuple, fields
-from typing import Protocol
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
@@ -16,17 +14,7 @@ from sitscad.scene.stack import MOUNT_PIECES, seat_spans, shield_size
 from sitscad.spec.sensor import Mount, SensorSpec
 from sitscad.units import show
 from sitscad.writers._flex_facts import contact_text, stiffener_text
-
-
-class _Readout(Protocol):
-    capacitance: float | None
-    capacitance_reason: str
-
-
-class Sized(Protocol):
-    """The part of the estimates that this list needs: the tank capacitor that was chosen, and why."""
-
-    readout: _Readout
+from sitscad.writers._tank import Sized, capacitance_text
 
 
 @record
@@ -79,7 +67,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
     if layout.stiffener is not None:
         note += f"; with a stiffener of {stiffener_text(layout)}"
     if layout.pads:
-        note += f"; {len(layout.pads)} {contact_text(layout)}"
+        note += f"; {contact_text(layout)}"
     yield Item(
         "flexible printed circuit",
         1,
@@ -117,7 +105,7 @@ def _converter(layout: Layout, estimates: Sized) -> Iterator[Item]:
     yield Item(
         "capacitor",
         coils,
-        show(chosen, "F") if chosen is not None and math.isfinite(chosen) else "none found",
+        capacitance_text(chosen),
         "C0G",
         chip,
         f"one a coil, {place}" + (f"; {reason}" if reason else ""),

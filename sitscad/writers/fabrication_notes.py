@@ -34,6 +34,7 @@ from sitscad.writers._flex_facts import (
     laminate_text,
     layer_text,
     outline_text,
+    plug_text,
     quantity_text,
     stiffener_text,
     thickness_text,
@@ -144,7 +145,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if fpc.tail is not None and fpc.tail.connector.insertion_thickness > 0.0:
         yield "Contacts", _contacts(layout)
     elif layout.pads:
-        yield "Contacts", f"{len(layout.pads)} {contact_text(layout)}, for solder"
+        yield "Contacts", f"{contact_text(layout)}, for solder"
     if layout.capacitors:
         names = ", ".join(each.reference for each in layout.capacitors)
         yield (
@@ -222,7 +223,7 @@ def _contacts(layout: Layout) -> str:
     made, wanted = finished_thickness(layout, Where.CONTACT).nominal, connector.insertion_thickness
     allowed = connector.insertion_thickness_tolerance
     text = (
-        f"{connector.name}: {len(layout.pads)} {contact_text(layout)}, thickness at the contacts "
+        f"{connector.name}: {contact_text(layout)}; {plug_text(layout)}; thickness at the contacts "
         f"{thickness_text(layout, Where.CONTACT)}; the stack-up and stiffener above give {show(made, 'm')}"
     )
     if abs(made - wanted) > allowed + 1e-9:

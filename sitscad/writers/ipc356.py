@@ -15,6 +15,8 @@ from sitscad.layout.board import Layout, Pad, Via
 from sitscad.writers._fabrication_files import fabrication_path, has_coverlay
 
 NET_NAME_LENGTH = 14
+NO_NET = "N/C"
+"""What a contact is given for a net that has none."""
 
 
 def render(layout: Layout) -> dict[str, bytes]:
@@ -37,6 +39,7 @@ def _records(layout: Layout) -> Iterator[str]:
     for net in layout.nets:
         yield from (_contact(layout, pad) for pad in layout.all_pads if pad.net == net)
         yield from (_via(layout, via) for via in layout.vias if via.net == net)
+    yield from (_contact(layout, pad) for pad in layout.pads if pad.is_unused)
 
 
 def _contact(layout: Layout, pad: Pad) -> str:
@@ -45,7 +48,7 @@ def _contact(layout: Layout, pad: Pad) -> str:
     size = f"X{_number(pad.size[0], 4)}Y{_number(pad.size[1], 4)}"
     covered = _covered(layout, pad.centre)
     access = f"A{pad.layer if bottom else 1:02d}"
-    return _record("327", pad.net, pad.reference, str(pad.number), "", access, pad.centre, size, covered)
+    return _record("327", pad.net or NO_NET, pad.reference, str(pad.number), "", access, pad.centre, size, covered)
 
 
 def _via(layout: Layout, via: Via) -> str:

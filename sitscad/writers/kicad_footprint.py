@@ -118,10 +118,10 @@ def pad_text(
     """A rectangular pad of a footprint that stands at `place`, with its net where `nets` numbers them."""
     layer = copper_names(layout.copper_layers)[pad.layer - 1]
     if layer not in ("F.Cu", "B.Cu"):
-        raise ValueError(f"pad {pad.number} ({pad.pin}) is on {layer}: a contact must be on an outer layer")
+        raise ValueError(f"contact {pad.name} is on {layer}: a contact must be on an outer layer")
     size = f"(size {length(pad.size[0])} {length(pad.size[1])})"
-    net = f" (net {nets[pad.net]} {quoted(pad.net)})" if nets is not None else ""
-    pin = f' (pinfunction {quoted(pad.pin)}) (pintype "passive")' if nets is not None else ""
+    net = f" (net {nets[pad.net]} {quoted(pad.net)})" if nets is not None and pad.net else ""
+    pin = f' (pinfunction {quoted(pad.pin)}) (pintype "passive")' if nets is not None and pad.pin else ""
     where = xy("at", grid(pad.centre), place)
     head = f'pad "{pad.number}" {kind} rect {where} {size} (layers {quoted(layer)})'
     return f"({head}{net}{pin} {identity(*owner, 'pad', pad.number)})"

@@ -7,18 +7,20 @@ import io
 
 from sitscad.layout.board import Layout
 from sitscad.writers._fabrication_files import fabrication_path
+from sitscad.writers._tank import Sized, capacitance_text
 
 HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")
 
 
-def render(layout: Layout) -> dict[str, bytes]:
+def render(layout: Layout, estimates: Sized | None) -> dict[str, bytes]:
     """``placement.csv`` with KiCad's columns (millimetres, degrees); nothing where the board carries no part.
 
-    The rotation counts from a chip that lies along x with its first terminal at the left. The value is in ``bom.csv``,
-    where the capacitance that was chosen is.
+    The rotation counts from a chip that lies along x with its first terminal at the left. The value is the capacitance
+    that ``estimates`` chose, as in ``bom.csv``.
     """
     if not layout.capacitors:
         return {}
+    value = capacitance_text(estimates.readout.capacitance if estimates is not None else None)
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(HEADER)
@@ -27,5 +29,5 @@ def render(layout: Layout) -> dict[str, bytes]:
         dx, dy = other.x - one.x, other.y - one.y
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
         at = (f"{each.centre.x * 1e3:.4f}", f"{each.centre.y * 1e3:.4f}")
-        rows.writerow([each.reference, "see bom.csv", each.package, *at, turned, "top"])
+        rows.writerow([each.reference, value, each.package, *at, turned, "top"])
     return {fabrication_path(layout, "placement.csv"): text.getvalue().encode("ascii")}

@@ -232,7 +232,10 @@ def test_the_order_of_explicit_centres_does_not_matter(sensor):
 
 
 def with_fine_connector(spec, length=5e-3):
-    tail = dataclasses.replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"), length=length)
+    """A connector of 0.3 mm with no more contacts than the coils need."""
+    contacts = 2 * len(spec.array.placements)
+    connector = presets.connector("zif-0.3mm")
+    tail = dataclasses.replace(spec.fpc.tail, connector=connector, length=length, contacts=contacts)
     return dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, tail=tail))
 
 

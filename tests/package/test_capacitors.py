@@ -112,7 +112,7 @@ def test_the_files_name_both_pads_of_every_capacitor():
         for number in (1, 2):
             assert f"%TO.P,{reference},{number},{reference}.{number}*%" in top
             assert re.search(rf"^327C\d +{reference}   -{number} ", netlist, re.MULTILINE)
-    (table,) = placement.render(layout).values()
+    (table,) = placement.render(layout, estimate(layout)).values()
     rows = list(csv.DictReader(io.StringIO(table.decode())))
     assert [(row["Ref"], row["Package"], row["Side"]) for row in rows] == [
         ("CT1", "chip-0402", "top"),
@@ -125,8 +125,9 @@ def test_the_files_name_both_pads_of_every_capacitor():
         assert (math.cos(turn), math.sin(turn)) == pytest.approx([r / math.hypot(*reach) for r in reach], abs=1e-6)
     parts = {item.item: item for item in bom.items(layout, estimate(layout))}
     assert parts["capacitor"].size == "chip-0402" and "CT1, CT2" in parts["capacitor"].note
+    assert {row["Val"] for row in rows} == {parts["capacitor"].part} and parts["capacitor"].part.endswith("F")
     assert parts["connector"].part == "zif-0.5mm, 4 contacts"
-    assert placement.render(sitscad.lay_out(sitscad.load(TEMPLATES / "grasper_4layer.yaml"))) == {}
+    assert placement.render(sitscad.lay_out(sitscad.load(TEMPLATES / "grasper_4layer.yaml")), None) == {}
 
 
 def test_the_estimate_has_the_capacitor_at_the_coil():

@@ -222,7 +222,14 @@ def order_set(layout: Layout, panel=None, forced: str = "", coupon_estimates=Non
     from sitscad.writers import WRITERS
 
     files: dict[str, bytes] = {}
-    values = {"layout": layout, "panel": panel, "forced": forced, "coupon_estimates": coupon_estimates, "files": files}
+    values = {
+        "layout": layout,
+        "panel": panel,
+        "forced": forced,
+        "coupon_estimates": coupon_estimates,
+        "estimates": None,
+        "files": files,
+    }
     for writer in WRITERS:
         if writer.stage == "gerber":
             files |= writer.render(*(dict(files) if name == "files" else values[name] for name in writer.takes))

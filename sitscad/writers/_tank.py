@@ -1,0 +1,24 @@
+"""The tank capacitor that was chosen, as the list of parts and the table of places name it."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from sitscad.units import show
+
+
+class _Readout(Protocol):
+    capacitance: float | None
+    capacitance_reason: str
+
+
+class Sized(Protocol):
+    """The part of the estimates that these papers need: the tank capacitor that was chosen, and why."""
+
+    readout: _Readout
+
+
+def capacitance_text(chosen: float | None) -> str:
+    """The tank capacitor's value (F) for people, where one was found."""
+    return show(chosen, "F") if chosen is not None and math.isfinite(chosen) else "none found"

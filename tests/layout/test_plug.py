@@ -1,0 +1,190 @@
+"""The end of the tail that is plugged in: contacts that the connector has, bare over its whole width, held behind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import sitscad
+from sitscad.geometry.path import Point, bounding_box
+from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.spec import presets
+
+MM = 1e-3
+PLUGS = ("zif-0.3mm", "zif-0.5mm")
+
+
+def board(coils: int, connector: str, tail: str = "", fpc: str = ""):
+    """Coils of 5 mm in a line, or in two rows where they are many."""
+    array = f"{{pattern: line, count: {coils}, pitch: 7}}" if coils < 5 else "{pattern: grid, count: [4, 2], pitch: 7}"
+    array = "{pattern: single}" if coils == 1 else array
+    return sitscad.lay_out(
+        sitscad.load_text(
+            "sitscad: 1\nname: plug\n"
+            "coil: {shape: circle, outer_diameter: 5, turns: 5, layers: 2, trace_width: 0.1, trace_spacing: 0.1}\n"
+            f"array: {array}\nfpc: {{tail: {{length: 40, connector: {connector}{tail}}}{fpc}}}\n",
+            "plug.yaml",
+        )
+    )
+
+
+@pytest.fixture(scope="module", params=[(n, c) for c in PLUGS for n in (1, 2, 3, 4, 8)], ids=lambda p: f"{p[0]} {p[1]}")
+def plugged(request):
+    layout = board(*request.param)
+    assert not layout.findings
+    return layout
+
+
+def test_the_tail_has_the_contacts_of_a_connector_that_is_made(plugged):
+    connector = plugged.spec.fpc.tail.connector
+    assert len(plugged.pads) in connector.positions and [p.number for p in plugged.pads] == [
+        *range(1, len(plugged.pads) + 1)
+    ]
+    used = [pad.number for pad in plugged.pads if not pad.is_unused]
+    assert len(used) == 2 * len(plugged.coils) and used == [*range(used[0], used[0] + len(used))]
+    assert (len(plugged.pads) - used[-1]) - (used[0] - 1) in (0, 1)
+    _, edge = plugged.reach_at(plugged.pads[0].centre.x)
+    assert 2 * edge == pytest.approx(connector.width(len(plugged.pads)))
+    steps = {round(a.centre.y - b.centre.y, 9) for a, b in zip(plugged.pads, plugged.pads[1:], strict=False)}
+    assert steps == {round(connector.pitch, 9)}
+
+
+def test_the_opening_leaves_no_strip_beside_the_fingers_and_reaches_past_the_tip(plugged):
+    rules, connector = plugged.spec.fpc.rules, plugged.spec.fpc.tail.connector
+    x0, y0, x1, y1 = bounding_box([plugged.top_openings[0].outline])
+    _, edge = plugged.reach_at(plugged.pads[0].centre.x)
+    tip = bounding_box([plugged.outline])[2]
+    both = rules.registration + rules.outline_tolerance
+    assert y1 == pytest.approx(edge + both) and y0 == pytest.approx(-edge - both)
+    assert x1 == pytest.approx(tip + both)
+    for pad in plugged.pads:
+        begin, end = pad.centre.x - pad.size[0] / 2, pad.centre.x + pad.size[0] / 2
+        assert end - x0 == pytest.approx(connector.contact_length + rules.registration)
+        assert x0 - begin == pytest.approx(rules.finger_lap)  # so far the finger goes on under the coverlay
+
+
+def test_the_checks_find_nothing_wrong_with_it(plugged):
+    found = [f for f in sitscad.check(plugged.spec, plugged).findings if f.rule.startswith("SIT1")]
+    kinds = {f.rule for f in found if f.rule != "SIT103"}
+    assert kinds <= {"SIT116", "SIT123", "SIT124", "SIT126", "SIT127"}, [f.message for f in found]
+    assert all(f.severity.value == "note" for f in found if f.rule in ("SIT126", "SIT127"))
+    assert ("SIT127" in kinds) == any(pad.is_unused for pad in plugged.pads)
+    assert "SIT126" in kinds
+
+
+def test_what_is_judged_at_the_contacts_is_what_is_there(plugged):
+    """No coverlay on top: all films below the first, and the stiffener."""
+    layers = plugged.spec.fpc.stackup.layers
+    there = sum(layer.thickness for layer in layers[1:]) + plugged.stiffener.thickness
+    assert finished_thickness(plugged, Where.CONTACT).nominal == pytest.approx(there)
+
+
+def test_a_connector_of_another_number_is_written():
+    layout = board(1, "zif-0.3mm", ", contacts: 6")
+    assert [pad.number for pad in layout.pads if not pad.is_unused] == [3, 4] and len(layout.pads) == 6
+    (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT127"]
+    assert found.severity.value == "note" and "not known to be made with 6 contacts" in found.message
+    with pytest.raises(sitscad.SpecError, match="the coils need 4 contacts"):
+        board(2, "zif-0.3mm", ", contacts: 3")
+    with pytest.raises(sitscad.SpecError, match="has the contacts that the coils need"):
+        board(2, "solder-pads", ", contacts: 6")
+
+
+def test_more_contacts_than_any_connector_has_is_an_error():
+    layout = board(2, "zif-0.5mm")
+    connector = presets.connector("zif-0.5mm")
+    few = replace(connector, positions=(2, 3))
+    tail = replace(layout.spec.fpc.tail, connector=few)
+    spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=tail))
+    (found,) = [f for f in sitscad.check(spec, sitscad.lay_out(spec)).findings if f.rule == "SIT127"]
+    assert found.severity.value == "error" and (found.measured, found.limit) == (4.0, 3.0)
+
+
+def test_pads_for_solder_are_held_by_the_coverlay_over_their_rims():
+    for tail in ("", ", turn: left"):
+        layout = board(2, "solder-pads", tail)
+        lap = layout.spec.fpc.rules.pad_lap
+        assert len(layout.top_openings) == len(layout.pads) == 4
+        for pad, opening in zip(layout.pads, layout.top_openings, strict=True):
+            x0, y0, x1, y1 = bounding_box([opening.outline])
+            (w, h), (x, y) = pad.size, pad.centre
+            rims = (x0 - (x - w / 2), x + w / 2 - x1, y0 - (y - h / 2), y + h / 2 - y1)
+            assert rims == pytest.approx((lap,) * 4)
+
+
+def test_a_tighter_outline_needs_no_word_about_the_width():
+    layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 50 um}")
+    assert "SIT126" not in {f.rule for f in sitscad.check(layout.spec, layout).findings}
+
+
+@pytest.mark.parametrize("connector", [*PLUGS, "solder-pads"])
+def test_hard_gold_needs_plating_bars(connector):
+    layout = board(2, connector, fpc=", finish: hard-gold")
+    found = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
+    (bars,) = [f for f in found if "plating bars are not drawn" in f.message]
+    assert f"all {len(layout.pads)} contacts" in bars.message and bars.severity.value == "warning"
+    assert bars.key == "fpc.finish" and "finish: enig" in bars.hint
+    assert bool(len(found) - 1) == (connector == "solder-pads")  # so much gold and solder
+    (notes,) = {text for path, text in _papers(layout).items() if path.endswith("readme.txt")}
+    assert f"plating bars from the tips of all {len(layout.pads)} contacts" in " ".join(notes.decode().split())
+    longer = replace(
+        layout, outline=layout.outline.mapped(lambda p: Point(p.x + 2 * MM if p.x > 20 * MM else p.x, p.y))
+    )
+    (far,) = [f for f in sitscad.check(layout.spec, longer).findings if f.rule == "SIT128" and "bars" in f.message]
+    assert far.severity.value == "error"
+
+
+def test_other_finishes_need_no_word():
+    for finish, connector, count in (("enig", "zif-0.5mm", 0), ("osp", "zif-0.5mm", 1), ("osp", "solder-pads", 0)):
+        layout = board(1, connector, fpc=f", finish: {finish}")
+        found = [f.message for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
+        assert len(found) == count and all("wears off" in message for message in found)
+        (notes,) = {text for path, text in _papers(layout).items() if path.endswith("readme.txt")}
+        assert b"plating bars" not in notes
+
+
+def _papers(layout):
+    from sitscad.writers import fabrication_notes
+
+    return fabrication_notes.render(layout)
+
+
+STACKUPS = ("flex-2l-18um", "flex-2l-35um", "flex-4l", "flex-6l", "flex-8l")
+
+
+@pytest.mark.parametrize("connector", PLUGS)
+@pytest.mark.parametrize("stackup", STACKUPS)
+def test_the_stiffener_is_one_that_is_in_stock_and_the_nearest(stackup, connector):
+    """A film and an adhesive of the list, as near to what the connector takes as they come."""
+    layout = board(1, connector, fpc=f", stackup: {stackup}")
+    plate, wanted = layout.stiffener, presets.connector(connector)
+    stock = [film + glue for film, glue in presets.stock_stiffeners()]
+    assert plate.thickness == pytest.approx(min(stock, key=lambda t: abs(t - plate.thickness)))
+    assert plate.adhesive in {glue for _, glue in presets.stock_stiffeners()}
+    have = finished_thickness(layout, Where.CONTACT).nominal
+    assert all(
+        abs(have - wanted.insertion_thickness) <= abs(have - plate.thickness + t - wanted.insertion_thickness) + 1e-9
+        for t in stock
+    )
+    found = {f.rule for f in sitscad.check(layout.spec, layout).findings}
+    assert not found & {"SIT117", "SIT129"}
+    text = " ".join(next(iter(_papers(layout).values())).decode().split())
+    assert f"{plate.adhesive * 1e6:g} um adhesive" in text
+
+
+def test_a_stiffener_that_is_not_in_stock_is_a_question():
+    layout = board(1, "zif-0.5mm", ", stiffener: 200 um")
+    assert layout.stiffener.thickness == 200e-6 and layout.stiffener.adhesive > 0.0
+    assert "SIT129" not in {f.rule for f in sitscad.check(layout.spec, layout).findings}
+    layout = board(2, "zif-0.5mm", ", stiffener: 190 um")
+    (asked,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT129"]
+    assert asked.severity.value == "note" and asked.key == "fpc.tail.stiffener" and layout.stiffener.thickness == 190e-6
+    thick = replace(presets.connector("zif-0.5mm"), insertion_thickness=0.6 * MM)
+    tail = replace(layout.spec.fpc.tail, connector=thick, stiffener=None)
+    spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=tail))
+    made = sitscad.lay_out(spec)
+    (asked,) = [f for f in sitscad.check(spec, made).findings if f.rule == "SIT129"]
+    assert asked.severity.value == "warning" and "ask the fabricator" in asked.hint
+    assert finished_thickness(made, Where.CONTACT).nominal == pytest.approx(0.6 * MM)
+    assert b"tell us the nearest that you have" in b" ".join(next(iter(_papers(made).values())).split())
