@@ -21,10 +21,17 @@ from sitscad.estimates.leads import (
     estimate_leads,
     missing_leads,
 )
-from sitscad.estimates.losses import losses_near_metal, near_metal_notes, winding_losses, winding_resistance
+from sitscad.estimates.losses import (
+    losses_near_metal,
+    near_metal_notes,
+    wanted_tolerance,
+    winding_losses,
+    winding_resistance,
+)
 from sitscad.estimates.neighbours import inductance_matrix
 from sitscad.estimates.own_capacitance import metal_notes, self_capacitance
 from sitscad.estimates.pressing import PAD, PAD_SIZE, PressingScatter, pressing_scatter
+from sitscad.estimates.resistance_bounds import ResistanceBound, near_metal_error, resistance_bound, state_error
 from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
 from sitscad.estimates.track_ends import spared_squares
 from sitscad.estimates.uncertainty import (
@@ -60,7 +67,7 @@ from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import CoilSpec, SensorSpec
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -85,8 +92,8 @@ def estimate(
     `method` names a row of METHODS for the winding's inductance; otherwise the cheapest one is taken whose stated error
     meets `tolerance` (relative; 1e-4 when None). Alike coils are solved once. Works without leads too, where the layout
     found no room for them: the contacts then see the winding alone, and a note says so. Raises ValueError for a method
-    that does not exist or does not serve the shape. R is within 3 % up to 10 MHz, within 1 % for a tolerance below
-    3e-3; `temperature` (degrees Celsius; the spec's where None) sets the conductivity of every track, barrel and metal.
+    that does not exist or does not serve the shape. R states its own error; it is solved finer for a tolerance below
+    3e-3. `temperature` (degrees Celsius; the spec's where None) sets the conductivity of every track, barrel and metal.
     """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     spared = {coil.name: spared_squares(coil, layout) for coil in layout.coils}  # knows the layout's teardrops already
@@ -174,8 +181,10 @@ def _states(
         surroundings = moved_by_surroundings(winding.spectrum, assembly, states, shares, circuit.name)
         moved = Slopes(deviations, slopes, surroundings)
         found[circuit.name] = {
-            name: replace(state, spread=spread(circuit, tank, state, moved)) for name, state in states.items()
-        }
+            name: replace(state, spread=spread(circuit, tank, state, moved),
+                          resistance_error=winding.resistance_error(circuit, state, spec.coil))
+            for name, state in states.items()
+        }  # fmt: skip
     return found
 
 
@@ -191,7 +200,8 @@ class _Winding:
     """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found.
 
     `conductivity` (S/m) is the copper's, `loss` what alternating current adds. `nearest` (m) is the least distance of
-    metal in any state, None without metal; `crowding` is what it changes of `loss`, `spectrum` what it is reflected by.
+    metal in any state, None without metal; `crowding` is what it changes of `loss`, `spectrum` what it is reflected by;
+    `bound` is how far off its resistance can be.
     """
 
     geometry: WindingGeometry
@@ -203,6 +213,12 @@ class _Winding:
     nearest: float | None
     crowding: CrowdingNearMetal | None
     spectrum: CurrentSpectrum | None
+    bound: ResistanceBound
+
+    def resistance_error(self, circuit: CoilCircuit, state: StateEstimate, coil: CoilSpec) -> float:
+        """Relative error bound of the resistance at a coil's contacts in a state."""
+        metal = 0.0 if self.nearest is None or state.state == FREE else near_metal_error(coil, self.nearest)
+        return state_error(self.bound, circuit, state, metal)
 
     @property
     def inductance_error(self) -> float:
@@ -227,7 +243,8 @@ def _winding(
         else losses_near_metal(spirals, conductivity, nearest, tolerance, bool(geometry.spirals))
     )
     spectrum = None if nearest is None else reflected_by(geometry, nearest)
-    return _Winding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum)
+    bound = resistance_bound(coil, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
+    return _Winding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum, bound)
 
 
 def _circuits(
@@ -368,6 +385,9 @@ def _coil_estimate(
         overdamped=damped,
         bend_inductance=circuit.loss.direct_change,
         inductance_parts=_inductance_parts(circuit, free.inductance),
+        resistance_error=winding.bound.relative(circuit.loss.resistance_ratio(free.frequency), free.frequency)
+        if FREE in states
+        else None,
     )
 
 

@@ -17,6 +17,7 @@ from sitscad.physics.near_metal import CrowdingNearMetal, crowding_near_metal
 from sitscad.physics.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
 from sitscad.physics.resistance import lone_track_loss, pair_loss
 from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.track_modes import ModeSet
 from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 from sitscad.units import show
@@ -27,6 +28,9 @@ USUAL_TOLERANCE = 3e-2
 ALIKE_SHARP, ALIKE_ROUNDED = 4.0, 12.0
 """Turns from which on opposite sides are alike enough for one half of them to stand for both: arcs and the halves of
 racetracks lie unlike in mirrored layers (5 % of R at five turns, below 1 % from eight on)."""
+
+ALIKE = 4.0
+"""Pitches from the centre to the innermost turn from which on they are: an octagon with 2.5 was 5.6 % off."""
 
 FINE_TOLERANCE = 1e-2
 """Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for."""
@@ -39,7 +43,7 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
 
     `tolerance` is the relative one asked for the inductance, None for the usual.
     """
-    wanted = _wanted(tolerance)
+    wanted = wanted_tolerance(tolerance)
     if spirals:
         return winding_loss(spirals, conductivity, wanted)
     thickness = max(w.thickness for w in coil.windings)
@@ -48,12 +52,20 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
     usual = wanted > FINE_TOLERANCE
     arcs = any(np.any(mitred(track).turns) for track in bent)
-    half = usual and min(spec.layer_turns) >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP)
+    inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.turns
+    half = usual and min(spec.layer_turns) >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
+    # of one layer the field along a side is smooth; layers that cross near corners want twice the places
+    cuts = 4 if usual and len(bent) == 1 else 8
+    return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, half)
+
+
+def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
+              half: bool) -> ProximityLoss:  # fmt: skip
+    """The same of sides and arcs (S/m), every side cut `cuts` times; `half` as in `bent_winding_loss`."""
 
     def loss(tracks: Sequence[BentTrack]) -> ProximityLoss:
         sides = [mitred(track) for track in tracks]
-        along = bent_winding_loss(sides, conductivity, resolution.modes, 4 if usual else 8, resolution.steps, half)
-        return with_corners(along, tracks, conductivity)
+        return with_corners(bent_winding_loss(sides, conductivity, modes, cuts, steps, half), tracks, conductivity)
 
     share, cornered, wide = opened(bent)
     if share == 0.0:
@@ -63,7 +75,8 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     return replace(found, direct=math.fsum(direct_resistance(track, conductivity) for track in bent))
 
 
-def _wanted(tolerance: float | None) -> float:
+def wanted_tolerance(tolerance: float | None) -> float:
+    """The tolerance of R that goes with one asked for the inductance (None: the usual)."""
     return FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
 
 
@@ -74,7 +87,7 @@ def losses_near_metal(spirals: tuple[SpiralLayer, ...], conductivity: float, nea
     A coil that is not round counts as its `equivalent_spirals`: what the images change is local, so cross-sections,
     pitch and length of the tracks make most of it. What direct current does at its bends is in its spectrum.
     """
-    resolution = suited_resolution(spirals, conductivity, _wanted(tolerance))
+    resolution = suited_resolution(spirals, conductivity, wanted_tolerance(tolerance))
     cuts = winding_cuts(spirals, conductivity, resolution)
     return crowding_near_metal(cuts, conductivity, resolution.modes, nearest, bends=is_round)
 

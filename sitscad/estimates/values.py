@@ -22,6 +22,8 @@ class StateEstimate:
     there reads, the coil's own capacitance across it, `converter_inductance` what 1 / (C (2 pi f)^2) makes of the
     frequency, C being the readout's `conversion_capacitance`; `quantum` and `noise` (one sigma, of quantisation alone)
     are the step and the scatter of the measured inductance in henries; `spread` says how far manufacture scatters.
+    `resistance_error` is how far off the computed resistance can be, relative; what a finite target's share may be off
+    is in the spread.
     """
 
     state: str
@@ -37,6 +39,7 @@ class StateEstimate:
     noise: float | None = None
     spread: Spread | None = None
     converter_inductance: float | None = None
+    resistance_error: float | None = None
 
 
 PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crowding")
@@ -67,6 +70,7 @@ class CoilEstimate:
     theirs at `sensor_frequency`; `terminal_*` what the contacts see, leads and tail included, in free air.
 
     `winding_inductance` is that of a current which is even across every track, `inductance_error` its relative bound;
+    `resistance_error` is that of `resistance_ac`;
     `bend_inductance` (negative) is what real direct current makes less by cutting corners: it crowds to the inside of
     bends and arcs; states and terminals have it in them. `inductance_parts` add up to `terminal_inductance`, at
     `sensor_frequency`: see PARTS. `capacitance` is the whole tank's, `self_capacitance` that of winding,
@@ -101,6 +105,7 @@ class CoilEstimate:
     overdamped: Mapping[str, float] = field(default_factory=dict)
     bend_inductance: float | None = None
     inductance_parts: Mapping[str, float] = field(default_factory=dict)
+    resistance_error: float | None = None
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
         """Change of inductance at the contacts (H/N) and of frequency (Hz/N) from rest to pressed by that force (N):
@@ -267,6 +272,7 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
         "winding_inductance_H": _number(coil.winding_inductance),
         "terminal_inductance_H": _number(coil.terminal_inductance),
         "inductance_error": _number(coil.inductance_error),
+        "resistance_error": _number(coil.resistance_error),
         "bend_inductance_H": _number(coil.bend_inductance),
         "method": coil.method,
         "lead_inductance_H": _number(coil.lead_inductance),
@@ -337,6 +343,7 @@ def _state_document(state: StateEstimate) -> dict[str, Any]:
     return {
         "inductance_H": _number(state.inductance),
         "resistance_ohm": _number(state.resistance),
+        "resistance_error": _number(state.resistance_error),
         "frequency_Hz": _number(state.frequency),
         "parallel_resistance_ohm": _number(state.parallel_resistance),
         "quality_factor": _number(state.quality_factor),

@@ -93,7 +93,9 @@ class _Waves:
         shape = (-1, *([1] * (up.ndim - 1)))
         first = self.both.reshape(shape) * up + self.mixed.reshape(shape) * down
         second = self.mixed.reshape(shape) * up + self.other.reshape(shape) * down
-        return np.asarray(one[0].T @ first + one[1].T @ second)
+        # real and imaginary parts apart: the large tables are real, and are not to be copied as complex ones
+        real = one[0].T @ first.real + one[1].T @ second.real
+        return np.asarray(real + 1j * (one[0].T @ first.imag + one[1].T @ second.imag))
 
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,

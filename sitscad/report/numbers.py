@@ -70,6 +70,7 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
             lambda c: quantity(c.resistance_dc, "ohm"),
         ),
         ("winding resistance, sensor frequency", lambda c: quantity(c.resistance_ac, "ohm")),
+        ("relative error of that resistance, at most", lambda c: percent(c.resistance_error)),
         ("contact to contact, direct current", lambda c: quantity(c.terminal_resistance_dc, "ohm")),
         ("tank capacitance, in all", lambda c: quantity(c.capacitance, "F")),
         ("of that, the coil's own, with leads and tail", lambda c: quantity(c.self_capacitance, "F")),
@@ -80,6 +81,7 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
     )
     found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
+    found += resistance_error_rows(estimates)
     force = estimates.normal_force
     sensed = [(coil.sensitivity(force), coil.sensitivity_sigma(force)) for coil in estimates.coils]
     for place, (name, unit) in enumerate((("inductance at the contacts", "H"), ("frequency", "Hz"))):
@@ -91,6 +93,21 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         name = "inductance by the header's formula per newton, rest to pressed, +- one sigma"
         found.insert(-1, [name, *(plus_minus(pair[0], pair[1], "H", "/N") if pair else NONE for pair in read)])
     return found
+
+
+def resistance_error_rows(estimates: Estimates) -> list[list[str]]:
+    """How far off the computed resistance of each state can be, one value a coil; nothing where none is known."""
+    found = []
+    for state, words in STATES.items():
+        errors = [coil.states[state].resistance_error if state in coil.states else None for coil in estimates.coils]
+        if any(error is not None for error in errors):
+            found.append([f"resistance at the contacts, {words}: relative error, at most", *map(percent, errors)])
+    return found
+
+
+def percent(share: float | None) -> str:
+    """A share in per cent, or a dash for what is absent or not finite."""
+    return f"{100.0 * share:.2g} %" if share is not None and math.isfinite(share) else NONE
 
 
 PARTS_TITLE = "What the terminal inductance is made of (the coil alone, at its sensor frequency)"

@@ -246,13 +246,15 @@ def test_json_is_the_contract(mounted):
     coil = document["coils"][0]
     required = {
         "name", "centre_m", "winding_inductance_H", "terminal_inductance_H", "inductance_error", "method",
-        "bend_inductance_H",
+        "resistance_error", "bend_inductance_H",
         "resistance_dc_ohm", "resistance_ac_ohm", "capacitance_F", "sensor_frequency_Hz", "parallel_resistance_ohm",
         "quality_factor", "self_resonance_Hz", "trace_length_m", "states",
     }  # fmt: skip
     assert required <= coil.keys()
     for state in coil["states"].values():
         assert {"inductance_H", "resistance_ohm", "frequency_Hz", "parallel_resistance_ohm"} <= state.keys()
+        assert 0.0 < state["resistance_error"] < 0.08
+    assert 0.0 < coil["resistance_error"] < coil["states"]["rest"]["resistance_error"]
     assert len(document["inductance_matrix_H"]) == len(document["coils"]) == 2
     (own, mutual), _ = document["inductance_matrix_error_H"]
     assert 0.0 < mutual < 1e-3 * abs(document["inductance_matrix_H"][0][1])
