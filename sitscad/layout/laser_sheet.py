@@ -32,6 +32,29 @@ class CutLayer(StrEnum):
 
 
 @record
+class Look:
+    """How a layer is told from the others in every format: its colour in words, as ``#rrggbb`` and by AutoCAD's index,
+    and what the laser does with it; empty where it does nothing.
+    """
+
+    colour: str
+    rgb: str
+    index: int
+    work: str
+
+
+LOOKS = {
+    CutLayer.ENGRAVE: Look("black", "#000000", 7, "engrave"),
+    CutLayer.CUT_INNER: Look("red", "#ff0000", 1, "cut inside"),
+    CutLayer.CUT_OUTER: Look("magenta", "#ff00ff", 6, "cut outside"),
+    CutLayer.REF: Look("grey", "#999999", 8, ""),
+}
+"""Drivers order their work by colour, so every step has one of its own out of those that all of them know; by the
+conventions of most shops black is engraved and red is cut, and blue, which is scored, is left out.
+"""
+
+
+@record
 class Contour:
     """A path on a layer; `diameter` (m) where it is a full circle, which formats may have a word for."""
 
@@ -152,8 +175,16 @@ def _texts(
         f"{shape} {sizes} mm, {_mm(thickness)} mm thick",
         material,
         *compensation,
-        "grey (layer REF) is not cut",
+        *_order(kerf > 0.0),
+        f"{LOOKS[CutLayer.REF].colour} (layer REF) is not cut",
     )
+
+
+def _order(is_engraved: bool) -> Iterator[str]:
+    """The legend: what has to be done first, and by which colour a driver tells it."""
+    steps = [layer for layer in CutLayer if LOOKS[layer].work and (is_engraved or layer is not CutLayer.ENGRAVE)]
+    for i, layer in enumerate(steps, 1):
+        yield f"{i}. {LOOKS[layer].colour}: {LOOKS[layer].work} (layer {layer})"
 
 
 def _marks(layout: Layout, centre: Point, width: float, height: float) -> Iterator[Contour]:

@@ -12,10 +12,8 @@ from collections.abc import Iterable, Iterator
 
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
+from sitscad.layout.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
 
-# AutoCAD colour index: 1 red is cut and 7 black is engraved by the conventions of most shops; 8 grey stays uncut.
-COLOURS = {CutLayer.ENGRAVE: 7, CutLayer.CUT_INNER: 1, CutLayer.CUT_OUTER: 1, CutLayer.REF: 8}
 _MILLIMETRES = 4
 
 Tag = tuple[int, str | int | float]
@@ -128,7 +126,7 @@ def _viewport(sheet: LaserSheet) -> list[Tag]:
 
 
 def _layers() -> list[tuple[str, int]]:
-    return [("0", 7), *((str(layer), COLOURS[layer]) for layer in CutLayer)]
+    return [("0", 7), *((str(layer), LOOKS[layer].index) for layer in CutLayer)]
 
 
 def _layer(index: int, name: str, colour: int) -> list[Tag]:

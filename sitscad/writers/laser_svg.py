@@ -7,15 +7,8 @@ from xml.sax.saxutils import escape, quoteattr
 
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
+from sitscad.layout.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
 
-# Red is cut and black is engraved by the conventions of most shops; grey is nobody's and stays uncut.
-COLOURS = {
-    CutLayer.ENGRAVE: "#000000",
-    CutLayer.CUT_INNER: "#ff0000",
-    CutLayer.CUT_OUTER: "#ff0000",
-    CutLayer.REF: "#999999",
-}
 # A line that drivers take for a vector to follow and not for an area to raster: below 0.001 inch.
 HAIRLINE = 0.01
 
@@ -46,7 +39,7 @@ def drawing(sheet: LaserSheet, name: str) -> str:
 def _group(sheet: LaserSheet, layer: CutLayer) -> list[str]:
     head = (
         f'<g id="{layer}" inkscape:groupmode="layer" inkscape:label="{layer}" fill="none" '
-        f'stroke="{COLOURS[layer]}" stroke-width="{HAIRLINE}">'
+        f'stroke="{LOOKS[layer].rgb}" stroke-width="{HAIRLINE}">'
     )
     rows = [f"  {_shape(contour, sheet.height)}" for contour in sheet.on(layer)]
     if layer is CutLayer.REF:
@@ -77,7 +70,7 @@ def path_data(path: Path, height: float) -> str:
 
 def _note(place: Point, text: str, height: float) -> str:
     x, y = _number(place.x), _number(height - place.y)
-    style = f'font-family="sans-serif" font-size="{_number(TEXT_HEIGHT)}" fill={quoteattr(COLOURS[CutLayer.REF])}'
+    style = f'font-family="sans-serif" font-size="{_number(TEXT_HEIGHT)}" fill={quoteattr(LOOKS[CutLayer.REF].rgb)}'
     return f'<text x="{x}" y="{y}" {style} stroke="none">{escape(text)}</text>'
 
 

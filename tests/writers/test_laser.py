@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -15,7 +16,7 @@ import layouts
 import pytest
 
 from sitscad.geometry.path import Line, Point, closed_polygon, rounded
-from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, Contour, CutLayer, laser_sheets
+from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, Contour, CutLayer, laser_sheets
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.sensor import ElastomerPad, Target
 from sitscad.writers import laser_dxf, laser_svg
@@ -75,6 +76,21 @@ def test_what_the_beam_leaves_is_the_nominal_part(shape, size):
     inner = ring.interiors[0].bounds
     assert inner[2] - inner[0] == pytest.approx(COUPON_HOLE * 1e3, abs=1e-6)
     assert left.distance(ring) > 3.0
+
+
+def test_every_step_has_a_colour_of_its_own_and_the_sheet_says_in_which_order():
+    """A driver that sorts by colour keeps the order: what is inside is cut before what sets it free."""
+    for field in ("colour", "rgb", "index"):
+        assert len({getattr(LOOKS[layer], field) for layer in CutLayer}) == len(CutLayer)
+    for sheet in laser_sheets(layout_with()):
+        assert [text for _, text in sheet.notes if re.match(r"[0-9]\. ", text)] == [
+            "1. black: engrave (layer ENGRAVE)",
+            "2. red: cut inside (layer CUT_INNER)",
+            "3. magenta: cut outside (layer CUT_OUTER)",
+        ]
+    plain = laser_sheets(layout_with(kerf=0.0))[0]
+    steps = [text[:6] for _, text in plain.notes if re.match(r"[0-9]\. ", text)]
+    assert not plain.on(CutLayer.ENGRAVE) and steps == ["1. red", "2. mag"]
 
 
 def test_pieces_and_marks_stay_apart_and_on_the_sheet():
@@ -170,7 +186,7 @@ def test_dxf_says_millimetres_and_names_its_layers():
         assert document.dxfversion == "AC1015"
         assert document.header["$INSUNITS"] == 4 and document.header["$MEASUREMENT"] == 1
         colours = {layer.dxf.name: layer.dxf.color for layer in document.layers}
-        assert colours["CUT_OUTER"] == colours["CUT_INNER"] == 1
+        assert (colours["CUT_INNER"], colours["CUT_OUTER"]) == (1, 6)
         assert colours["ENGRAVE"] == 7 and colours["REF"] == 8
         assert {e.dxf.layer for e in document.modelspace()} == {str(layer) for layer in CutLayer}
 
@@ -256,13 +272,13 @@ def test_svg_areas_are_the_intended(shape, size):
             assert found == pytest.approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-5)
 
 
-def test_svg_is_in_millimetres_with_hairlines_and_red_cuts():
+def test_svg_is_in_millimetres_with_hairlines_and_a_colour_a_step():
     for tree, sheet in zip(svg_of(layout_with()), laser_sheets(layout_with()), strict=True):
         assert tree.get("width") == f"{sheet.width * 1e3:.6f}".rstrip("0").rstrip(".") + "mm"
         assert tree.get("viewBox").split()[2:] == [tree.get("width")[:-2], tree.get("height")[:-2]]
         groups = {g.get("id"): g for g in tree.iter(f"{SVG}g")}
         assert list(groups) == ["ENGRAVE", "CUT_INNER", "CUT_OUTER", "REF"]
-        assert groups["CUT_OUTER"].get("stroke") == groups["CUT_INNER"].get("stroke") == "#ff0000"
+        assert [groups[name].get("stroke") for name in ("CUT_INNER", "CUT_OUTER")] == ["#ff0000", "#ff00ff"]
         assert groups["ENGRAVE"].get("stroke") == "#000000"
         assert all(float(g.get("stroke-width")) <= 0.0254 and g.get("fill") == "none" for g in groups.values())
 
