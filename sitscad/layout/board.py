@@ -185,7 +185,7 @@ class Layout:
 
     @property
     def body_size(self) -> tuple[float, float]:
-        """Length along the jaw and width across it (m) of the part that lies on the jaw, without the tail."""
+        """Length along the jaw and width across it (m) of the part with the coils, without the tail."""
         x0, y0, x1, y1 = self.body
         return x1 - x0, y1 - y0
 

@@ -402,9 +402,13 @@ def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
         for number, finding in numbered_places(design.checked.findings)
         if finding.place is not None
     ]
+    has_jaw = design.spec.mount is not None and design.spec.mount.jaw is not None
+    body = "The part that lies on the jaw" if has_jaw else "The part with the coils"
     layers = stackup_drawing.drawing(layout, "see the package", not design.checked.ok)
     drawn = {
-        "The part that lies on the jaw, seen from the top, to scale.": picture(layout, None, layout.body, marks),
+        f"{body}, seen from the top, to scale; upper layers hide lower ones.": picture(
+            layout, None, layout.body, marks
+        ),
         "The whole board, to scale.": picture(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": layers.svg(),
     }

@@ -7,6 +7,7 @@ from sitscad.layout.board import Layout
 from sitscad.parts.prism import prism
 from sitscad.parts.solid import Solid, SolidRole
 from sitscad.scene.stack import shield_size, stack
+from sitscad.spec.presets import metal_colour
 
 
 def board_body(layout: Layout) -> Solid:
@@ -32,4 +33,4 @@ def shield(layout: Layout) -> Solid | None:
     x0, _, x1, _ = layout.body
     y, half = stack(layout).axis[1], size[1] / 2
     shape = prism(rectangle(x0, y - half, x1, y + half), *levels)
-    return Solid("shield", shape, sheet.material.name, "#b87333", SolidRole.SHIELD)
+    return Solid("shield", shape, sheet.material.name, metal_colour(sheet.material.name), SolidRole.SHIELD)

@@ -12,10 +12,10 @@ from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid, SolidRole
 from sitscad.record import record
 from sitscad.scene.stack import fitted_jaw, stack
+from sitscad.spec.presets import metal_colour
 from sitscad.spec.sensor import Jaw
 
 TIP_ROUNDING = 0.5e-3
-METAL = "#a9b0b7"
 
 
 @record
@@ -61,7 +61,7 @@ def jaw(layout: Layout) -> Solid | None:
     if fitted is None or seat is None:
         return None
     shape = _bar(layout, fitted, seat[0])
-    return Solid("jaw", shape, fitted.material.name, METAL, SolidRole.JAW)
+    return Solid("jaw", shape, fitted.material.name, metal_colour(fitted.material.name), SolidRole.JAW)
 
 
 def opposing(layout: Layout) -> tuple[Solid, ...]:
@@ -73,7 +73,11 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     pad, top = fitted.opposing_pad_thickness, levels.top
     (x0, x1), y = jaw_range(layout, fitted), levels.axis[1]
     mirrored = _bar(layout, fitted, -(top + pad)).mirror(bd.Plane.XY)
-    found = [Solid("opposing-jaw", mirrored, fitted.material.name, METAL, SolidRole.OPPOSING_JAW)]
+    found = [
+        Solid(
+            "opposing-jaw", mirrored, fitted.material.name, metal_colour(fitted.material.name), SolidRole.OPPOSING_JAW
+        )
+    ]
     if pad > 0.0:
         half = section(fitted).face / 2
         sheet = box(x0, y - half, top, x1, y + half, top + pad)

@@ -10,6 +10,7 @@ from sitscad.parts.solid import Solid, SolidRole
 from sitscad.scene import slabs
 from sitscad.scene.slabs import Slab
 from sitscad.scene.stack import FILM_ROUNDING, Stack, stack
+from sitscad.spec.presets import metal_colour
 
 
 def elastomer(layout: Layout) -> Solid | None:
@@ -19,7 +20,8 @@ def elastomer(layout: Layout) -> Solid | None:
 
 def target(layout: Layout) -> Solid | None:
     """The conducting plate on the elastomer; on the board's face where there is no elastomer."""
-    return _solid(slabs.target(layout.spec), "#d98a4b", SolidRole.TARGET)
+    plate = slabs.target(layout.spec)
+    return _solid(plate, metal_colour(plate.material) if plate else "", SolidRole.TARGET)
 
 
 def _solid(slab: Slab | None, colour: str, role: SolidRole) -> Solid | None:

@@ -8,6 +8,7 @@ from html import escape
 from sitscad.record import record
 from sitscad.scene.slabs import slabs
 from sitscad.scene.stack import MOUNT_PIECES
+from sitscad.spec.presets import metal_colour
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
@@ -16,14 +17,11 @@ WIDTH, LEFT, RIGHT, LABEL = 900.0, 20.0, 470.0, 520.0
 HEIGHT, ROW = 380.0, 22.0
 
 COLOURS = {
-    "jaw": "#8d949b",
-    "shield": "#c98a4b",
     "standoff": "#dfe5ea",
     LayerKind.COVERLAY: "#d9a441",
     LayerKind.COPPER: "#c46a2b",
     LayerKind.DIELECTRIC: "#f0dfb0",
     "elastomer": "#a9cfe0",
-    "target": "#b8602a",
     "film": "#cfe3cf",
 }
 JAW_SHOWN = 0.6e-3
@@ -67,7 +65,8 @@ def _slices(spec: SensorSpec) -> Iterator[Slice]:
     above: list[Slice] = []
     for slab in slabs(spec):
         label = f"{slab.name}, {slab.material}, {show(slab.upper - slab.lower, 'm')}"
-        above.append(Slice(*slab.heights, COLOURS[slab.name], label, 40.0))
+        colour = metal_colour(slab.material) if slab.name == "target" else COLOURS[slab.name]
+        above.append(Slice(*slab.heights, colour, label, 40.0))
         top = slab.upper
     if spec.encapsulation is not None:
         label = f"encapsulation, {spec.encapsulation.material.name}, {show(spec.encapsulation.thickness, 'm')}"
@@ -99,7 +98,7 @@ def _behind(spec: SensorSpec) -> Iterator[Slice]:
         yield Slice(here - shield.gap, here, COLOURS["standoff"], f"{what} to the shield, {show(shield.gap, 'm')}")
         here -= shield.gap
         label = f"shield, {shield.material.name}, {show(shield.thickness, 'm')}"
-        yield Slice(here - shield.thickness, here, COLOURS["shield"], label)
+        yield Slice(here - shield.thickness, here, metal_colour(shield.material.name), label)
         here -= shield.thickness
     if mount is None:
         return
@@ -109,7 +108,7 @@ def _behind(spec: SensorSpec) -> Iterator[Slice]:
     if mount.jaw is not None:
         shown = min(JAW_SHOWN, mount.jaw.height)
         label = f"jaw, {mount.jaw.material.name} ({show(mount.jaw.height, 'm')} high, cut off here)"
-        yield Slice(face - shown, face, COLOURS["jaw"], label)
+        yield Slice(face - shown, face, metal_colour(mount.jaw.material.name), label)
 
 
 def _spread(wanted: list[float]) -> list[float]:

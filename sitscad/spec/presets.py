@@ -226,6 +226,16 @@ def conductor(name: str) -> Conductor:
     )
 
 
+UNKNOWN_METAL = "#b4bac0"
+"""What a conductor is drawn in that is written out in a spec: grey."""
+
+
+def metal_colour(name: str) -> str:
+    """The colour (``#rrggbb``) that a conductor is drawn in."""
+    row = _table("conductors").get(name)
+    return UNKNOWN_METAL if row is None else row["colour"]
+
+
 @cache
 def elastomer(name: str) -> ElastomerMaterial:
     """A silicone; raises KeyError where there is no such material.

@@ -1,6 +1,7 @@
 """Pictures of the layout to scale: self-contained SVG without scripts, fonts, identifiers or anything from outside.
 
 The plane is drawn as seen from the top, y upwards; copper layers have colours that stay apart for colour-blind eyes.
+Nothing is transparent: upper layers hide lower ones, and every colour of the picture is one of its legend.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#8
 """One colour a copper layer, from the top (after Okabe and Ito's palette)."""
 
 BOARD, PLATE, CONTACT, RING, EDGE = "#f6e7c1", "#cdb380", "#e6b800", "#8a8a8a", "#222222"
+TAKEN = "#dfd3ad"
+"""What the bend takes of the tail."""
 TOP_OPENING, BOTTOM_OPENING, BEND, BEND_DASHES = "#1b7837", "#762a83", "#444444", "14 4 3 4 3 4"
 WIDTH = 1200.0
 """Width of a picture in user units."""
@@ -31,7 +34,7 @@ FONT = "font-family='Helvetica, Arial, sans-serif'"
 
 
 def render(layout: Layout) -> dict[str, bytes]:
-    """Two pictures by their paths in the package: the whole board, and the body that lies on the jaw."""
+    """Two pictures by their paths in the package: the whole board, and its body, which carries the coils."""
     return {
         fabrication_path(layout, "board.svg"): picture(layout).encode("utf-8"),
         fabrication_path(layout, "body.svg"): picture(layout, window=layout.body).encode("utf-8"),
@@ -125,7 +128,7 @@ def _board(layout: Layout, shown: list[int], view: _View) -> Iterator[str]:
     yield f"<path d='{view.path(layout.outline)}' fill='{BOARD}' stroke='none'/>"
     if layout.stiffener is not None:
         outline = view.region(layout.stiffener.outline)
-        yield f"<path d='{outline}' fill='{PLATE}' fill-opacity='0.6' fill-rule='evenodd' stroke='{PLATE}'/>"
+        yield f"<path d='{outline}' fill='{PLATE}' fill-rule='evenodd' stroke='{PLATE}'/>"
     if (bend := bend_of(layout)) is not None:
         yield from _bend(layout, bend, view)
     for layer in reversed(shown):
@@ -142,7 +145,7 @@ def _board(layout: Layout, shown: list[int], view: _View) -> Iterator[str]:
 def _copper(layout: Layout, layer: int, view: _View) -> Iterator[str]:
     colour = _colour(layer)
     ends = "stroke-linecap='round' stroke-linejoin='round'"
-    yield f"<g class='copper-{layer}' fill='none' stroke='{colour}' {ends} opacity='0.8'>"
+    yield f"<g class='copper-{layer}' fill='none' stroke='{colour}' {ends}>"
     for trace in layout.on_layer(layer):
         yield f"<path d='{view.path(trace.path)}' stroke-width='{_n(trace.width * view.scale)}'/>"
     for drop in (drop for drop in layout.teardrops if drop.layer == layer):
@@ -166,7 +169,7 @@ def _bend(layout: Layout, bend: Bend, view: _View) -> Iterator[str]:
     low, high = layout.reach_at(bend.line)
     size = f"width='{_n((bend.end - bend.start) * view.scale)}' height='{_n((high - low) * view.scale)}'"
     corner = f"x='{_n(view.x(bend.start))}' y='{_n(view.y(high))}'"
-    yield f"<rect {corner} {size} fill='{BEND}' fill-opacity='0.15'/>"
+    yield f"<rect {corner} {size} fill='{TAKEN}'/>"
     x, top, bottom = _n(view.x(bend.line)), _n(view.y(high) - 8.0), _n(view.y(low) + 8.0)
     yield f"<path d='M{x} {top}V{bottom}' stroke='{BEND}' stroke-width='2' stroke-dasharray='{BEND_DASHES}'/>"
 
@@ -259,6 +262,7 @@ def _legend(layout: Layout, shown: list[int], view: _View, marks: list[Mark]) ->
         keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
     if bend is not None and view.shows(bend.line):
         keys.append((_dashes(BEND, BEND_DASHES), f"bend {math.degrees(bend.angle):g} deg {bend.direction}"))
+        keys += [(_swatch(TAKEN), "taken by the bend")] if bend.end > bend.start else []
     keys += [(_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)]
     return [_scale_bar(layout, view), *_rows(keys)]
 

@@ -209,3 +209,36 @@ def test_names_of_contacts_do_not_cover_each_other(tail):
     size, axis = float(group.get("font-size")), "x" if "turn" in tail else "y"
     places = sorted(float(t.get(axis)) for t in names)
     assert min(b - a for a, b in pairwise(places)) > size > 1.0 and group.get("stroke-width") is None
+
+
+@pytest.mark.parametrize("layers", [1, 2, 4, 6])
+def test_every_colour_of_a_picture_is_in_its_legend_and_nothing_is_transparent(layers):
+    coil = f"{{shape: circle, outer_diameter: 8, turns: 5, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}"
+    spec = load_text(f"sitscad: 1\nname: colours\ncoil: {coil}\nfpc: {{tail: {{length: 30}}}}\n")
+    for svg in (board_picture.picture(lay_out(spec)), board_picture.picture(lay_out(spec), layers=[1])):
+        inner = ET.tostring(drawing(svg), encoding="unicode")
+        legend = svg[svg.index("</svg>") :]
+        colours = set(re.findall(r"(?:fill|stroke)=\"(#[0-9a-f]{6})\"", inner))
+        named = set(re.findall(r"(?:fill|stroke)='(#[0-9a-f]{6})'", legend))
+        plain = {board_picture.BOARD, board_picture.EDGE, "#000000", "#ffffff"}
+        assert colours - plain <= named and len(colours - plain) >= 4
+        assert "opacity" not in svg
+
+
+def test_metals_are_drawn_in_colours_of_their_own():
+    from sitscad.report.section import section
+    from sitscad.spec.presets import UNKNOWN_METAL, metal_colour, names
+
+    colours = {name: metal_colour(name) for name in names("conductor")}
+    assert len(set(colours.values())) == len(colours)
+    assert all(re.fullmatch("#[0-9a-f]{6}", colour) for colour in colours.values())
+    coil = "{shape: circle, outer_diameter: 8, turns: 5, layers: 2, trace_width: 0.1, trace_spacing: 0.1}"
+    for material, colour in (
+        ("aluminium", colours["aluminium"]),
+        ("copper", colours["copper"]),
+        ("{name: tin, conductivity: 9 MS/m}", UNKNOWN_METAL),
+    ):
+        text = f"sitscad: 1\nname: metal\ncoil: {coil}\ntarget: {{material: {material}, size: 8}}\n"
+        drawn = section(load_text(text))
+        assert f'fill="{colour}"' in drawn
+        assert (f'fill="{colours["copper"]}"' in drawn) == (material == "copper")
