@@ -12,6 +12,7 @@ from sitscad.checks.drive import DRIVE_RULES
 from sitscad.checks.electrical import ELECTRICAL_RULES
 from sitscad.checks.fabrication import FABRICATION_RULES
 from sitscad.checks.fit import FIT_RULES
+from sitscad.checks.leads import LEAD_RULES
 from sitscad.checks.overhang import OVERHANG_RULES
 from sitscad.checks.plates import PLATE_RULES
 from sitscad.checks.plug import PLUG_RULES
@@ -42,7 +43,7 @@ _LOADING = tuple(
 _TABLES = (
     _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, COVERLAY_RULES, ROOM_RULES, DRAWN_FORM_RULES,
     BEND_RULES, PLUG_RULES, ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES, TRANSDUCTION_RULES,
-    THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES,
+    THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))

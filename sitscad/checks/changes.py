@@ -100,6 +100,21 @@ def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Chang
             yield Change(f"coil.turns: {turns:.7g}", replace(spec, coil=replace(coil, turns=turns)))
 
 
+def whole_turns(spec: SensorSpec) -> Iterator[Change]:
+    """The nearest turns, then those on the other side, that make a whole number in all layers together: the leads then
+    come from one place. Nothing for layers of unequal turns.
+    """
+    coil, layers = spec.coil, len(spec.coil.layers)
+    if coil.unequal_turns:
+        return
+    parts = math.gcd(turn_fraction(coil.shape) or layers, layers)
+    below = math.floor(parts * coil.turns + 1e-6) / parts
+    most = most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
+    for turns in sorted((below, below + 1.0 / parts), key=lambda turns: round(abs(turns - coil.turns), 6)):
+        if 0.0 < turns <= most and abs(turns - coil.turns) > 1e-6:
+            yield Change(f"coil.turns: {turns:.7g}", replace(spec, coil=replace(coil, turns=turns)))
+
+
 def narrower(spec: SensorSpec, by: float) -> Iterator[Change]:
     """Coils narrower by so much (m) at least, with as many turns as now or as leave the inside as it is."""
     coil = spec.coil

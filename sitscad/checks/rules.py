@@ -172,6 +172,7 @@ SEVERITIES: dict[str, str] = {
     "SIT209": "warning, error where no host is fast enough",
     "SIT211": "note or warning by the coupling across two converters, error for more than eight",
     "SIT212": "note, warning from 5 % up",
+    "SIT216": "note, warning from 3 % up where a lead runs back",
     "SIT301": "warning for tail and contacts wider than the port, error",
     "SIT303": "warning, error if the jaw is measured or the port's spread is passed",
     "SIT304": "warning, error beyond 50 %",

@@ -110,7 +110,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         way = routing.escapes[index] if routing else None
         ends = routing.ends[index] if routing else None
         series = _series(spec, placement.name, coil, way, ends)
-        coils.append(Coil(placement, placement.name, coil.windings, series, way is not None and way.lead_b is not None))
+        coils.append(Coil(placement, placement.name, coil.windings, series, way is not None))
         pads += [run.pad for run in ends] if ends else []
         if ends and ends[0].chip_pad and ends[1].chip_pad and tail.chip:
             both = (ends[0].chip_pad, ends[1].chip_pad)
@@ -184,7 +184,7 @@ def _series(
             series += _inner_pieces(spec, net, coil, index // 2)
         elif way and index + 1 < len(coil.windings):
             series += _pieces(net, way.joins[index // 2].pieces, Role.STUB)
-    if way and ends and way.lead_b:
+    if way and ends:
         series += _pieces(net, way.lead_b.pieces, Role.LEAD)
         series += _run_pieces(spec, net, ends[1])
     return tuple(series)

@@ -34,6 +34,7 @@ NO_VIA = math.nan, math.nan, math.nan, math.nan
 class BranchTable:
     """Branches of one connection, the cheapest first; rows of all arrays are branches.
 
+    ``cost`` (n) is each branch's (m), ``round`` (n) how far it goes round the coil (rad).
     Legs (n, 2): copper layer (-1: no such leg), where its interval on the ring begins and how long it is (rad). Vias
     (n): centre (m; nan: none), angle (rad) and distance from the ring road (m). `ways` are the straight stretches
     beyond the ring: starts and steps (w, 2) and the branch that each belongs to.
@@ -41,6 +42,8 @@ class BranchTable:
 
     around: Surroundings
     branches: tuple[Branch, ...]
+    cost: Array
+    round: Array
     layer: NDArray[np.intp]
     low: Array
     sweep: Array
@@ -109,7 +112,9 @@ def branch_table(around: Surroundings, branches: Sequence[Branch]) -> BranchTabl
                 owner.append(k)
     leg_of, via_of = np.array(legs, dtype=float).reshape(-1, LEGS, 3), np.array(vias, dtype=float).reshape(-1, 4)
     table = np.array(stretches, dtype=float).reshape(-1, 4)
-    return BranchTable(around, tuple(branches), leg_of[..., 0].astype(np.intp), leg_of[..., 1], leg_of[..., 2],
+    cost, round_coil = (np.array([getattr(branch, name) for branch in branches]) for name in ("cost", "round"))
+    return BranchTable(around, tuple(branches), cost, round_coil,
+                       leg_of[..., 0].astype(np.intp), leg_of[..., 1], leg_of[..., 2],
                        via_of[:, :2], via_of[:, 2], via_of[:, 3], table[:, :2], table[:, 2:] - table[:, :2],
                        np.array(owner, dtype=np.intp))  # fmt: skip
 

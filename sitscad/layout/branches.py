@@ -13,6 +13,7 @@ from itertools import pairwise
 from sitscad.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import Hole, Track, hole_keep_out, joined_hole
+from sitscad.layout.closing import swept_inside
 from sitscad.layout.lanes import Bus
 from sitscad.layout.ring import Ring
 from sitscad.record import record
@@ -141,6 +142,12 @@ class Leg:
         return Track(path + beyond, self.around.bus.width, self.layer)
 
     @property
+    def round(self) -> float:
+        """How far it goes round the coil (rad, signed): on the ring, and inside if it begins there."""
+        ring = self.around.ring
+        return self.sweep + swept_inside(self.begin, ring.at(self.angle), ring.centre)
+
+    @property
     def cost(self) -> float:
         """Its length on the ring and before it (m), near enough for sorting."""
         return abs(self.sweep) * self.around.radius + self.begin.distance(self.around.ring.at(self.angle))
@@ -181,6 +188,12 @@ class Branch:
     def cost(self) -> float:
         """Length (m), a via counting as a millimetre."""
         return sum([leg.cost for leg in self.legs]) + (1e-3 if self.hole else 0.0)
+
+    @property
+    def round(self) -> float:
+        """How far it goes round the coil, from where its first leg begins (rad, signed)."""
+        first, *second = (leg.round for leg in self.legs)
+        return first + sum(-sweep if self.returns else sweep for sweep in second)
 
 
 def outer_ends(windings: tuple[Winding, ...]) -> tuple[OuterEnd, list[tuple[OuterEnd, OuterEnd]], OuterEnd | None]:

@@ -30,6 +30,14 @@ class Patience:
         return self.left <= 0
 
     @contextmanager
+    def at_most(self, most: int) -> Iterator[None]:
+        """The searches that go on with it may try so many more and no more."""
+        kept = max(0, self.left - most)
+        self.left -= kept
+        yield
+        self.left += kept
+
+    @contextmanager
     def share(self, most: int) -> Iterator[Patience]:
         """A part of it, at most so many; what is spent of the part is spent of the whole."""
         part = Patience(min(most, self.left))

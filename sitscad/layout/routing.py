@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from itertools import chain, islice
+from itertools import chain, islice, product
 from typing import TYPE_CHECKING
 
 from sitscad.geometry.path import Point
 from sitscad.geometry.spiral import outer_boundary
 from sitscad.layout.branches import OuterEnd, Surroundings, outer_ends
 from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out, joined_hole
-from sitscad.layout.escape import Escape, escape
+from sitscad.layout.escape import SPARED, Escape, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import ends, far_end, sides
 from sitscad.layout.patience import TRIALS_OF_A_WAVE, Patience
@@ -39,6 +40,11 @@ class Routing:
     half_width: float
     far: float
     tail: TailFrame
+
+    @property
+    def excess(self) -> float:
+        """How much farther than they must the leads run round their coils, in all (turns)."""
+        return math.fsum(way.excess for way in self.escapes)
 
 
 @record
@@ -91,23 +97,47 @@ def route_in_line(
     """The narrowest board with room, the first lane on the side where the far coil begins, else on the other.
 
     Pairs leave their rings at the corner towards the tail, and the far coils choose first; only where no board has room
-    so, pairs may leave beside the corner too, and a coil that finds no way chooses before the others.
+    so, pairs may leave beside the corner too, and a coil that finds no way chooses before the others. Where leads run
+    farther round their coils than they must, the other side and wider boards are tried too, as far as the jaw allows.
     """
     begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
-    sides = (1, -1) if begins >= -1e-9 else (-1, 1)
-    far_first = sorted(range(len(wound)), key=lambda i: spec.array.placements[i].centre[0])
+    first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(wound)]
     # the first try; pairs leave beside the corner; and coils choose in another order
     efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
     for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
-        for raised, half_width in boards(spec, bus):
-            for side in sides[: len(wound)]:
-                lanes = assign_lanes(spec.array.placements, side)
-                board = _Lanes(spec, raised, wound, lanes, front, half_width, turned, patience)
-                escapes = _in_turn(far_first, board.lead_out, reordered)
-                if not isinstance(escapes, Stuck):
-                    tail = body_frame(spec, raised, front, half_width)
-                    return _routing(spec, raised, lanes, escapes, half_width, tail)
+        routed = (
+            _Lanes(
+                spec, raised, wound, assign_lanes(spec.array.placements, side), front, half_width, turned, patience
+            ).routed(reordered)
+            for (raised, half_width), side in product(boards(spec, bus), first_sides)
+        )
+        found = _least_round((one for one in routed if one is not None), widest(spec), patience)
+        if found is not None:
+            return found
     return None
+
+
+def _least_round(routed: Iterator[Routing], widest: float, patience: Patience) -> Routing | None:
+    """Of boards as they are found the one whose leads run least round their coils beyond what they must; the first one,
+    and of the others those no wider than `widest` (half, m), while the patience lasts.
+    """
+    best = next(routed, None)
+    if best is None or best.excess < SPARED:
+        return best
+    with patience.at_most(FURTHER):
+        for found in routed:
+            if found.half_width > max(widest, best.half_width):
+                break
+            best = found if found.excess < best.excess - SPARED else best
+            if best.excess < SPARED:
+                break
+    return best
+
+
+def widest(spec: SensorSpec) -> float:
+    """Half the width (m) that a body may have where it becomes wider only for the leads' sake: the jaw's."""
+    jaw = spec.mount.jaw if spec.mount else None
+    return math.inf if jaw is None else jaw.width / 2
 
 
 def _in_turn(
@@ -139,6 +169,15 @@ class _Lanes:
     half_width: float
     turned: bool
     patience: Patience
+
+    def routed(self, reordered: bool) -> Routing | None:
+        """The board with all its coils led out, far ones first, if they find a way."""
+        far_first = sorted(range(len(self.wound)), key=lambda i: self.lanes[i].placement.centre[0])
+        escapes = _in_turn(far_first, self.lead_out, reordered)
+        if isinstance(escapes, Stuck):
+            return None
+        tail = body_frame(self.spec, self.bus, self.front, self.half_width)
+        return _routing(self.spec, self.bus, self.lanes, escapes, self.half_width, tail)
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
         """Every coil's escape, or which coil found none."""
@@ -195,8 +234,15 @@ def route_freely(
     """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left.
 
     The narrowest board with room in one of the likely orders of the tail, or else in one of the others; only where no
-    board has room so, a coil that finds no way chooses before the others.
+    board has room so, a coil that finds no way chooses before the others. Where leads run farther round their coils
+    than they must, the boards that come next are tried too, as far as the jaw allows.
     """
+    return _least_round(_free_ways(spec, bus, wound, front, patience), widest(spec), patience)
+
+
+def _free_ways(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+) -> Iterator[Routing]:
     from sitscad.layout.maze import Lattice  # coils in one line go without
 
     orders = rows_of_lanes(spec.array.placements)
@@ -222,14 +268,14 @@ def route_freely(
                     continue
                 escapes = _in_turn(near_first, board(ground, lanes).lead_out, reordered)
                 if not isinstance(escapes, Stuck):
-                    return _routing(spec, ground[0], lanes, escapes, *ground[1:])
+                    yield _routing(spec, ground[0], lanes, escapes, *ground[1:])
+                    continue
                 if escapes.walled:
                     walled.add((ground[1], rank))
                 alone = [escapes.coil]
                 if escapes.coil not in can_leave and isinstance(board(roomiest, lanes).lead_out(alone), Stuck):
-                    return None  # not even alone
+                    return  # not even alone
                 can_leave.add(escapes.coil)
-    return None
 
 
 def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
@@ -307,6 +353,9 @@ def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
     return tail.reaching(ahead) if ahead > 0.0 else tail
 
 
+FURTHER = 2_000
+"""So many trials more may be spent where leads run farther round their coils than they must."""
+
 BASES = 3
 """How far from other coils ways may run: no farther than they must, a track farther, a via farther."""
 
@@ -335,8 +384,9 @@ def _inner_holes(coil: WoundCoil) -> list[Hole]:
     return [join.hole for join in coil.inner[:-1]]
 
 
-def _ends(coil: WoundCoil) -> tuple[OuterEnd, list[tuple[OuterEnd, OuterEnd]], OuterEnd | None]:
+def _ends(coil: WoundCoil) -> tuple[OuterEnd, list[tuple[OuterEnd, OuterEnd]], OuterEnd]:
     start, joins, end = outer_ends(coil.windings)
-    if end is None and coil.way_out_layer is not None:
+    if end is None:
+        assert coil.way_out_layer is not None, "a coil without a way out is not routed"
         end = OuterEnd(coil.inner[-1].hole.centre, coil.way_out_layer, from_inside=True)
     return start, joins, end

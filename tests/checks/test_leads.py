@@ -1,0 +1,91 @@
+"""SIT216: what it costs that leads run round their coil, and the turns or the start angle that spare it."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from sitscad.checks import check
+from sitscad.checks.changes import whole_turns
+from sitscad.checks.rules import Subject
+from sitscad.estimates import estimate
+from sitscad.finding import Severity
+from sitscad.layout import lay_out
+from sitscad.layout.closing import drawn_closing
+from sitscad.spec.load import load_text
+
+from .conftest import design
+
+LOOP_LINES = """sitscad: 1
+name: loops
+coil: {{shape: circle, outer_diameter: 10, turns: {turns}, layers: 2, trace_width: 203.2 um, trace_spacing: 203.2 um}}
+array: {{pattern: line, count: 2, pitch: 11.5}}
+fpc: {{stackup: flex-2l-35um, rules: jselectronic, tail: {{length: 30, connector: zif-0.5mm}}}}"""
+
+
+def loops(turns):
+    return load_text(LOOP_LINES.format(turns=turns), "loops.yaml")
+
+
+def found_in(spec):
+    return [finding for finding in check(spec).findings if finding.rule == "SIT216"]
+
+
+def test_half_a_turn_of_lead_is_named_with_what_it_does_and_the_turns_without_it():
+    (found,) = found_in(loops(8.75))
+    assert found.severity is Severity.NOTE and found.key == "coil.turns" and 0.04 < found.measured < 0.06
+    assert re.search(
+        r"0\.50 turns on round the coil .* adds \d+\.?\d* nH, \d\.\d % .* moves Rp by about \+", found.message
+    )
+    assert "coil.turns: 8.5 " in found.hint and "drawn" in found.hint
+    assert found_in(loops(8.5)) == found_in(loops(9)) == []
+
+
+def test_half_a_turn_of_lead_runs_on_and_so_has_no_less_inductance_and_rp_than_its_neighbours():
+    """Once 8.75 turns had less of both than 8.5 and 9: the lead ran half a turn back."""
+    coils = [estimate(lay_out(loops(turns)), tolerance=1e-3).coils[0] for turns in (8.5, 8.75, 9)]
+    inductances, parallel = ([getattr(coil.states["free"], name) for coil in coils]
+                             for name in ("inductance", "parallel_resistance"))  # fmt: skip
+    assert inductances[1] > max(inductances[0], inductances[2])
+    assert parallel[1] > max(parallel[0], parallel[2])
+
+
+def test_a_lead_that_runs_back_is_warned_of_and_the_turns_named_were_tried():
+    spec = loops(8.65)
+    (found,) = found_in(spec)
+    assert found.severity is Severity.WARNING and "0.30 turns back" in found.message and "takes away" in found.message
+    assert "moves Rp by about -" in found.message
+    turns = float(re.search(r"coil\.turns: ([\d.]+) .*it was tried", found.hint)[1])
+    assert turns == 8.5 and found_in(replace(spec, coil=replace(spec.coil, turns=turns))) == []
+
+
+def test_what_is_named_is_what_the_estimate_has():
+    spec = loops(8.65)
+    layout = lay_out(spec)
+    estimates = estimate(layout)
+    (found,) = [f for f in check(spec, layout, estimates).findings if f.rule == "SIT216"]
+    shares = [coil.lead_parts["coupling"] / coil.winding_inductance for coil in estimates.coils]
+    assert found.measured == pytest.approx(max(map(abs, shares)))
+    assert drawn_closing(spec.coil, layout.coils[0]) == pytest.approx(-0.3, abs=0.01)
+
+
+@pytest.mark.parametrize("shape, layers, turns, named", [
+    ("circle", 2, 8.7, [8.5, 9.0]), ("circle", 4, 8.7, [8.75, 8.5]), ("circle", 2, 8.5, [9.0]),
+    ("square", 2, 6.25, [6.0, 6.5]), ("hexagon", 4, 6 + 1 / 6, [6.0, 6.5]), ("racetrack", 4, 6.5, [7.0]),
+])  # fmt: skip
+def test_whole_turns_of_all_layers_together_nearest_first(shape, layers, turns, named):
+    size = "[14, 10]" if shape == "racetrack" else "10"
+    spec = load_text(
+        f"sitscad: 1\nname: whole\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: {layers}, "
+        "trace_width: 100 um, trace_spacing: 100 um}", "whole.yaml")  # fmt: skip
+    assert [change.spec.coil.turns for change in whole_turns(spec)] == pytest.approx(named)
+    assert all(f"{change.spec.coil.turns:.7g}" in change.words for change in whole_turns(spec))
+
+
+def test_a_jaw_of_another_width_draws_the_board_anew():
+    """A board may become as wide as its jaw for the sake of its leads."""
+    spec = design()
+    wide = replace(spec, mount=replace(spec.mount, jaw=replace(spec.mount.jaw, width=9e-3)))
+    subject = Subject(spec)
+    assert subject.drawn(wide).layout.coils is not subject.layout.coils
+    assert subject.drawn(replace(spec, name="other")).layout.coils is subject.layout.coils
