@@ -393,7 +393,7 @@ def _report(design: Design, files: dict[str, bytes]) -> dict[str, bytes]:
 
 def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
-    from sitscad.writers import stackup_drawing
+    from sitscad.writers import assembly_drawing, stackup_drawing
     from sitscad.writers.board_picture import Mark, picture
 
     layout = design.layout
@@ -412,6 +412,8 @@ def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
         "The whole board, to scale.": picture(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": layers.svg(),
     }
+    if (over := assembly_drawing.drawing(layout, not design.checked.ok)) is not None:
+        drawn["Elastomer and target over the coils, seen from the top, to scale."] = over.svg()
     solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
 

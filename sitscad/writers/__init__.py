@@ -54,6 +54,7 @@ WRITERS: tuple[Writer, ...] = (
     Writer("kicad", "kicad"),
     Writer("laser_dxf", "laser", applies=_is_cut),
     Writer("laser_svg", "laser", applies=_is_cut),
+    Writer("assembly_drawing", "laser", ("layout", "forced"), _is_cut),
     Writer("step", "mount", ("solids", "spec"), _is_mounted),
     Writer("assembly_picture", "mount", ("solids", "spec"), _is_mounted),
     Writer("mesh_stl", "mesh", ("solids", "spec"), _is_mounted),
