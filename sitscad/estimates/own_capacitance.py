@@ -28,8 +28,10 @@ air has less."""
 STATED = 0.10
 """What the own capacitance is good to: the part of it that metal may add without being told."""
 
-PLACES = (8, 24)
-"""Fewest and most places along a layer at which its voltage is taken."""
+PLACES = (24, 8)
+"""Places along the turns that all layers have at which their voltages are taken, and along every further stretch that
+only some have: as many for any number of turns, so that a millionth more of these changes nothing. Within 0.2 % of four
+times as many (1.5 to 30 turns, one to eight layers)."""
 
 SHRINKS = {
     "square": 8.0,
@@ -114,9 +116,10 @@ def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: fl
 
 def _parts(coil: Coil, spec: SensorSpec) -> list[_Part]:
     turns = spec.coil.layer_turns
-    found, low = [], 0.0
+    found: list[_Part] = []
+    low = 0.0
     for high in sorted(set(turns)):
-        count = min(PLACES[1], max(PLACES[0], math.ceil(high - low)))
+        count = PLACES[1] if found else PLACES[0]
         share = (high - low) / count
         present = tuple(k for k, number in enumerate(turns) if number >= high)
         middles: Array = low + share * (np.arange(count, dtype=np.float64) + 0.5)

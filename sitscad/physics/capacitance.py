@@ -170,16 +170,16 @@ def turn_capacitance(
     """Capacitance (F) that neighbouring turns of a layer add between the winding's ends.
 
     Lengths (m) of the turns at the places, their voltages and the turns that each place stands for; the pair's
-    capacitance is that of coplanar strips and of the side walls as plates.
+    capacitance is that of coplanar strips and of the side walls as plates. What a turn adds to the voltage is that
+    between places on both sides, each place for itself, so that one that stands for next to nothing adds nothing.
     """
     turns = float(shares.sum())
     if turns <= 1.0 or shares.size < 2:
         return 0.0
     pair = coplanar_strips(width, spacing, permittivity) + EPSILON0 * permittivity * thickness / spacing
-    apart = 0.5 * (shares[1:] + shares[:-1])
-    between = (np.diff(voltages) / apart) ** 2
-    along = 0.5 * (lengths[1:] + lengths[:-1]) * apart * (turns - 1.0) / turns
-    return pair * float(np.sum(between * along))
+    middle = np.cumsum(shares) - 0.5 * shares
+    between = np.gradient(voltages, middle) ** 2
+    return pair * float(np.sum(between * lengths * shares)) * (turns - 1.0) / turns
 
 
 def series_permittivity(thicknesses: Sequence[float], permittivities: Sequence[float]) -> float:

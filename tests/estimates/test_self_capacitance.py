@@ -99,3 +99,18 @@ def test_the_tail_pair_s_formula_against_the_whole_stackup(stackup, width, monke
     width *= 1e-6
     whole = -capacitance.strip_layers(slabs(stack, [1, 2]), width, 12 * width, 0.05)[0, 1] * 12 * width
     assert capacitance.stacked_strips(width, *between_layers(stack, 1, 2)) == pytest.approx(whole, rel=0.06)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("7.75", "7.750001"), ("8", "8.000001"), ("19", "19.00001"), ("[9.5, 9.5]", "[9.5, 9.50001]")],
+)
+def test_a_millionth_more_of_the_turns_changes_nothing(one, other):
+    """From eight turns on every further turn began with one place more along the layer: 2e-3 at once."""
+    coil = "{shape: circle, outer_diameter: 11, turns: 7.75, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
+    found = []
+    for turns in (one, other):
+        text = f"sitscad: 1\nname: c\ncoil: {coil.replace('7.75', turns)}\n"
+        layout = lay_out(load_text(text, "c.yaml"))
+        found.append(self_capacitance(layout.coils[0], layout.spec))
+    assert found[0] == pytest.approx(found[1], rel=1e-5, abs=0.0) and found[0] != found[1]
