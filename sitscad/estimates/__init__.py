@@ -36,6 +36,7 @@ from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, 
 from sitscad.estimates.track_ends import spared_squares
 from sitscad.estimates.uncertainty import (
     Slopes,
+    depths_moved,
     inductance_slopes,
     moved_by_surroundings,
     scatter_note,
@@ -175,10 +176,11 @@ def _states(
     spec = layout.spec
     deviations = sigmas(spec)
     slopes = inductance_slopes(winding.geometry, winding.spirals, layout.coils[0], spec)
+    deeper = depths_moved(layout.coils[0], spec, deviations)
     found = {}
     for circuit in circuits:
         states = state_estimates(circuit, tank, readout)
-        surroundings = moved_by_surroundings(winding.spectrum, assembly, states, shares, circuit.name)
+        surroundings = moved_by_surroundings(winding.spectrum, assembly, states, shares, circuit.name, deeper)
         moved = Slopes(deviations, slopes, surroundings)
         found[circuit.name] = {
             name: replace(state, spread=spread(circuit, tank, state, moved),

@@ -186,6 +186,17 @@ class Reflection:
         """Change of the mutual inductance (H, complex) with the coil at one of the distances (m)."""
         return self._at(frequencies)[:, self._distances.index(distance)]
 
+    def crowding(self, frequencies: Array) -> ComplexArray:
+        """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
+        above, below = self._around.above, self._around.below
+        if self._crowding is None:
+            return np.zeros(len(frequencies), dtype=np.complex128)
+        full, share = self._crowding.changes(frequencies, above, below), self._share[0]
+        if above is None or share == 1.0:
+            return full
+        bare = self._crowding.changes(frequencies, None, below)
+        return np.asarray(bare + share * (full - bare))
+
     def _at(self, frequencies: Array) -> ComplexArray:
         key = frequencies.tobytes()
         if key not in self._known:
@@ -217,6 +228,10 @@ class NoReflection:
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
         """No change of inductance and resistance."""
         return np.zeros(len(frequencies)), np.zeros(len(frequencies))
+
+    def crowding(self, frequencies: Array) -> ComplexArray:
+        """No change of the winding's own eddy currents."""
+        return np.zeros(len(frequencies), dtype=np.complex128)
 
     def mutual(self, distance: float, frequencies: Array) -> ComplexArray:
         """No change of the mutual inductance."""

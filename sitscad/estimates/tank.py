@@ -57,6 +57,15 @@ class CoilCircuit:
         """The winding's resistance (ohm) alone at a frequency (Hz)."""
         return self.resistance * self.loss.resistance_ratio(frequency)
 
+    def crowding(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """What eddy currents in the winding's tracks add to its inductance (H) and resistance (ohm) in a state at (n,)
+        frequencies (Hz): those of the coil alone, and what metal changes of them.
+        """
+        change = self.reflections[state].crowding(frequencies)
+        added = self.resistance * (self.loss.resistance_ratios(frequencies) - 1.0)
+        omega = 2.0 * math.pi * frequencies
+        return self.loss.inductance_changes(frequencies) + change.real, added - omega * change.imag
+
     def own(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """Inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz), its neighbours
         open.

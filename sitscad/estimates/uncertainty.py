@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import Assembly, Surroundings, mirror
+from sitscad.estimates.assembly import FREE, Assembly, Surroundings, mirror
 from sitscad.estimates.finite_target import TargetShares
 from sitscad.estimates.pressing import PAD, PAD_SIZE
 from sitscad.estimates.tank import CoilCircuit, Tank
@@ -22,13 +22,14 @@ from sitscad.estimates.windings import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
 from sitscad.physics.current_spectrum import CurrentSpectrum, spiral_spectrum
-from sitscad.physics.eddy_target import distance_derivative, reflected_impedance
+from sitscad.physics.eddy_target import Reflector, distance_derivative, reflected_impedance
 from sitscad.physics.mean_distance import log_mean_distance
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.stackup import LayerKind
 
 Array = NDArray[np.float64]
 
@@ -179,18 +180,18 @@ class Slopes:
     surroundings: Mapping[str, Mapping[str, tuple[float, float]]]
 
 
-def resistance_slopes(circuit: CoilCircuit, frequency: float) -> dict[str, float]:
-    """Change of a circuit's resistance (ohm) with the logarithm of each tolerance at a frequency (Hz).
+def resistance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE) -> dict[str, float]:
+    """Change of a circuit's resistance (ohm) with the logarithm of each tolerance at a frequency (Hz), in a state.
 
     Direct resistance goes with 1/(w t). Every mode of the extra loss, s omega^2 / (1 + omega^2 tau^2), has tau like w t
-    and s like w^3 t in the field of its neighbours, like w t in its own. With E the extra loss and E' its growth per
-    ln omega the low-frequency limit is E + E' or -E + E' for the one, -E + E' for the other; the shares in EXTRA
-    carry that on to where E' is only E, fitted to differences of whole solutions (five coils, 1 to 10 MHz, within
-    0.15 E). Turns moved apart lose E. Tracks of the leads count as direct resistance.
+    and s like w^3 t in the field of its neighbours and of their images, like w t in its own. With E the extra loss, as
+    the metal about leaves it, and E' its growth per ln omega the low-frequency limit is E + E' or -E + E' for the one,
+    -E + E' for the other; the shares in EXTRA carry that on to where E' is only E, fitted to differences of whole
+    solutions (five coils, 1 to 10 MHz, within 0.15 E). Turns moved apart lose E. Tracks of the leads count as direct
+    resistance.
     """
     direct = circuit.resistance
-    extra = circuit.winding_resistance(frequency) - direct
-    growth = _growth(circuit.winding_resistance, frequency)
+    _, (extra, growth) = _crowding(circuit, state, frequency)
     leads = circuit.leads.resistance_at(frequency, circuit.conductivity)
     return {
         **{name: share * extra + more * growth - direct - leads for name, (share, more) in EXTRA.items()},
@@ -198,11 +199,16 @@ def resistance_slopes(circuit: CoilCircuit, frequency: float) -> dict[str, float
     }
 
 
-def loss_inductance_slopes(circuit: CoilCircuit, frequency: float) -> dict[str, float]:
+def loss_inductance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE) -> dict[str, float]:
     """The same of the inductance (H) that skin and proximity effect take away: like w^2 and hardly like t."""
-    change = circuit.loss.inductance_change(frequency)
-    growth = _growth(circuit.loss.inductance_change, frequency)
+    (change, growth), _ = _crowding(circuit, state, frequency)
     return {name: share * change + growth for name, share in EXTRA_INDUCTANCE.items()}
+
+
+def _crowding(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    # Inductance (H) and resistance (ohm) that eddy currents in the tracks add, each with its growth per ln f.
+    found = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
+    return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in found)  # type: ignore[return-value]
 
 
 def _growth(function: object, frequency: float) -> float:
@@ -239,8 +245,8 @@ def _moves(
 ) -> dict[str, tuple[float, float, float]]:
     # What one sigma of each tolerance does to inductance (H), resistance (ohm) and capacitance (F) of the tank.
     sigma, by_l = slopes.sigmas, slopes.inductance
-    by_r = resistance_slopes(circuit, state.frequency)
-    loss = loss_inductance_slopes(circuit, state.frequency)
+    by_r = resistance_slopes(circuit, state.frequency, state.state)
+    loss = loss_inductance_slopes(circuit, state.frequency, state.state)
     rest = circuit.inductance - math.fsum(by_l.values())
     found = {
         WIDTH: (by_l[WIDTH] + loss[WIDTH], by_r[WIDTH], 0.0),
@@ -251,8 +257,10 @@ def _moves(
         PERMITTIVITY: (0.0, 0.0, circuit.self_capacitance),
     }
     moved = {name: (sigma[name] * a, sigma[name] * b, sigma[name] * c) for name, (a, b, c) in found.items()}
-    around = slopes.surroundings.get(state.state, {})
-    return moved | {name: (by_l, by_r, 0.0) for name, (by_l, by_r) in around.items()}
+    for name, (around_l, around_r) in slopes.surroundings.get(state.state, {}).items():
+        before = moved.get(name, (0.0, 0.0, 0.0))
+        moved[name] = before[0] + around_l, before[1] + around_r, before[2]
+    return moved
 
 
 def moved_by_surroundings(
@@ -261,9 +269,11 @@ def moved_by_surroundings(
     states: Mapping[str, StateEstimate],
     shares: TargetShares,
     coil: str,
+    deeper: Mapping[str, tuple[float, float]],
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """By how much (H, ohm) one sigma of each cause around a coil moves each state: half of one sigma less against one
-    more for the gaps; the target's shares as half widths, wrong together.
+    more for the gaps; the target's shares as half widths, wrong together; what metal above and below does once the
+    copper lies `deeper` (`depths_moved`).
     """
     found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
@@ -273,12 +283,46 @@ def moved_by_surroundings(
             share, lost = shares.of(coil, state)
             found[state][cause] = _between(spectrum, states[state].frequency, pair, (0.5 * share, 0.5 * lost))
     for around in assembly.states:
-        if around.state in states and around.above is not None and shares.error:
+        if around.state not in states:
+            continue
+        for cause, (above, below) in deeper.items() if around.above is not None or around.below is not None else ():
+            moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
+            factors = shares.of(coil, around.state)
+            found[around.state][cause] = _between(spectrum, states[around.state].frequency, (moved, around), factors)
+        if around.above is not None and shares.error:
             share, lost = shares.of(coil, around.state)
             factors = share * shares.error / math.sqrt(3.0), lost * shares.loss_error / math.sqrt(3.0)
             bare = replace(around, above=None)
             found[around.state][SHARE] = _between(spectrum, states[around.state].frequency, (around, bare), factors)
     return found
+
+
+def depths_moved(coil: Coil, spec: SensorSpec, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """By how much (m) one sigma of the copper's thickness and of the layers' distance moves metal above and below a
+    coil away from the mean of its layers' middles: what lies over and under them is thicker.
+    """
+    found = {}
+    for name, kind in ((THICKNESS, LayerKind.COPPER), (DISTANCE, LayerKind.DIELECTRIC)):
+        over, whole = _over(coil, spec, kind)
+        found[name] = sigma[name] * over, sigma[name] * (whole - over)
+    return found
+
+
+def _over(coil: Coil, spec: SensorSpec, kind: LayerKind) -> tuple[float, float]:
+    # Thickness (m) of one kind of layer over the coil's mid-planes, their mean, and in all.
+    numbers, depths, whole, number = {w.layer for w in coil.windings}, [], 0.0, 0
+    for layer in spec.fpc.stackup.layers:
+        thickness = layer.thickness if layer.kind is kind else 0.0
+        if layer.kind is LayerKind.COPPER:
+            number += 1
+            if number in numbers:
+                depths.append(whole + 0.5 * thickness)
+        whole += thickness
+    return math.fsum(depths) / len(depths), whole
+
+
+def _further(reflector: Reflector | None, by: float) -> Reflector | None:
+    return None if reflector is None else replace(reflector, distance=reflector.distance + by)
 
 
 def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
