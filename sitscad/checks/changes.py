@@ -12,8 +12,8 @@ from typing import TypeVar
 from sitscad.checks.rules import Left
 from sitscad.geometry.footprint import Footprint
 from sitscad.record import record
-from sitscad.scene.slabs import footprint
 from sitscad.spec import presets
+from sitscad.spec.places import footprint
 from sitscad.spec.sensor import ElastomerPad, SensorSpec, Target
 from sitscad.spec.turns import most_turns, turn_fraction
 from sitscad.units import show

@@ -13,6 +13,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure
 from sitscad.layout.ring import Ring
 from sitscad.layout.stiffening import tail_thickness
+from sitscad.scene.slabs import Slab, slabs
 from sitscad.spec.sensor import ElastomerPad, Jaw
 from sitscad.units import show
 
@@ -23,27 +24,42 @@ SMALLEST_MEASURED_PORT = 1.1
 
 
 def sensor_width(subject: Subject) -> Iterator[Verdict]:
-    """Board, elastomer and target across the jaw."""
-    spec, jaw = subject.spec, _jaw(subject)
-    pieces = [("the board's body", subject.layout.body_size[1], "coil.outer_diameter")]
-    if spec.elastomer is not None:
-        pieces.append(("the elastomer", spec.elastomer.size[1], "elastomer.size"))
-    if spec.target is not None:
-        pieces.append(("the target", spec.target.size[1], "target.size"))
-    for name, width, key in pieces:
-        if width > jaw.width + ROUNDING:
-            is_body = key == "coil.outer_diameter"
-            yield Complaint(
-                f"{name} is {show(width, 'm')} wide{_shares(subject) if is_body else ''}, the jaw "
-                f"{show(jaw.width, 'm')}{_unverified(jaw)}",
-                f"{show(width - jaw.width, 'm')} too much: a smaller part, or a wider jaw",
-                key,
-                width,
-                jaw.width,
-                "m",
-                advice=(lambda left: _narrower_body(subject, left)) if is_body else None,
-            )
+    """Board, elastomer and target across the jaw, whose middle lies under the body's."""
+    jaw, body = _jaw(subject), subject.layout.body_size[1]
+    if body > jaw.width + ROUNDING:
+        yield Complaint(
+            f"the board's body is {show(body, 'm')} wide{_shares(subject)}, the jaw "
+            f"{show(jaw.width, 'm')}{_unverified(jaw)}",
+            f"{show(body - jaw.width, 'm')} too much: a smaller part, or a wider jaw",
+            "coil.outer_diameter",
+            body,
+            jaw.width,
+            "m",
+            advice=lambda left: _narrower_body(subject, left),
+        )
+    for slab in slabs(subject.spec):
+        yield from _across_jaw(subject, jaw, slab)
     yield from _through_port(subject)
+
+
+def _across_jaw(subject: Subject, jaw: Jaw, slab: Slab) -> Iterator[Verdict]:
+    """Elastomer or target across the jaw, each where it stands."""
+    (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, subject.layout.body
+    middle, width = (y0 + y1) / 2, high - low
+    needed = 2.0 * max(high - middle, middle - low)
+    if needed <= jaw.width + ROUNDING:
+        return
+    aside = needed - width > ROUNDING
+    beside = f" and its middle {show((needed - width) / 2, 'm', 3)} beside the jaw's" if aside else ""
+    yield Complaint(
+        f"the {slab.name} is {show(width, 'm')} wide{beside}, the jaw {show(jaw.width, 'm')}{_unverified(jaw)}",
+        f"{show((needed - jaw.width) / 2, 'm')} too much on {'that' if aside else 'each'} side: a smaller part"
+        f"{', one that stands in the middle' if aside else ''}, or a wider jaw",
+        f"{slab.name}.{'offset' if aside else 'size'}",
+        needed,
+        jaw.width,
+        "m",
+    )
 
 
 def _shares(subject: Subject) -> str:

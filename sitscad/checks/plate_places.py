@@ -12,7 +12,8 @@ from sitscad.geometry.convex import beyond
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Path, rectangle
 from sitscad.layout.tail import CORNER_RADIUS
-from sitscad.scene.slabs import Slab, elastomer, footprint, target
+from sitscad.scene.slabs import Slab, elastomer, target
+from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
 GRAIN = 10e-6

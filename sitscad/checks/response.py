@@ -8,8 +8,10 @@ from collections.abc import Iterator, Sequence
 from sitscad.checks.readings import failed_states
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
+from sitscad.geometry.path import Point
 from sitscad.record import record
-from sitscad.spec.sensor import CoilPlacement, SensorSpec
+from sitscad.spec.places import footprint
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 FEWEST_STEPS = 30.0
@@ -95,10 +97,10 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
     """Where the deaf coils stand to the target, and how large a target would cover all coils."""
     target, placements = spec.target, spec.array.placements
     assert target is not None
-    middle = tuple(math.fsum(p.centre[k] for p in placements) / len(placements) for k in (0, 1))
-    names = {response.coil for response in deaf}
-    outside = [_beyond(p, middle, target.size) for p in placements if p.name in names]
-    whole = [2.0 * max(abs(p.centre[k] - middle[k]) for p in placements) + max(spec.coil.size) for k in (0, 1)]
+    here, names = footprint(spec, target), {response.coil for response in deaf}
+    places = {p.name: here.place_of(Point(*p.centre)) for p in placements}
+    outside = [max(abs(places[name][k]) - 0.5 * target.size[k] for k in (0, 1)) for name in names]
+    whole = [2.0 * max(abs(place[k]) for place in places.values()) + max(spec.coil.size) for k in (0, 1)]
     where = (
         f"the centre of {'it' if len(outside) == 1 else 'the furthest of them'} stands {show(max(outside), 'm', 3)} "
         f"beyond the target's edge (target {show(target.size[0], 'm')} by {show(target.size[1], 'm')}); "
@@ -109,11 +111,6 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
         f"{where}a target of {show(whole[0], 'm')} by {show(whole[1], 'm')}, on a pad as large, covers every coil; or "
         "move the coils together, or leave those out that the target does not reach"
     )
-
-
-def _beyond(placement: CoilPlacement, middle: Sequence[float], size: Sequence[float]) -> float:
-    """How far (m) a coil's centre lies outside the target's edge; negative inside."""
-    return max(abs(placement.centre[k] - middle[k]) - 0.5 * size[k] for k in (0, 1))
 
 
 def _more_change() -> str:

@@ -24,7 +24,7 @@ from sitscad.physics.finite_plate import (
     share_error,
 )
 from sitscad.record import record
-from sitscad.scene.slabs import footprint
+from sitscad.spec.places import footprint
 from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
 
 Array = NDArray[np.float64]

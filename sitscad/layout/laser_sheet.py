@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from enum import StrEnum
 
 from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, rectangle
 from sitscad.layout.board import Layout
 from sitscad.record import record
+from sitscad.spec.places import footprint, place_in_words
+from sitscad.spec.sensor import ElastomerPad, Target
 
 MARGIN = 5e-3
 COUPON_SIZE = 10e-3
@@ -147,7 +148,7 @@ def _sheet(
         plate(CutLayer.CUT_OUTER, shape, (size[0] + kerf, size[1] + kerf), centre),
         plate(CutLayer.CUT_OUTER, "square", (COUPON_SIZE + kerf,) * 2, coupon),
         plate(CutLayer.REF, shape, size, centre),
-        *_marks(layout, centre, width, height),
+        *_marks(layout, part, centre, width, height),
     )
     return LaserSheet(part, material, shape, size, thickness, kerf, width, height, contours, notes)
 
@@ -174,6 +175,7 @@ def _texts(
         *([layout.spec.issue.words] if layout.spec.issue.rows else []),
         f"{shape} {sizes} mm, {_mm(thickness)} mm thick",
         material,
+        *([place] if (place := place_in_words(_plate_of(layout, part))) else []),
         *compensation,
         *_order(kerf > 0.0),
         f"{LOOKS[CutLayer.REF].colour} (layer REF) is not cut",
@@ -187,11 +189,20 @@ def _order(is_engraved: bool) -> Iterator[str]:
         yield f"{i}. {LOOKS[layer].colour}: {LOOKS[layer].work} (layer {layer})"
 
 
-def _marks(layout: Layout, centre: Point, width: float, height: float) -> Iterator[Contour]:
-    """Crosses on REF: the part's centre, the coils under it, and two corners of the sheet to register it by."""
-    placements = layout.spec.array.placements
-    middle = [math.fsum(p.centre[axis] for p in placements) / len(placements) for axis in (0, 1)]
-    under = [centre.shifted(p.centre[0] - middle[0], p.centre[1] - middle[1]) for p in placements]
+def _plate_of(layout: Layout, part: str) -> Target | ElastomerPad:
+    found = layout.spec.target if part == "target" else layout.spec.elastomer
+    assert found is not None
+    return found
+
+
+def _marks(layout: Layout, part: str, centre: Point, width: float, height: float) -> Iterator[Contour]:
+    """Crosses on REF: the part's centre, the coils under it where it lies, and two corners of the sheet to register it
+    by.
+    """
+    here = footprint(layout.spec, _plate_of(layout, part))
+    beside = (here.place_of(Point(*p.centre)) for p in layout.spec.array.placements)
+    marks = (centre.shifted(x, y) for x, y in beside)
+    under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]
     inset = MARGIN / 2
     places = dict.fromkeys(under, MARK_ARM / 2)
     places |= dict.fromkeys((centre, Point(inset, inset), Point(width - inset, height - inset)), MARK_ARM)

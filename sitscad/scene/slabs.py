@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from sitscad.geometry.footprint import Footprint
-from sitscad.geometry.path import Path, Point
+from sitscad.geometry.path import Path
 from sitscad.record import record
-from sitscad.spec.sensor import ElastomerPad, SensorSpec, Target
+from sitscad.spec.places import footprint
+from sitscad.spec.sensor import SensorSpec
 
 
 @record
@@ -50,10 +51,3 @@ def target(spec: SensorSpec) -> Slab | None:
 def slabs(spec: SensorSpec) -> tuple[Slab, ...]:
     """Elastomer and target, those that the spec has."""
     return tuple(slab for slab in (elastomer(spec), target(spec)) if slab is not None)
-
-
-def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
-    """Where a plate lies from above: over the mean of the coils' centres, or offset from it."""
-    (x, y), (dx, dy) = spec.array.middle, plate.offset
-    rotation = plate.rotation if isinstance(plate, Target) else 0.0
-    return Footprint(plate.shape == "circle", plate.size, Point(x + dx, y + dy), rotation)

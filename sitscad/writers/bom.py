@@ -11,7 +11,8 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.stack import MOUNT_PIECES, seat_spans, shield_size
-from sitscad.spec.sensor import Mount, SensorSpec
+from sitscad.spec.places import place_in_words
+from sitscad.spec.sensor import ElastomerPad, Mount, SensorSpec, Target
 from sitscad.units import show
 from sitscad.writers._flex_facts import contact_text, stiffener_text
 from sitscad.writers._tank import Sized, capacitance_text
@@ -126,12 +127,13 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         pad = spec.elastomer
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
         size = _plate_size(pad.shape, pad.size, pad.thickness)
-        note = f"{hardness}cut from a {_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf"
+        note = f"{hardness}cut from a {_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf{_place(pad)}"
         yield Item("elastomer", 1, pad.shape, pad.material.name, size, note)
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
-        yield Item("target", 1, target.shape, target.material.name, size, f"cut with laser/{spec.name}-target.dxf")
+        note = f"cut with laser/{spec.name}-target.dxf{_place(target)}"
+        yield Item("target", 1, target.shape, target.material.name, size, note)
     if spec.encapsulation is not None:
         film = spec.encapsulation
         x, y = layout.body_size
@@ -139,6 +141,12 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         yield Item(
             "encapsulation", 1, "film", film.material.name, size, "cast or coated over board, elastomer and target"
         )
+
+
+def _place(plate: Target | ElastomerPad) -> str:
+    """Where a plate is to be mounted, if it does not stand straight over the mean of the coils."""
+    place = place_in_words(plate)
+    return f"; {place}" if place else ""
 
 
 def _carriers(layout: Layout) -> Iterator[Item]:

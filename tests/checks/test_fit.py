@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 
 import pytest
 
+from sitscad.checks.plates import target_proportions
+from sitscad.checks.rules import Subject
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
@@ -138,6 +141,27 @@ def test_message_and_measured_of_the_strain_agree(judge, design):
         material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
         (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
         assert f"{100 * found.measured:.1f} %, is more than {100 * found.limit:.0f} %" in found.message
+
+
+def test_plates_that_stand_aside_are_held_against_the_jaw_where_they_stand(judge, design):
+    """A pad of 4 mm passed on a jaw of 4.8 mm wherever it stood."""
+    narrow = {"target__size": 4, "elastomer__size": 4, "elastomer__offset": [0, 0.3]}
+    assert [f.key for f in judge("SIT301", design(**narrow | {"elastomer__offset": [0, 0.3]}))] == []
+    (found,) = judge("SIT301", design(**narrow | {"elastomer__offset": [0, 0.7]}))
+    assert found.key == "elastomer.offset" and found.measured == pytest.approx(5.4e-3)
+    assert "its middle 700 um beside the jaw's" in found.message and "300 um too much on that side" in found.hint
+    (turned,) = judge("SIT301", design(target__size=4, target__rotation="45 deg"))
+    assert turned.key == "target.size" and turned.measured == pytest.approx(4e-3 * math.sqrt(2))
+
+
+def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, design):
+    wide = {"target__shape": "rectangle", "target__size": [4.2, 6.5]}
+    assert [f.measured for f in judge("SIT306", design(**wide))] == []
+    spec = design(**wide, target__rotation="90 deg")
+    (found,) = judge("SIT306", spec)
+    assert found.measured == pytest.approx(6.5e-3)
+    (complaint,) = target_proportions(Subject(spec))
+    assert "target.rotation: 0 deg lies so" in complaint.advice(None)
 
 
 def test_target_proportions_of_a_pair(judge, design):

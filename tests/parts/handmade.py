@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import replace
 
 from sitscad import parts
@@ -135,11 +136,20 @@ def overhanging_sensor() -> Layout:
     )
 
 
+def oblique_sensor() -> Layout:
+    """A target that is offset and turned on a pad that is offset too, in the jaw."""
+    return jaw_sensor(
+        elastomer=ElastomerPad(SOFT, "rectangle", (5e-3, 3.6e-3), 1e-3, 0.15e-3, (0.6e-3, 0.1e-3)),
+        target=Target("rectangle", (4e-3, 1.2e-3), 0.2e-3, COPPER, 0.0, (0.9e-3, 0.2e-3), math.radians(30.0)),
+    )
+
+
 SENSORS = {
     "jaw": jaw_sensor,
     "solder-pads": lambda: with_solder_pads(jaw_sensor()),
     "round": round_sensor,
     "overhanging": overhanging_sensor,
+    "oblique": oblique_sensor,
     "bench": bench_sensor,
     "bench-shielded": lambda: bench_sensor(shield=Shield(COPPER, 0.1e-3, 0.6e-3)),
     "bare": bare,

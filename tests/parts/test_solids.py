@@ -19,6 +19,7 @@ NAMES = {
     "solder-pads": "jaw mount shield mount-spacer board elastomer target encapsulation",
     "round": "jaw mount shield mount-spacer stiffener board elastomer target encapsulation",
     "overhanging": "jaw mount stiffener board elastomer target encapsulation",
+    "oblique": "jaw mount shield mount-spacer stiffener board elastomer target encapsulation",
     "bench": "mount stiffener board elastomer target",
     "bench-shielded": "mount shield mount-spacer stiffener board elastomer target",
     "bare": "stiffener board",
@@ -54,7 +55,7 @@ def test_no_two_solids_share_any_volume(sensor):
     assert fit.interferences(handmade.solids(sensor)) == ()
 
 
-@pytest.mark.parametrize("sensor", ["jaw", "bench", "bare"])
+@pytest.mark.parametrize("sensor", ["jaw", "oblique", "bench", "bare"])
 def test_volumes_are_the_spec_s_areas_times_thicknesses(sensor):
     layout, found = handmade.layout(sensor), named(sensor)
     spec, thickness = layout.spec, layout.spec.fpc.stackup.thickness
@@ -102,7 +103,7 @@ def test_the_pad_stands_over_the_middle_of_the_array():
     assert bounds(pad) == pytest.approx((0.5e-3, -0.7e-3, 0.0, 2.5e-3, 1.3e-3, 1e-3), abs=1e-9)
 
 
-@pytest.mark.parametrize("sensor", ["jaw", "round", "overhanging"])
+@pytest.mark.parametrize("sensor", ["jaw", "round", "overhanging", "oblique"])
 def test_the_film_is_nowhere_thinner_than_asked(sensor):
     """What a ball of the film's radius sweeps over target and pad stays inside film, target, pad and board."""
     m3 = pytest.importorskip("manifold3d")
@@ -112,6 +113,16 @@ def test_the_film_is_nowhere_thinner_than_asked(sensor):
     for name in ("target", "elastomer"):
         grown = found[name].minkowski_sum(ball).trim_by_plane((0.0, 0.0, 1.0), 0.0)
         assert (grown - inside).volume() < 2e-4, name
+
+
+def test_a_turned_target_and_an_offset_pad_stand_where_the_spec_says():
+    """The target's corners, turned by 30 degrees counter-clockwise, seen from the mean of the coils' centres."""
+    found = named("oblique")
+    assert bounds(found["elastomer"])[:2] == pytest.approx((-1.9e-3, -1.7e-3), abs=1e-9)
+    at = [(v.X * 1e-3, v.Y * 1e-3) for v in found["target"].shape.vertices()]
+    cos, sin = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))
+    corner = (0.9e-3 + cos * 2e-3 - sin * 0.6e-3, 0.2e-3 + sin * 2e-3 + cos * 0.6e-3)
+    assert min(math.dist(corner, place) for place in at) < 1e-9
 
 
 def test_contacts_on_the_body_stay_open():

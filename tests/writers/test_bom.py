@@ -72,6 +72,14 @@ def test_everything_of_a_full_spec_is_there():
     assert "4 contacts 300 um wide and 3 mm long, pitch 500 um" in made
 
 
+def test_where_plates_are_mounted_is_said_where_it_is_not_over_the_mean():
+    layout = full()
+    pad = replace(layout.spec.elastomer, offset=(0.5 * MM, -0.25 * MM))
+    rows = rows_of(replace(layout, spec=replace(layout.spec, elastomer=pad)))
+    assert rows["elastomer"]["note"].endswith("; centre [0.5, -0.25] mm from the coils' mean")
+    assert "mean" not in rows["target"]["note"]
+
+
 def test_outline_and_thickness_of_the_circuit():
     row = rows_of(full())["flexible printed circuit"]
     assert row["size"] == "20.4 x 4.7 x 0.15 mm"

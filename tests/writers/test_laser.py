@@ -114,6 +114,22 @@ def test_coil_marks_lie_as_the_coils_do():
     assert (left.x + right.x) / 2 == pytest.approx(sheet.on(CutLayer.REF)[0].path.segments[0].at(0.5).x)
 
 
+def test_coil_marks_lie_under_a_target_as_it_is_offset_and_turned():
+    """Laid on the board with its marks over the coils, the part lies as the spec says."""
+    layout = layout_with()
+    turned = replace(layout.spec.target, offset=(1 * MM, 0.5 * MM), rotation=math.radians(90.0))
+    sheet = laser_sheets(replace(layout, spec=replace(layout.spec, target=turned)))[1]
+    crosses = [c.path for c in sheet.on(CutLayer.REF)[1:] if abs(c.path.start.y - c.path.end.y) < 1e-9]
+    marks = [p.segments[0].at(0.5) for p in crosses if p.length == pytest.approx(1e-3)]
+    marks.sort(key=lambda mark: mark.y)
+    centre = (sheet.on(CutLayer.CUT_OUTER)[0].centre.x, sheet.on(CutLayer.REF)[0].path.start.y + 2 * MM)
+    half = layouts.COIL_PITCH / 2
+    assert [(m.x - centre[0], m.y - centre[1]) for m in marks] == [
+        pytest.approx((-0.5 * MM, y), abs=1e-9) for y in sorted((1 * MM + half, 1 * MM - half))
+    ]
+    assert "centre [1, 0.5] mm from the coils' mean, turned by 90 deg" in [text for _, text in sheet.notes]
+
+
 def test_only_what_the_spec_has():
     layout = layouts.two_coils()
     assert laser_sheets(layout) == () and laser_dxf.render(layout) == {} and laser_svg.render(layout) == {}

@@ -1,0 +1,125 @@
+"""A target offset or turned: every coil has the share of it that its own place under it gives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from sitscad.estimates.assembly import assemble
+from sitscad.estimates.finite_target import target_shares
+from sitscad.estimates.pressing import loaded_face, pressed
+from sitscad.geometry.path import Point
+from sitscad.mechanics import elastomer as mechanics
+from sitscad.spec.load import load_text
+from sitscad.spec.places import footprint
+
+MM = 1e-3
+HEIGHTS = (-30e-6, -60e-6)
+
+
+def sensor(array="", target="size: 5", pad="size: 9, shape: square"):
+    return load_text(
+        "sitscad: 1\nname: places\ncoil: {shape: circle, outer_diameter: 5, turns: 8, layers: 2, trace_width: 100 um, "
+        f"trace_spacing: 100 um}}\n{array}\ntarget: {{{target}}}\nelastomer: {{{pad}}}\n"
+        "requirements: {normal_force: 5 N}\n"
+    )
+
+
+def shares(spec):
+    found = target_shares(spec, HEIGHTS, assemble(spec).states)
+    return {name: found.of(name, "rest") for name in (place.name for place in spec.array.placements)}
+
+
+def turned(spec, angle):
+    """The sensor with its coils' centres turned about the origin."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    places = (
+        replace(p, centre=(cos * p.centre[0] - sin * p.centre[1], sin * p.centre[0] + cos * p.centre[1]))
+        for p in spec.array.placements
+    )
+    return replace(spec, array=replace(spec.array, placements=tuple(places)))
+
+
+TRIANGLE = "array: {pattern: triangle, pitch: 5.8}"
+
+
+def test_a_target_turned_over_an_array_is_that_array_turned_back_under_it():
+    straight = sensor(TRIANGLE, "shape: rectangle, size: [6, 3]")
+    angle = math.radians(37.0)
+    oblique = replace(straight, target=replace(straight.target, rotation=angle))
+    ours, same = shares(oblique), shares(turned(straight, -angle))
+    for name in ours:
+        assert ours[name] == pytest.approx(same[name], rel=1e-3)
+    assert ours["C2"] != pytest.approx(shares(straight)["C2"], rel=0.02)
+
+
+def test_a_target_offset_over_an_array_is_that_array_moved_back_under_it():
+    spec = sensor(TRIANGLE, "size: 6, offset: [1.2, 0.7]")
+    ours = shares(spec)
+    for place in spec.array.placements:
+        x, y = place.centre
+        alone = replace(place, centre=(0.0, 0.0))
+        moved = replace(spec, array=replace(spec.array, placements=(alone,)),
+                        target=replace(spec.target, offset=(1.2 * MM - x, 0.7 * MM - y)))  # fmt: skip
+        assert shares(moved)[place.name] == pytest.approx(ours[place.name], rel=1e-3)
+    assert len({round(share, 6) for share, _ in ours.values()}) == 3
+
+
+@pytest.mark.parametrize(("one", "other"), [
+    ("shape: rectangle, size: [6, 3], rotation: 90 deg", "shape: rectangle, size: [3, 6]"),
+    ("shape: circle, size: 5, rotation: 33 deg", "shape: circle, size: 5"),
+    ("size: 5, rotation: -90 deg", "size: 5"),
+])  # fmt: skip
+def test_quarter_turns_and_turned_discs_are_what_they_look_like(one, other):
+    one, other = sensor(TRIANGLE, one), sensor(TRIANGLE, other)
+    for name, share in shares(one).items():
+        assert share == pytest.approx(shares(other)[name], rel=1e-3)
+    assert pressed(one).strain == pytest.approx(pressed(other).strain, rel=1e-9)
+
+
+def test_a_single_coil_feels_a_target_less_the_farther_it_stands_aside():
+    found = [shares(sensor("", f"size: 5, offset: [{away}, 0]"))["C1"][0] for away in (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)]
+    assert found == sorted(found, reverse=True) and found[-1] < 0.05 * found[0]
+
+
+@pytest.mark.parametrize(("target", "pad"), [
+    ("size: 5", "size: 9, shape: square"),
+    ("size: 9", "size: 5, shape: square"),
+    ("shape: circle, size: 8", "size: 7.5, shape: square"),
+    ("shape: rectangle, size: [9, 3]", "shape: circle, size: 6"),
+    ("shape: circle, size: 6", "shape: circle, size: 4"),
+])  # fmt: skip
+def test_over_one_centre_the_loaded_face_is_the_one_of_the_mechanics(target, pad):
+    """Two ways to the same: clipped outlines, and quarters of ellipses in closed form."""
+    spec = sensor("", target, pad)
+    over, under = (mechanics.Face(*plate.size, plate.shape == "circle") for plate in (spec.target, spec.elastomer))
+    expected, (face, beside) = mechanics.loaded_face(under, over), loaded_face(spec)
+    assert (face.width_x, face.width_y, face.area) == pytest.approx(
+        (expected.width_x, expected.width_y, expected.area), rel=1e-9
+    )
+    assert beside == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_target_half_beside_its_pad_loads_half_of_it_and_tilts():
+    spec = sensor("", "size: 4, offset: [3, 0]", "size: 6, shape: square")
+    face, beside = loaded_face(spec)
+    assert face.area == pytest.approx(8e-6) and beside == pytest.approx(1e-3)
+    found = pressed(spec)
+    assert not found.valid and "it tilts" in found.note and found.loaded_share == pytest.approx(8 / 36)
+    assert found.strain > pressed(sensor("", "size: 4", "size: 6, shape: square")).strain
+
+
+def test_a_turned_target_within_its_pad_loads_all_of_itself():
+    spec = sensor("", "shape: rectangle, size: [5, 3], rotation: 30 deg, offset: [1, 0.5]")
+    face, beside = loaded_face(spec)
+    assert (face.width_x, face.width_y) == pytest.approx((5e-3, 3e-3)) and beside == pytest.approx(0.0, abs=1e-12)
+    assert "tilts" not in pressed(spec).note
+
+
+def test_a_pad_of_no_stated_size_carries_a_target_that_is_turned_or_offset():
+    spec = sensor(TRIANGLE, "size: 4, rotation: 45 deg, offset: [0.5, -0.2]", "thickness: 1")
+    pad, target = footprint(spec, spec.elastomer), footprint(spec, spec.target)
+    assert target.hangs_over(pad.outline()) <= 1e-9
+    assert pad.centre == pytest.approx(Point(0.0, 0.0), abs=1e-12)
