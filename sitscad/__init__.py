@@ -26,6 +26,7 @@ _HOMES = {
     "check": "sitscad.checks",
     "CheckResult": "sitscad.checks",
     "mended": "sitscad.checks",
+    "HINTS": "sitscad.checks",
     "RULES": "sitscad.checks",
     "Finding": "sitscad.finding",
     "NotChecked": "sitscad.finding",
@@ -49,6 +50,7 @@ _HOMES = {
 __all__ = [
     "ESTIMATE_FORMATS",
     "FINDING_FORMATS",
+    "HINTS",
     "METHODS",
     "RULES",
     "STAGES",
@@ -82,7 +84,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from sitscad.checks import RULES, CheckResult, check, mended
+    from sitscad.checks import HINTS, RULES, CheckResult, check, mended
     from sitscad.estimates import METHODS, Estimates, estimate
     from sitscad.finding import Finding, NotChecked, Severity
     from sitscad.layout import lay_out

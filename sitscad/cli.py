@@ -158,18 +158,21 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool) 
 @click.option("--select", type=_Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
 @click.option("--ignore", type=_Names(), default=(), help="Not these rules.")
 @click.option("--strict", is_flag=True, help="Warnings fail, too: exit code 1. Notes never do.")
+@click.option("--hints", default="decisive", show_default=True, help="What is tried for hints: none, decisive or full.")
 def check(
-    specs: tuple[str, ...], format_name: str, select: tuple[str, ...], ignore: tuple[str, ...], strict: bool
+    specs: tuple[str, ...], format_name: str, select: tuple[str, ...], ignore: tuple[str, ...], strict: bool, hints: str
 ) -> int:
     """Check SPECS against every rule that applies.
 
-    Writes no files.
+    Writes no files. The verdict does not depend on --hints: decisive tries changes for as long as the check itself
+    takes, for errors first; full tries all that may mend a finding, which can take minutes; none tries nothing.
     Exit code: 0 no errors, 1 errors found (with --strict: or warnings), 2 a spec cannot be read.
     """
     show = _row(sitscad.FINDING_FORMATS, format_name, "--format")
     for pattern in (*select, *ignore):
         _require_rule(pattern)
-    checked = [_chosen(_checked(path), select, ignore) for path in specs]
+    _row(dict.fromkeys(sitscad.HINTS), hints, "--hints")
+    checked = [_chosen(_checked(path, hints), select, ignore) for path in specs]
     _print(show(checked, _colour(sys.stdout)))
     code = max(spec.exit_code for spec in checked)
     warnings = sum(spec.count(Severity.WARNING) for spec in checked)
@@ -315,13 +318,13 @@ def verify(directory: str) -> int:
     return 0 if found.ok else 1
 
 
-def _checked(path: str) -> CheckedSpec:
+def _checked(path: str, hints: str) -> CheckedSpec:
     """Load and check one spec; what keeps it from being read is a finding too."""
     try:
         spec = sitscad.load(path)
     except sitscad.SpecError as error:
-        return _unreadable(path, error)
-    result = sitscad.check(spec)
+        return _unreadable(path, error, hints)
+    result = sitscad.check(spec, hints=hints)
     return sitscad.checked_spec(spec, result.findings, result.not_checked)
 
 
@@ -337,7 +340,7 @@ def _beginning(path: Path) -> str:
         return stream.read(SHOWN).decode("utf-8", errors="replace")
 
 
-def _unreadable(path: str, error: Any) -> CheckedSpec:
+def _unreadable(path: str, error: Any, hints: str = "decisive") -> CheckedSpec:
     """The findings of a spec that could not be loaded; every other rule is listed as not checked."""
     try:
         text = _beginning(Path(path))
@@ -346,7 +349,7 @@ def _unreadable(path: str, error: Any) -> CheckedSpec:
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in _rules() if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    findings = sitscad.mended(error) if error.cramped is not None else error.findings
+    findings = sitscad.mended(error, hints) if error.cramped is not None else error.findings
     return sitscad.CheckedSpec(path, text, tuple(findings), not_checked, error.texts)
 
 

@@ -23,7 +23,11 @@ MAY_IMPORT = {
     "scene": {"units", "finding", "geometry", "spec", "layout"},
     "parts": {"units", "finding", "geometry", "spec", "layout", "scene"},
     "estimates": {"units", "spec", "geometry", "layout", "scene", "physics", "readout", "mechanics"},
-    "checks": {"units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "mechanics"},
+    "remedy": {"units", "geometry", "spec", "layout"},
+    "checks": {
+        "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "mechanics",
+        "remedy",
+    },
     "writers": {"units", "geometry", "spec", "layout", "scene", "parts", "readout"},
     "report": {"units", "finding", "spec", "layout", "scene", "parts", "estimates"},
     "extraction": {"units", "finding"},

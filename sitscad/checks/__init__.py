@@ -27,13 +27,14 @@ from sitscad.checks.trials import Trials
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.layout.board import Layout
 from sitscad.record import record
+from sitscad.remedy.budget import DECISIVE, HINTS, Budget
 from sitscad.spec.rules import SPEC_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
 
-__all__ = ["RULES", "CheckResult", "Rule", "check", "explain", "mended"]
+__all__ = ["HINTS", "RULES", "CheckResult", "Rule", "check", "explain", "mended"]
 
 _LOADING = tuple(
     Rule(row.id, row.name, Severity.ERROR, row.summary, row.why, row.mend, "README, The spec") for row in SPEC_RULES
@@ -63,13 +64,18 @@ class CheckResult:
         return not any(finding.severity is Severity.ERROR for finding in self.findings)
 
 
-def check(spec: SensorSpec, layout: Layout | None = None, estimates: Estimates | None = None) -> CheckResult:
+def check(
+    spec: SensorSpec, layout: Layout | None = None, estimates: Estimates | None = None, hints: str = DECISIVE
+) -> CheckResult:
     """Apply every rule to a design.
 
     The spec is laid out and estimated here unless `layout` and `estimates` are given. Nothing of CAD is imported. The
     result is the same whatever the order of the rules: findings are sorted by rule, line, column and message. Where a
-    hint names what mends a finding, the changed design was laid out, estimated and checked.
+    hint says that something was tried, the changed design was laid out, estimated and checked. `hints` is what such
+    trials may cost: ``none``; ``decisive``, about as much as the check itself, errors first; ``full``, minutes. The
+    verdict is the same with each. Raises ValueError for any other choice.
     """
+    budget = Budget.of(hints, spec)
     subject = Subject(spec, layout, estimates)
     said: list[Outcome] = []
     not_checked: list[NotChecked] = []
@@ -77,18 +83,17 @@ def check(spec: SensorSpec, layout: Layout | None = None, estimates: Estimates |
         found, undecided = outcomes(rule, subject)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
-    trials = Trials(subject, RULES, said, not_checked)
-    findings = [trials.advised(outcome) for outcome in said]
+    findings = Trials(subject, RULES, said, not_checked, budget).advised()
     return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked))
 
 
-def mended(error: SpecError) -> tuple[Finding, ...]:
+def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
     """The findings of a spec that could not be loaded; where only coils or turns lack room, their hints name what gives
-    it, laid out and checked.
+    it, laid out and checked as far as the budget of `hints` goes (as of `check`).
     """
     from sitscad.checks import cramped  # only specs that are refused
 
-    return cramped.mended(error, RULES)
+    return cramped.mended(error, RULES, hints)
 
 
 def explain(rule_id: str) -> str:

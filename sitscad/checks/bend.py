@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.changes import Change, tried
 from sitscad.checks.fabrication import ROUNDING, house, source_of
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import (
@@ -21,6 +20,8 @@ from sitscad.layout.bending import (
 )
 from sitscad.layout.board import Pad, Via
 from sitscad.record import record
+from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.search import Left, tried
 from sitscad.spec.sensor import Tail
 from sitscad.units import show
 
@@ -143,20 +144,18 @@ NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
 
 
 def _longer(subject: Subject, left: Left) -> str:
-    length, tail = _length_that_does(subject), subject.spec.fpc.tail
+    length, tail = _length_that_does(subject, left), subject.spec.fpc.tail
     if length is None or tail is None:
         return NO_ROOM
-    words = f"fpc.tail.length: {length * 1e3:.1f} mm is long enough"
     longer = replace(subject.spec, fpc=replace(subject.spec.fpc, tail=replace(tail, length=length)))
-    return f"{words} {tried(Change(words, longer), left)}, or fpc.tail.bend: none"
+    fix = Fix((Edit("fpc.tail.length", f"{length * 1e3:.1f} mm"),), longer)
+    return f"{fix.words} is long enough{tried(fix, left)}, or fpc.tail.bend: none"
 
 
-def _length_that_does(subject: Subject) -> float | None:
+def _length_that_does(subject: Subject, left: Left) -> float | None:
     """A length (m) of the tail with which its bend has room, found by laying the board out with it; None if none, or
     where leads or vias found no room: that search is long, and as vain with any tail.
     """
-    from sitscad.layout import lay_out  # only where a bend lacks room
-
     if subject.layout.findings:
         return None
     spec, tail = subject.spec, subject.spec.fpc.tail
@@ -170,7 +169,10 @@ def _length_that_does(subject: Subject) -> float | None:
         if length > LONGEST:
             return None
         longer = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, length=length)))
-        shorter = Subject(longer, lay_out(longer, advised=False))
+        layout = left.drawn(longer)
+        if layout is None:
+            return None
+        shorter = Subject(longer, layout)
         if _fits(shorter):
             return length
     return None

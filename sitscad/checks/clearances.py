@@ -17,12 +17,13 @@ from sitscad.checks.copper import (
     too_near,
 )
 from sitscad.checks.fabrication import FABRICATOR, gap_asked_by, house, source_of, um
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.checks.steep_spiral import nearer_by, spacing_in_words, tried_spacing
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
 from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.layout.teardrops import Teardrop
+from sitscad.remedy.search import Left
 from sitscad.spec.presets import connector, names
 from sitscad.units import show
 
@@ -82,9 +83,13 @@ def _other_connector(subject: Subject, left: Left) -> str:
         other = connector(name)
         if other.edge_margin > tail.connector.edge_margin:
             changed = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=other)))
-            drawn = subject.drawn(changed)
-            if not drawn.layout.findings and not _near_edge(drawn) and not left(changed):
+            layout = left.drawn(changed)
+            if layout is None:
+                break
+            if not layout.findings and not _near_edge(Subject(changed, layout)) and left(changed) == ():
                 return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
+    if left.is_cut_short:
+        return f"{margin}: a connector with more, or a fabricator who cuts nearer to copper"
     return f"{margin}, and no installed connector has enough: take a fabricator who cuts nearer to copper"
 
 

@@ -9,11 +9,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from sitscad.checks.changes import Change, fail, fewer_turns
 from sitscad.checks.rules import Rule, Subject, apply_rule
+from sitscad.checks.trials import NOT_FURTHER, Trials
 from sitscad.finding import Finding, Severity
-from sitscad.layout import lay_out, remedies
-from sitscad.layout.advice import lead_room
+from sitscad.remedy import room
+from sitscad.remedy.budget import Budget, estimate_work, winding_work
+from sitscad.remedy.fix import Edit, Fix, fail
+from sitscad.remedy.moves import fewer_turns
+from sitscad.remedy.search import Left
 from sitscad.spec.array import least_scale
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
@@ -29,73 +32,89 @@ OTHERWISE = {"SIT014": "or smaller coils", "SIT016": "or a finer trace and spaci
 """What else gives room, by the rule that asks for it."""
 
 
-def mended(error: SpecError, rules: tuple[Rule, ...]) -> tuple[Finding, ...]:
+def mended(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
     """The findings of a refused spec. Those about room name what gives it, leads and vias included, where trying finds
-    that, and which of all `rules` the mended design then breaks.
+    that, and which of all `rules` the mended design then breaks; as far as the budget of these hints goes.
     """
     spec = error.cramped
     if spec is None or len(spec.array.placements) > MOST_COILS or spec.coil.unequal_turns:
         return error.findings
-    change = _roomy(spec, {finding.rule for finding in error.findings})
-    if change is None:
-        return error.findings
-    wrong = _broken(change.spec, rules)
-    tried = f"(it was tried; {fail(wrong)} then, for other reasons)" if wrong else "(it was tried)"
-    hint = f"{change.words} gives room, to leads and vias as well {tried}; "
-    return tuple(replace(finding, hint=hint + OTHERWISE[finding.rule]) for finding in error.findings)
+    search = _Search(spec, rules, Budget.of(hints, spec, is_checked=False))
+    fix = search.roomy({finding.rule for finding in error.findings})
+    further = f" ({NOT_FURTHER})" if search.left.is_cut_short else ""
+    if fix is None:
+        return tuple(replace(finding, hint=finding.hint + further) for finding in error.findings)
+    hint = f"{fix.words} gives room, to leads and vias as well {search.judged(fix.spec)}; "
+    return tuple(replace(f, hint=hint + OTHERWISE[f.rule] + further) for f in error.findings)
 
 
-def _roomy(spec: SensorSpec, refused: set[str]) -> Change | None:
-    """Fewer turns, coils farther apart, or both, with which everything finds its place; None where none is found."""
-    for fewer in _fewer(spec) if "SIT016" in refused else (Change("", spec),):
-        if "SIT014" not in refused and _is_led_out(fewer.spec):
-            return fewer
-        apart = _apart(fewer.spec)
-        if apart is not None:
-            return Change(" with ".join(words for words in (fewer.words, apart.words) if words), apart.spec)
-    return None
+class _Search:
+    """Looks for fewer turns or coils farther apart with which everything finds its place."""
 
+    def __init__(self, spec: SensorSpec, rules: tuple[Rule, ...], budget: Budget) -> None:
+        self._spec, self._rules = spec, rules
+        self.left: Left = Trials(Subject(spec), rules, (), (), budget).left()
 
-def _fewer(spec: SensorSpec) -> list[Change]:
-    """The most turns that leave room for the vias inside, and some parts of a turn less."""
-    coil = spec.coil
-    most = most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
-    fitting = [change for change in fewer_turns(spec, most, MOST_STEPS) if remedies.inner_vias_fit(change.spec)]
-    return fitting[:MOST_ROUTED]
-
-
-def _apart(spec: SensorSpec) -> Change | None:
-    """The least distance of the coils that leaves room for the leads and vias between them."""
-    near = remedies.nearest_distance(spec)
-    scale = None if near is None else least_scale(spec.array, spec.coil)
-    if near is None or scale is None:
+    def roomy(self, refused: set[str]) -> Fix | None:
+        """Fewer turns, coils farther apart, or both; None where none is found."""
+        for fewer in self._fewer() if "SIT016" in refused else [Fix((), self._spec)]:
+            if "SIT014" not in refused and self._is_led_out(fewer.spec):
+                return fewer
+            apart = self._apart(fewer.spec)
+            if apart is not None:
+                said = " with ".join(words for words in (fewer.words, apart.words) if words)
+                return Fix((*fewer.edits, *apart.edits), apart.spec, said)
         return None
-    by = max(0.0, near * (scale - 1.0))
-    beside = _written_apart(spec, near, by)
-    if _is_led_out(beside.spec):
-        return beside
-    more = remedies.least(beside.spec, remedies.wider_array, _is_led_out, lead_room(beside.spec))
-    return None if more is None else _written_apart(spec, near, by + more)
+
+    def _fewer(self) -> list[Fix]:
+        """The most turns that leave room for the vias inside, and some parts of a turn less."""
+        coil = self._spec.coil
+        most = most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
+        fitting: list[Fix] = []
+        for fix in fewer_turns(self._spec, most, MOST_STEPS):
+            if len(fitting) == MOST_ROUTED or not self.left.affords(winding_work(fix.spec)):
+                break
+            if room.inner_vias_fit(fix.spec):
+                fitting.append(fix)
+        return fitting
+
+    def _apart(self, spec: SensorSpec) -> Fix | None:
+        """The least distance of the coils that leaves room for the leads and vias between them."""
+        near = room.nearest_distance(spec)
+        scale = None if near is None else least_scale(spec.array, spec.coil)
+        if near is None or scale is None:
+            return None
+        by = max(0.0, near * (scale - 1.0))
+        beside = _written_apart(spec, near, by)
+        if self._is_led_out(beside.spec):
+            return beside
+        found = room.least(beside.spec, room.coils_apart, self._is_led_out, room.lead_room(beside.spec))
+        return None if found is None else _written_apart(spec, near, by + found[0])
+
+    def _is_led_out(self, spec: SensorSpec) -> bool:
+        """Whether leads and vias find their places; contacts too near each other (SIT119) are another matter."""
+        layout = self.left.drawn(spec)
+        return layout is not None and not any(finding.rule in ("SIT112", "SIT113") for finding in layout.findings)
+
+    def judged(self, spec: SensorSpec) -> str:
+        """What else of the mended design fails, in brackets; that it was laid out, where an estimate is too much."""
+        layout = self.left.drawn(spec)
+        if layout is None or not self.left.affords(estimate_work(spec)):
+            return "(it was laid out)"
+        subject = Subject(spec, layout)
+        wrong = tuple(
+            rule.id
+            for rule in self._rules
+            if any(finding.severity is Severity.ERROR for finding in apply_rule(rule, subject)[0])
+        )
+        return f"(it was tried; {fail(wrong)} then, for other reasons)" if wrong else "(it was tried)"
 
 
-def _written_apart(spec: SensorSpec, near: float, by: float) -> Change:
+def _written_apart(spec: SensorSpec, near: float, by: float) -> Fix:
     """Coils farther apart by so much (m), rounded up as it is written."""
     if spec.array.pitch is None:
         scale = math.ceil((1.0 + by / near) * 1e4 - 1e-6) / 1e4
-        words = f"array.centres {scale:.4f} times as far from each other"
-        return Change(words, remedies.wider_array(spec, near * (scale - 1.0)))
+        return room.coils_apart(spec, near * (scale - 1.0))
     pitch = math.ceil((spec.array.pitch + by) * 1e6 - 1e-5) * 1e-6
     # pitch and nearest distance grow alike: coils of a triangle and a grid stand one pitch apart
-    return Change(f"array.pitch: {pitch * 1e3:.6g}", remedies.wider_array(spec, pitch - spec.array.pitch))
-
-
-def _is_led_out(spec: SensorSpec) -> bool:
-    """Whether leads and vias find their places; contacts too near each other (SIT119) are another matter."""
-    return not any(finding.rule in ("SIT112", "SIT113") for finding in lay_out(spec, advised=False).findings)
-
-
-def _broken(spec: SensorSpec, rules: tuple[Rule, ...]) -> tuple[str, ...]:
-    subject = Subject(spec, lay_out(spec, advised=False))
-    return tuple(
-        rule.id for rule in rules if any(finding.severity is Severity.ERROR for finding in apply_rule(rule, subject)[0])
-    )
+    return Fix((Edit("array.pitch", f"{pitch * 1e3:.6g}"),), room.coils_apart(spec, pitch - spec.array.pitch).spec)

@@ -8,15 +8,17 @@ from itertools import islice
 
 import numpy as np
 
-from sitscad.checks.changes import Change, first_that_mends, other_ends
 from sitscad.checks.clearances import ALLOWED_SHORTFALL, copper_in, name_of
 from sitscad.checks.copper import Copper, conductor_notches
 from sitscad.checks.fabrication import FABRICATOR, gap_asked_by, um
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.checks.track_graph import TrackGraph, closed_loops, loose_ends, open_nets
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats
 from sitscad.layout.board import Trace
+from sitscad.remedy.fix import Fix
+from sitscad.remedy.moves import other_ends
+from sitscad.remedy.search import Left, first_that_mends
 
 ACUTE = math.radians(59.9)
 """Legs that part at less than this angle (rad) make a wedge in which etchant stays (unverified: workshop practice). Our
@@ -80,14 +82,25 @@ OTHERWISE = "another coil.start_angle, or part of a turn more or less, makes it 
 def _drawn_otherwise(subject: Subject, rule: Callable[[Subject], Iterable[Verdict]], left: Left) -> str:
     """Which start angle or number of turns makes the layout draw something else, found by drawing it."""
 
-    def search() -> Change | None:
-        changes = (change for change in other_ends(subject.spec) if not list(rule(subject.drawn(change.spec))))
-        return first_that_mends(islice(changes, MOST_DRAWN), left)
+    def search() -> Fix | None:
+        return first_that_mends(islice(_free_of(rule, subject, left), MOST_DRAWN), left)
 
     found = subject.once(f"{rule.__name__} drawn otherwise", search)
+    if found is None and left.is_cut_short:
+        return ""
     if found is None:
         return f"{DRAWN}: {OTHERWISE}; the board works as it is, only its yield is lower"
     return f"{DRAWN}: {found.words} makes it draw the leads otherwise (it was tried)"
+
+
+def _free_of(rule: Callable[[Subject], Iterable[Verdict]], subject: Subject, left: Left) -> Iterator[Fix]:
+    """Other ends of the layers with which a rule finds nothing; as far as the budget goes."""
+    for fix in other_ends(subject.spec):
+        layout = left.drawn(fix.spec)
+        if layout is None:
+            return
+        if not list(rule(Subject(fix.spec, layout))):
+            yield fix
 
 
 def shorted_turn(subject: Subject) -> Iterator[Verdict]:

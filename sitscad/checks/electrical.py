@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.checks.changes import capacitor, larger_capacitor, more_copper
+from sitscad.checks.more_copper import larger_capacitor, more_copper
 from sitscad.checks.readings import (
     Reading,
     failed_states,
@@ -23,6 +23,7 @@ from sitscad.checks.readings import (
 )
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
+from sitscad.remedy.moves import capacitor
 from sitscad.units import show
 
 
@@ -58,9 +59,12 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
         "H",
         None if refused else Severity.WARNING,
         sigma=sigmas_between(worst, floor),
-        advice=lambda left: (
-            f"inductance grows with the square of turns and layers: {more_copper(subject.spec, growth**0.5, left)}; "
-            "more distance from target and jaw takes less of it away"
+        advice=lambda left: more_copper(
+            subject.spec,
+            growth**0.5,
+            left,
+            "inductance grows with the square of turns and layers: {}; more distance from target and jaw takes less of "
+            "it away",
         ),
     )
 
@@ -166,9 +170,12 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
         Severity.ERROR if is_error else Severity.WARNING,
         subject.family.limits()[floor_name if is_error else "parallel_resistance_min"].source,
         sigma=sigmas_between(worst, asked),
-        advice=lambda left: (
-            "R_P = (omega L)^2 / R grows with about the cube of turns and layers: "
-            f"{more_copper(subject.spec, growth, left)}; {_distance_advice(subject, worst)}"
+        advice=lambda left: more_copper(
+            subject.spec,
+            growth,
+            left,
+            "R_P = (omega L)^2 / R grows with about the cube of turns and layers: {}; "
+            + _distance_advice(subject, worst),
         ),
     )
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import islice
 
-from sitscad.checks.changes import calmer_tail, first_that_mends, in_vain, named, narrower, other_ends
 from sitscad.checks.fabrication import house, source_of
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure
 from sitscad.layout.ring import Ring
 from sitscad.layout.stiffening import tail_thickness
+from sitscad.remedy.fix import Fix
+from sitscad.remedy.moves import calmer_tail, narrower, other_ends
+from sitscad.remedy.search import Left, in_vain, named, ways
 from sitscad.scene.slabs import Slab, slabs
 from sitscad.spec.sensor import ElastomerPad, Jaw
 from sitscad.units import show
@@ -78,13 +80,20 @@ def _narrower_body(subject: Subject, left: Left) -> str:
     """Ends of the layers whose leads leave elsewhere, or smaller coils: the first of each that fits."""
     spec, jaw = subject.spec, _jaw(subject)
     excess = subject.layout.body_size[1] - jaw.width
-    led_otherwise = (c for c in other_ends(spec) if subject.drawn(c.spec).layout.body_size[1] <= jaw.width + ROUNDING)
-    smaller = narrower(spec, excess)
-    tries = (islice(led_otherwise, 1), smaller)
-    found = [change for change in (first_that_mends(changes, left) for changes in tries) if change is not None]
+    found = ways((islice(_led_otherwise(subject, left), 1), narrower(spec, excess)), left)
     if found:
         return f"{show(excess, 'm')} too much: {named(found)} fits (it was tried); or a wider jaw"
     return f"{show(excess, 'm')} too much: smaller coils, narrower leads and gaps (fpc.rules), or a wider jaw"
+
+
+def _led_otherwise(subject: Subject, left: Left) -> Iterator[Fix]:
+    """Other ends of the layers whose leads leave the body no wider than the jaw; as far as the budget goes."""
+    for fix in other_ends(subject.spec):
+        layout = left.drawn(fix.spec)
+        if layout is None:
+            return
+        if layout.body_size[1] <= _jaw(subject).width + ROUNDING:
+            yield fix
 
 
 def _through_port(subject: Subject) -> Iterator[Verdict]:
@@ -217,9 +226,11 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
 def _calmer(subject: Subject, left: Left) -> str:
     """One copper layer through the hinge, or a bend made once: those that are possible."""
     changes = list(calmer_tail(subject.spec))
-    found = [mends for change in changes if (mends := first_that_mends([change], left))]
+    found = ways(([change] for change in changes), left)
     if found:
         return f"{named(found)} mends it (it was tried)"
+    if left.is_cut_short:
+        return ""
     return f"one copper layer through the hinge, or a bend made once: {in_vain(changes, left)}"
 
 

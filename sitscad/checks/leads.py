@@ -6,14 +6,16 @@ import math
 from collections.abc import Iterator
 from itertools import islice
 
-from sitscad.checks.changes import Change, first_that_mends, other_ends, whole_turns
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.estimates.values import CoilEstimate
 from sitscad.finding import Severity
 from sitscad.layout.board import Coil
 from sitscad.layout.closing import drawn_closing, least_closing
 from sitscad.layout.ring import Ring
 from sitscad.record import record
+from sitscad.remedy.fix import Fix
+from sitscad.remedy.moves import other_ends, whole_turns
+from sitscad.remedy.search import Left, first_that_mends
 from sitscad.units import show
 
 NAMED, WARNED = 0.015, 0.03
@@ -60,7 +62,7 @@ def leads_round(subject: Subject) -> Iterator[Verdict]:
         abs(worst.share),
         WARNED if is_warned else NAMED,
         severity=Severity.WARNING if is_warned else Severity.NOTE,
-        advice=lambda left: _other_way(subject, beyond > TOGETHER, left if is_warned else None),
+        advice=lambda left: _other_way(subject, beyond > TOGETHER, left, is_warned),
     )
 
 
@@ -87,28 +89,29 @@ def _message(arc: _Arc, beyond: float) -> str:
     )
 
 
-def _other_way(subject: Subject, is_cramped: bool, left: Left | None) -> str:
+def _other_way(subject: Subject, is_cramped: bool, left: Left, is_warned: bool) -> str:
     """The nearest turns (for leads that lack room, the first start angle) with which leads run together, drawn; and
-    checked, too, where `left` tells what fails then.
+    checked, too, where the design is warned of them.
     """
     start = (change for change in other_ends(subject.spec) if "start_angle" in change.words) if is_cramped else ()
     changes = [*islice(start, TRIED), *whole_turns(subject.spec)]
-    fit = (change for change in changes if _runs_together(subject, change, is_cramped))
-    if left is None:
-        drawn = next(fit, None)
-        return f"{drawn.words} lets them run together (it was drawn)" if drawn else _vain(changes)
-    found = first_that_mends(islice(fit, TRIED), left)
-    return f"{found.words} lets them run together (it was tried)" if found else _vain(changes)
+    fit = (change for change in changes if _runs_together(left, change, is_cramped))
+    found = first_that_mends(islice(fit, TRIED), left) if is_warned else next(fit, None)
+    if found is not None:
+        return f"{found.words} lets them run together (it was {'tried' if is_warned else 'drawn'})"
+    return "" if left.is_cut_short else _vain(changes)
 
 
-def _vain(changes: list[Change]) -> str:
+def _vain(changes: list[Fix]) -> str:
     names = ", ".join(change.words for change in changes)
     tried = f" (tried in vain: {names})" if names else ""
     return f"turns whose sum over the layers is whole let the leads run together, where there is room for them{tried}"
 
 
-def _runs_together(subject: Subject, change: Change, is_cramped: bool) -> bool:
-    drawn = subject.drawn(change.spec).layout
+def _runs_together(left: Left, change: Fix, is_cramped: bool) -> bool:
+    drawn = left.drawn(change.spec)
+    if drawn is None:
+        return False
     spare = abs(least_closing(change.spec.coil)) if is_cramped else 0.0
     return not drawn.findings and all(
         abs(drawn_closing(change.spec.coil, coil)) <= spare + TOGETHER for coil in drawn.coils

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.changes import Change
 from sitscad.checks.fit import FIT_RULES, ROUNDING
 from sitscad.checks.plate_places import (
     GRAIN,
@@ -24,6 +23,8 @@ from sitscad.checks.plates import PROPORTIONS
 from sitscad.checks.rules import Complaint, Rule, Subject, Verdict, apply_rule
 from sitscad.checks.transduction import TRANSDUCTION_RULES
 from sitscad.finding import Severity
+from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.search import Left
 from sitscad.scene.slabs import elastomer, target
 from sitscad.scene.stack import ground
 from sitscad.units import show
@@ -38,6 +39,10 @@ ENDS = ("far end", "lower side", "tail's end", "upper side")
 """The sides of a body in the order of a bounding box."""
 
 
+UNSUPPORTED = "an unsupported edge bends and tilts the target"
+UNBONDED = "what hangs over is neither bonded nor supported"
+
+
 def overhang(subject: Subject) -> Iterator[Verdict]:
     """What hangs over what it lies on: the target over the elastomer, the lower of both or its film over the body."""
     spec, body = subject.spec, ground(subject.layout)
@@ -46,11 +51,12 @@ def overhang(subject: Subject) -> Iterator[Verdict]:
         yield Complaint(
             f"the target overhangs the elastomer by {_length(over)} "
             f"{_where(plate.footprint.box, pad.footprint.box, 'corners')}",
-            f"an unsupported edge bends and tilts the target: {_in_words(subject)}",
+            f"{UNSUPPORTED}: {_in_words(subject)}",
             "elastomer.size",
             over,
             0.0,
             "m",
+            advice=lambda left: f"{UNSUPPORTED}: {_in_words(subject, left)}",
         )
     low = lowest(spec)
     if low is None or low.footprint.hangs_over(body) + round_it <= ROUNDING:
@@ -60,11 +66,12 @@ def overhang(subject: Subject) -> Iterator[Verdict]:
     yield Complaint(
         f"the {'encapsulation round the ' if beside else ''}{low.name} hangs over the board's body by {_length(over)} "
         f"{_where(grown(low.footprint.box, beside), subject.layout.body, 'corners')}{_jaw_in_the_way(subject)}",
-        f"what hangs over is neither bonded nor supported: {_in_words(subject)}",
+        f"{UNBONDED}: {_in_words(subject)}",
         f"{low.name}.size",
         over,
         0.0,
         "m",
+        advice=lambda left: f"{UNBONDED}: {_in_words(subject, left)}",
     )
 
 
@@ -94,21 +101,27 @@ def _jaw_in_the_way(subject: Subject) -> str:
     )
 
 
-def _in_words(subject: Subject) -> str:
-    """Changes with which everything lies on what carries it, and what else then complains."""
-    return subject.once("plates on the board", lambda: _told(subject))
+def _in_words(subject: Subject, left: Left | None = None) -> str:
+    """Changes with which everything lies on what carries it, and what else then complains; with a larger body where
+    that may be drawn.
+    """
+    drawn = "drawn anew" if left else "as it is drawn"
+    return subject.once(f"plates on the board {drawn}", lambda: _told(subject, left))
 
 
-def _told(subject: Subject) -> str:
+def _told(subject: Subject, left: Left | None) -> str:
     before, body = _other_complaints(subject), ground(subject.layout)
     larger = [c for c in carried(subject.spec) if lies(c.spec, body)]
     aside = [c for c in moved(subject.spec) if lies(c.spec, body)]
     cut = [c for c in cut_to_board(subject.spec, body) if lies(c.spec, body)]
     found: list[str] = []
-    broken: list[tuple[tuple[str, ...], Change]] = []
-    for way in (larger, aside, [] if larger else list(_widened(subject)), [] if larger else cut):
+    broken: list[tuple[tuple[str, ...], Fix]] = []
+    for way in (larger, aside, [] if larger or left is None else list(_widened(subject, left)), [] if larger else cut):
         for change in way:
-            breaks = tuple(sorted(_other_complaints(subject.drawn(change.spec)) - before))
+            layout = subject.drawn(change.spec).layout if left is None else left.drawn(change.spec)
+            if layout is None:
+                continue
+            breaks = tuple(sorted(_other_complaints(Subject(change.spec, layout)) - before))
             if not breaks:
                 found.append(change.words)
                 break
@@ -125,20 +138,23 @@ def _told(subject: Subject) -> str:
     )
 
 
-def _widened(subject: Subject) -> Iterator[Change]:
+def _widened(subject: Subject, left: Left) -> Iterator[Fix]:
     """The body made larger all round until what lies on it has room, the elastomer carrying the target."""
-    changed, words = subject.spec, ""
-    for change in carried(subject.spec):
-        changed, words = change.spec, f" with {change.words}"
+    changed, also = subject.spec, tuple[Edit, ...]()
+    for fix in carried(subject.spec):
+        changed, also = fix.spec, fix.edits
         break
-    drawn = subject
+    layout = subject.layout
     for _ in range(TRIES):
-        margin = more_margin(changed, drawn.layout.body)
+        margin = more_margin(changed, layout.body)
         changed = replace(changed, fpc=replace(changed.fpc, margin=margin))
-        drawn = subject.drawn(changed)
-        if lies(changed, ground(drawn.layout)):
+        wider = left.drawn(changed)
+        if wider is None:
+            return
+        layout = wider
+        if lies(changed, ground(layout)):
             said = f"{margin[0] * 1e3:.6g}" if margin[0] == margin[1] else pair(margin)
-            yield Change(f"fpc.margin: {said}{words}", changed)
+            yield Fix((Edit("fpc.margin", said), *also), changed)
             return
 
 

@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from sitscad.checks.changes import Change, Plate, carrying, resized
 from sitscad.checks.fit import ROUNDING
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Path, rectangle
 from sitscad.layout.tail import CORNER_RADIUS
+from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.moves import Plate, carrying, resized
 from sitscad.scene.slabs import Slab, elastomer, target
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
@@ -43,30 +44,29 @@ def lies(spec: SensorSpec, body: Path) -> bool:
     return low is None or low.footprint.hangs_over(body) + film(spec) <= ROUNDING
 
 
-def carried(spec: SensorSpec) -> Iterator[Change]:
+def carried(spec: SensorSpec) -> Iterator[Fix]:
     """The elastomer made as large as it must be to carry the whole target."""
     pad, plate = elastomer(spec), target(spec)
     if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
         return
-    for words, larger in resized("elastomer", spec.elastomer, carrying(pad.footprint, plate.footprint)):
-        yield Change(words, replace(spec, elastomer=larger))
+    for edits, larger in resized("elastomer", spec.elastomer, carrying(pad.footprint, plate.footprint)):
+        yield Fix(edits, replace(spec, elastomer=larger))
 
 
-def moved(spec: SensorSpec) -> Iterator[Change]:
+def moved(spec: SensorSpec) -> Iterator[Fix]:
     """The elastomer moved under the target, then both back to the mean of the coils' centres."""
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
-        yield Change(
-            f"elastomer.offset: {pair(plate.offset)}", replace(spec, elastomer=replace(pad, offset=plate.offset))
-        )
-    words: list[str] = []
+        edit = Edit("elastomer.offset", pair(plate.offset))
+        yield Fix((edit,), replace(spec, elastomer=replace(pad, offset=plate.offset)))
+    edits: list[Edit] = []
     zero = (0.0, 0.0)
     if pad is not None and pad.offset != zero:
-        words, pad = [*words, "elastomer.offset: [0, 0]"], replace(pad, offset=zero)
+        edits, pad = [*edits, Edit("elastomer.offset", "[0, 0]")], replace(pad, offset=zero)
     if plate is not None and plate.offset != zero:
-        words, plate = [*words, "target.offset: [0, 0]"], replace(plate, offset=zero)
-    if words:
-        yield Change(" with ".join(words), replace(spec, elastomer=pad, target=plate))
+        edits, plate = [*edits, Edit("target.offset", "[0, 0]")], replace(plate, offset=zero)
+    if edits:
+        yield Fix(tuple(edits), replace(spec, elastomer=pad, target=plate))
 
 
 def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
@@ -88,35 +88,36 @@ def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tu
     return x, y
 
 
-def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Change]:
+def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
     """Target and elastomer no larger than the body has room for where they stand."""
     if spec.elastomer is None:
         if spec.target is not None:
-            for words, plate in _fitting("target", spec, spec.target, body, film(spec)):
-                yield Change(words, replace(spec, target=plate))
+            for edits, plate in _fitting("target", spec, spec.target, body, film(spec)):
+                yield Fix(edits, replace(spec, target=plate))
         return
     wanted = [*(c.spec.elastomer for c in carried(spec) if c.spec.elastomer), spec.elastomer]
     for pad in wanted:
         for below, smaller in _fitting("elastomer", spec, pad, body, film(spec)):
             if smaller == spec.elastomer:
-                below = ""
+                below = ()
             elif smaller == pad:
                 below = _written("elastomer", spec.elastomer, smaller)
             if spec.target is None:
-                yield Change(below, replace(spec, elastomer=smaller))
+                yield Fix(below, replace(spec, elastomer=smaller))
                 continue
             outline = footprint(spec, smaller).outline()
             for on_top, plate in _fitting("target", spec, spec.target, outline, 0.0):
-                words = " with ".join(part for part in (below, on_top) if part)
-                if words:
-                    yield Change(words, replace(spec, target=plate, elastomer=smaller))
+                if below or on_top:
+                    yield Fix((*below, *on_top), replace(spec, target=plate, elastomer=smaller))
 
 
-def _fitting(key: str, spec: SensorSpec, plate: Plate, on: Path, around: float) -> Iterator[tuple[str, Plate]]:
+def _fitting(
+    key: str, spec: SensorSpec, plate: Plate, on: Path, around: float
+) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
     """A plate in its place, cut to what an outline carries with a film round it; of its shape, then as a rectangle."""
     here = footprint(spec, plate)
     if here.hangs_over(on) + around <= ROUNDING:
-        yield "", plate
+        yield (), plate
         return
     for shape in dict.fromkeys((plate.shape, "rectangle")):
         size = _room(replace(here, is_round=shape == "circle"), on, around, shape == "square")
@@ -195,12 +196,12 @@ def pair(lengths: tuple[float, float]) -> str:
     return f"[{lengths[0] * 1e3:.6g}, {lengths[1] * 1e3:.6g}]"
 
 
-def _written(key: str, before: Plate, after: Plate) -> str:
+def _written(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
     """How a plate's new shape and size are written."""
     parts = []
     if after.shape != before.shape:
-        parts.append(f"{key}.shape: {after.shape}")
+        parts.append(Edit(f"{key}.shape", after.shape))
     if after.size != before.size:
         size = pair(after.size) if after.shape == "rectangle" else f"{after.size[0] * 1e3:.6g}"
-        parts.append(f"{key}.size: {size}")
-    return " with ".join(parts)
+        parts.append(Edit(f"{key}.size", size))
+    return tuple(parts)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.checks.changes import fail, first_that_mends, larger_target
 from sitscad.checks.fit import ROUNDING
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
+from sitscad.remedy.fix import fail
+from sitscad.remedy.moves import larger_target
+from sitscad.remedy.search import Left, broken_by, first_that_mends
 from sitscad.spec.sensor import Target
 from sitscad.units import show
 
@@ -68,7 +70,9 @@ def _proportioned(subject: Subject, pitch: float | None, coil: tuple[float, floa
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} (it was tried): {what}"
-    against = tuple(sorted({rule for change in changes for rule in left(change.spec)} - {"SIT306"}))
+    if left.is_cut_short:
+        return ""
+    against = tuple(rule for rule in broken_by(changes, left) if rule != "SIT306")
     return (
         f"a target {what} has no room here: tried up to {changes[-1].words}, and {fail(against)}. The two limits "
         "contradict each other for these coils: make the coils smaller, or put up with a part of the signal"

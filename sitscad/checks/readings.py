@@ -6,11 +6,13 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from sitscad.checks.changes import Change, capacitor, first_that_mends
-from sitscad.checks.rules import Complaint, Left, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.readout import FAMILIES
 from sitscad.record import record
+from sitscad.remedy.fix import Fix
+from sitscad.remedy.moves import capacitor
+from sitscad.remedy.search import Left, first_that_mends
 from sitscad.units import show
 
 if TYPE_CHECKING:
@@ -163,8 +165,10 @@ def _preferred_below(subject: Subject, value: float) -> list[float]:
     return [each for each in reversed(preferred_values(subject.family)) if each <= value][:2]
 
 
-def _smaller_capacitor(changes: list[Change], left: Left) -> str:
+def _smaller_capacitor(changes: list[Fix], left: Left) -> str:
     found = first_that_mends(changes, left)
+    if found is None and left.is_cut_short:
+        return ""
     if found is None:
         return f"{_LESS_DAMPED}; a smaller capacitor alone does not do" if changes else _LESS_DAMPED
     return f"Q grows with the root of L/C: {found.words} (it was tried), or wider tracks, more turns"

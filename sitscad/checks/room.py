@@ -3,32 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import islice
 
-from sitscad.checks.changes import Change, fewer_turns, first_that_mends, tried
 from sitscad.checks.clearances import drawn_rule
 from sitscad.checks.fabrication import FABRICATOR
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Finding
-from sitscad.layout.advice import remedy
-from sitscad.layout.remedies import inner_vias_fit
+from sitscad.remedy import room
+from sitscad.remedy.budget import winding_work
+from sitscad.remedy.fix import Fix
+from sitscad.remedy.moves import fewer_turns
+from sitscad.remedy.search import Left, first_that_mends, tried
+from sitscad.spec.sensor import SensorSpec
 
 MOST_STEPS = 16
 """Parts of a turn less that are tried to make room inside."""
 
 
 def no_room(rule: str) -> Callable[[Subject], Iterator[Verdict]]:
-    """What the layout itself reported under one rule: it says what found no room, and how much is missing."""
+    """What the layout itself reported under one rule: it says what found no room."""
 
     def reported(subject: Subject) -> Iterator[Verdict]:
-        return (_advised(subject, finding) for finding in subject.layout.findings if finding.rule == rule)
+        return (_complaint(subject, finding) for finding in subject.layout.findings if finding.rule == rule)
 
     return reported
 
 
-def _advised(subject: Subject, finding: Finding) -> Complaint:
-    """The layout's finding; what it advises made room, and is held against all other rules too."""
-    return Complaint(
+def _complaint(subject: Subject, finding: Finding) -> Complaint:
+    """The layout's finding; what is advised makes room, and is held against all other rules too."""
+    find = _ROOM.get(finding.rule)
+    plain = Complaint(
         finding.message,
         finding.hint,
         finding.key,
@@ -38,24 +43,102 @@ def _advised(subject: Subject, finding: Finding) -> Complaint:
         finding.severity,
         finding.source,
         finding.place,
-        advice=lambda left: _hint_for_room(subject, finding, left),
     )
+    return plain if find is None else replace(plain, advice=lambda left: find(subject, plain, left))
 
 
-def _hint_for_room(subject: Subject, finding: Finding, left: Left) -> str:
-    changed, spec = remedy(subject.spec, finding), subject.spec
-    hint = finding.hint
-    if changed is not None:
-        hint = hint.replace("(it was tried)", tried(Change("", changed), left))
-    if finding.rule != "SIT112":
-        return hint
-    fewer = (change for change in fewer_turns(spec, spec.coil.turns, MOST_STEPS) if inner_vias_fit(change.spec))
-    found = first_that_mends(islice(fewer, 2), left)
+def _room_inside(subject: Subject, plain: Complaint, left: Left) -> Complaint:
+    """Fewer turns, then a larger coil with as much more room inside as its vias need."""
+    spec = subject.spec
+    steps = fewer_turns(spec, spec.coil.turns, MOST_STEPS)
+    fewer = first_that_mends(islice((fix for fix in steps if _vias_fit(fix.spec, left)), 2), left)
+    if fewer is not None:
+        hint = f"{fewer.words} leaves room for them (it was tried); or take fewer layers or finer rules"
+        plain = replace(plain, hint=hint)
+    if fewer is not None and not left.wants_another():
+        return plain
+    assert plain.measured is not None and plain.limit is not None
+    first = max(plain.limit - plain.measured, 0.5 * spec.fpc.rules.via_pad)
+    found = room.least(spec, room.larger_coils, lambda changed: _vias_fit(changed, left), first)
     if found is None:
-        return hint
-    return (
-        f"{found.words} leaves room for them (it was tried); or {hint.replace('take fewer turns, fewer', 'take fewer')}"
+        return plain
+    more, fix = found
+    return replace(
+        plain,
+        message=f"{plain.message}: {more * 1e6:.0f} um are missing",
+        hint=f"{fix.words} makes room{tried(fix, left)}; or {plain.hint}",
+        limit=plain.measured + more,
     )
+
+
+def _vias_fit(spec: SensorSpec, left: Left) -> bool:
+    return left.affords(winding_work(spec)) and room.inner_vias_fit(spec)
+
+
+def _room_between(subject: Subject, plain: Complaint, left: Left) -> Complaint | str:
+    """Coils farther apart, else other start angles, else both."""
+    spec = subject.spec
+
+    def routes(changed: SensorSpec) -> bool:
+        layout = left.drawn(changed)  # contacts too near each other are a finding of their own
+        return layout is not None and {finding.rule for finding in layout.findings} <= {"SIT119"}
+
+    def angle(of: SensorSpec) -> Fix | None:
+        return next((fix for fix in room.other_start_angles(of) if routes(fix.spec)), None)
+
+    near, first = room.nearest_distance(spec), room.lead_room(spec)
+    found = None if near is None else room.least(spec, room.coils_apart, routes, first)
+    if near is not None and found is not None:
+        more, fix = found
+        words = f"{fix.words} lets them pass{tried(fix, left)}, or perhaps another coil.start_angle"
+        return _too_near(subject, plain, near, more, words)
+    turned = angle(spec)
+    if turned is not None:
+        return f"{turned.words} gives them one{tried(turned, left)}"
+    if near is None:
+        return ""
+    more = room.GROWTH * first
+    apart = room.coils_apart(spec, more)
+    turned = angle(apart.spec)
+    if turned is None:
+        return ""
+    both = f"{apart.words} together with {turned.words} lets them pass{tried(turned, left)}"
+    return _too_near(subject, plain, near, more, both)
+
+
+def _too_near(subject: Subject, plain: Complaint, near: float, more: float, hint: str) -> Complaint:
+    return replace(
+        plain,
+        message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: "
+        f"{more * 1e6:.0f} um are missing",
+        hint=hint,
+        key="array.centres" if subject.spec.array.pattern == "explicit" else "array.pitch",
+        measured=near,
+        limit=near + more,
+        unit="m",
+    )
+
+
+def _room_at_contacts(subject: Subject, plain: Complaint, left: Left) -> Complaint | str:
+    """The connector of the next wider pitch with which the tracks keep their distance."""
+    for fix in room.wider_connectors(subject.spec):
+        layout = left.drawn(fix.spec)
+        if layout is not None and not layout.findings:
+            pitch = fix.spec.fpc.tail.connector.pitch if fix.spec.fpc.tail is not None else 0.0
+            hint = (
+                f"{fix.words} gives them room{tried(fix, left)}: {(pitch - (plain.measured or 0.0)) * 1e6:.0f} um more "
+                "from contact to contact; or fewer coils on one tail"
+            )
+            return replace(plain, hint=hint, limit=pitch)
+    return ""
+
+
+_ROOM: dict[str, Callable[[Subject, Complaint, Left], Complaint | str]] = {
+    "SIT112": _room_inside,
+    "SIT113": _room_between,
+    "SIT119": _room_at_contacts,
+}
+"""What gives room, by the rule that lacks it."""
 
 
 ROOM_RULES: tuple[Rule, ...] = (

@@ -5,41 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.board import Layout
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
+from sitscad.remedy.search import Left
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
+    from sitscad.layout.patience import Patience
 
 
 Kept = TypeVar("Kept")
-
-
-class Left(Protocol):
-    """What a change of the spec leaves to complain of, when the changed design is laid out, estimated and checked."""
-
-    def __call__(self, changed: SensorSpec, /) -> tuple[str, ...]:
-        """What it still breaks: the rule in question, and those with errors that the spec as it stands has not."""
-
-    def warned(self, changed: SensorSpec) -> tuple[str, ...]:
-        """Other rules that warn of it, and not of the spec as it stands; of a change that breaks nothing."""
-
-
-Advice = Callable[[Left], str]
-"""Writes a hint, given what tells whether a change mends the finding: an empty answer says that it does."""
 
 
 @record
 class Complaint:
     """What a rule found, before it knows its name: a severity or source of its own overrides the rule's.
 
-    ``advice`` writes the hint where changes of the spec are tried for it; ``hint`` then stands in where none are.
+    ``advice`` writes the hint where changes of the spec are tried for it, or says the whole anew; ``hint`` stands where
+    none are tried, and where it finds nothing to say (an empty text).
     """
 
     message: str
@@ -61,6 +50,9 @@ class Undecided:
 
     reason: str
 
+
+Advice = Callable[[Left], str | Complaint]
+"""Writes a hint, given what tells whether a change mends the finding."""
 
 Verdict = Complaint | Undecided | Finding
 
@@ -112,13 +104,17 @@ class Subject:
         keys = {"single": "coil.outer_diameter", "explicit": "array.centres"}
         return keys.get(self.spec.array.pattern, "array.pitch")
 
-    def drawn(self, changed: SensorSpec) -> Subject:
-        """A changed design, drawn anew unless the board stays as it is; nothing is advised where room is lacking."""
+    def has_board_of(self, changed: SensorSpec) -> bool:
+        """Whether a changed design has the same board."""
+        return _board(changed) == _board(self.spec)
+
+    def drawn(self, changed: SensorSpec, patience: Patience | None = None) -> Subject:
+        """A changed design, drawn anew unless the board stays as it is."""
         from sitscad.layout import lay_out
 
-        if _board(changed) == _board(self.spec):
+        if self.has_board_of(changed):
             return Subject(changed, replace(self.layout, spec=changed))
-        return Subject(changed, lay_out(changed, advised=False))
+        return Subject(changed, lay_out(changed, patience))
 
     @cached_property
     def at_room_temperature(self) -> Subject:

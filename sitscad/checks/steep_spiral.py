@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from sitscad.checks.changes import first_that_mends, tried, wider
-from sitscad.checks.rules import Left
+from sitscad.remedy.moves import wider
+from sitscad.remedy.search import Left, first_that_mends, tried
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -45,4 +45,4 @@ def tried_spacing(spec: SensorSpec, missing: float, left: Left) -> str:
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} gives them their distance (it was tried): {WHY}"
-    return " ".join([spacing_in_words(spec, missing), *(tried(change, left) for change in changes[-1:])])
+    return "".join([spacing_in_words(spec, missing), *(tried(change, left) for change in changes[-1:])])

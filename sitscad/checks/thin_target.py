@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.changes import thicker_target, tried
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.readings import Reading, readings_of, where
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.record import record
+from sitscad.remedy.moves import thicker_target
+from sitscad.remedy.search import Left, tried
 from sitscad.spec import presets
 from sitscad.spec.sensor import SensorSpec, Target
 from sitscad.units import show
@@ -139,7 +140,7 @@ def _thicker(subject: Subject, thickness: float, left: Left) -> str:
     top = max((reading.value for reading in readings_of(subject, "frequency")), default=0.0)
     faster = (thickness / _target(subject).thickness) ** 2  # a skin depth falls with the square root of the frequency
     higher = ", or a higher frequency" if faster * top <= subject.family.limit("sensor_frequency_max") else ""
-    return f"{change.words} or more {tried(change, left)}: 3 skin depths stop 95 %{higher}"
+    return f"{change.words} or more{tried(change, left)}: 3 skin depths stop 95 %{higher}"
 
 
 # ---------------------------------------------------------------------------------------------------- no target at all

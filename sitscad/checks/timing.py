@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from sitscad.checks.changes import first_that_mends, in_vain, scans
 from sitscad.checks.readings import source_of_limit, worst_of
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
+from sitscad.remedy.moves import scans
+from sitscad.remedy.search import Left, first_that_mends, in_vain
 from sitscad.spec import presets
 from sitscad.spec.converter import Converter
 from sitscad.units import show
@@ -77,7 +78,7 @@ def read_back(subject: Subject) -> Iterator[Verdict]:
             hopeful if impossible else sure,
             "Hz",
             Severity.ERROR if impossible else Severity.WARNING,
-            advice=lambda left: f"{_other_rate(subject, (math.floor(sure),), left)}{pause}",
+            advice=lambda left: _other_rate(subject, (math.floor(sure),), left, pause),
         )
 
 
@@ -98,13 +99,15 @@ def bandwidth(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def _other_rate(subject: Subject, rates: Sequence[float], left: Left) -> str:
-    """The first of some scan rates (Hz) that keeps all rules, found by trying."""
+def _other_rate(subject: Subject, rates: Sequence[float], left: Left, otherwise: str = "") -> str:
+    """The first of some scan rates (Hz) that keeps all rules, found by trying; or what else may do."""
     changes = [change for rate in rates for change in scans(subject.spec, rate)]
     found = first_that_mends(changes, left)
     if found is not None:
-        return f"{found.words} (it was tried)"
-    return f"fewer coils, or a lower requirements.bandwidth (tried in vain: {in_vain(changes, left)})"
+        return f"{found.words} (it was tried){otherwise}"
+    if left.is_cut_short:
+        return ""
+    return f"fewer coils, or a lower requirements.bandwidth (tried in vain: {in_vain(changes, left)}){otherwise}"
 
 
 def channels(subject: Subject) -> Iterator[Verdict]:

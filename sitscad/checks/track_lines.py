@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sitscad.checks.changes import first_that_mends, in_vain, wider
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
+from sitscad.remedy.moves import wider
+from sitscad.remedy.search import Left, first_that_mends, in_vain
 
 WIDEN = "widen tracks and gaps and wind fewer turns, or choose a finer fabricator"
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
@@ -102,7 +103,7 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
                 "m",
                 Severity.ERROR if binds else Severity.WARNING,
                 source_of(subject, f"coil_{field}"),
-                advice=(lambda left: f"{WAIVER}, or {_widened(subject, left)}") if binds else None,
+                advice=(lambda left: _waived_or_widened(subject, left)) if binds else None,
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
@@ -121,8 +122,15 @@ def _widened(subject: Subject, left: Left) -> str:
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} (it was tried), or choose a finer fabricator"
+    if left.is_cut_short:
+        return ""
     vain = f" (tried in vain: {in_vain(changes, left)})" if changes else ""
     return f"choose a finer fabricator, or a larger coil with wider tracks and gaps{vain}"
+
+
+def _waived_or_widened(subject: Subject, left: Left) -> str:
+    widened = _widened(subject, left)
+    return f"{WAIVER}, or {widened}" if widened else ""
 
 
 def _not_binding(subject: Subject) -> str:

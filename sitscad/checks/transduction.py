@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.checks.changes import stiffer_pad, tried
 from sitscad.checks.fit import ROUNDING, pad_of
-from sitscad.checks.rules import Complaint, Left, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
+from sitscad.remedy.moves import stiffer_pad
+from sitscad.remedy.search import Left, tried
 from sitscad.units import show
 
 STRAIN_ERROR = 0.5
@@ -185,7 +186,7 @@ def _stiffer(subject: Subject, force: float, left: Left | None = None) -> str:
     change = stiffer_pad(subject.spec, wanted)
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    return f"{change.words}{known} {result}{f' {tried(change, left)}' if left else ''}; "
+    return f"{change.words}{known} {result}{tried(change, left) if left else ''}; "
 
 
 def _rounded_up(value: float) -> float:

@@ -1,5 +1,5 @@
 """Whether a change of the spec mends a finding: the changed design is laid out, estimated and checked before it is
-named.
+named, as far as the budget goes. What needs no estimate is judged first.
 """
 
 from __future__ import annotations
@@ -7,11 +7,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
-from sitscad.checks.rules import Outcome, Rule, Subject, located, outcomes
+from sitscad.checks.rules import Complaint, Outcome, Rule, Subject, located, named, outcomes
 from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.layout.board import Layout
+from sitscad.layout.patience import Patience
 from sitscad.record import record
+from sitscad.remedy.budget import TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
 from sitscad.spec.sensor import SensorSpec
+
+NOT_FURTHER = "not searched further: sitscad check --hints full"
+"""Said where the budget ended a search."""
+
+Found = TypeVar("Found")
 
 _Place = tuple[str, str | None]
 """A rule and the key that it complains of."""
@@ -19,32 +28,60 @@ _Place = tuple[str, str | None]
 
 class Trials:
     """Tries changes of a design. ``rules`` are all rules, ``said`` what they say of the design as it stands, and
-    ``undecided`` those that could not be applied to it, or not wholly.
+    ``undecided`` those that could not be applied to it, or not wholly; all findings share one ``budget``.
     """
 
     def __init__(
-        self, subject: Subject, rules: Sequence[Rule], said: Iterable[Outcome], undecided: Iterable[NotChecked] = ()
+        self,
+        subject: Subject,
+        rules: Sequence[Rule],
+        said: Iterable[Outcome],
+        undecided: Iterable[NotChecked],
+        budget: Budget,
     ) -> None:
-        self._subject, self._rules = subject, rules
+        self._subject, self._rules, self.budget = subject, rules, budget
         self._undecided = {one.rule for one in undecided}
-        said = tuple(said)
-        self._errors = _errors(said)
-        self._complaints = Counter(one.rule for one in _complaints(said))
-        self._known: list[tuple[SensorSpec, _Tried]] = []
+        self._said = tuple(said)
+        self._errors = _errors(self._said)
+        self._complaints = Counter(one.rule for one in _complaints(self._said))
+        self._known: list[tuple[SensorSpec, _Tried | None]] = []
+        self._drawn: list[tuple[SensorSpec, Subject | None]] = []
 
-    def advised(self, outcome: Outcome) -> Finding:
-        """The finding with the hint that its rule gives, once it can tell which changes mend it."""
+    def advised(self) -> list[Finding]:
+        """Every finding with the hint that its rule gives, once it can tell which changes mend it; the budget goes to
+        errors first, and among them in the order of the rules.
+        """
+        first = sorted(range(len(self._said)), key=lambda k: list(Severity).index(self._said[k].finding.severity))
+        found = {k: self._advised(self._said[k]) for k in first}
+        return [found[k] for k in range(len(self._said))]
+
+    def left(self, finding: Finding | None = None) -> _Left:
+        """What tells of changed designs whether they mend a finding; without one, only how they are laid out."""
+        return _Left(self, finding)
+
+    def _advised(self, outcome: Outcome) -> Finding:
         finding, advice = outcome.finding, outcome.advice
         if advice is None:
             return finding
-        hint = advice(_Left(self, finding))
-        return located(replace(finding, hint=hint, line=None, column=None), self._subject.spec)
+        left = self.left(finding)
+        advised = advice(left) if self.budget.left > 0.0 else ""
+        if isinstance(advised, Complaint):
+            rule = next(rule for rule in self._rules if rule.id == finding.rule)
+            finding = named(rule, advised)
+        elif advised:
+            finding = replace(finding, hint=advised)
+        if left.is_cut_short or self.budget.left <= 0.0:
+            finding = replace(finding, hint=f"{finding.hint} ({NOT_FURTHER})")
+        return located(replace(finding, line=None, column=None), self._subject.spec)
 
-    def broken(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...]:
+    def broken(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...] | None:
         """What a changed design breaks: the rule itself if it still complains of the same key or cannot be applied any
-        more, others of which the same key is still an error, and every rule with more errors.
+        more, others of which the same key is still an error, and every rule with more errors. None where it was not
+        tried.
         """
         tried = self._tried(changed)
+        if tried is None:
+            return None
         unknown = set() if finding.rule in self._undecided else {(finding.rule, None)}
         is_left = {(finding.rule, finding.key), *unknown} & tried.complaining
         same_key = {rule for rule, key in tried.complaining if key == finding.key and self._errors[rule]}
@@ -52,32 +89,77 @@ class Trials:
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
         """The rules that complain more often of a changed design than of the design as it stands."""
-        return tuple(sorted(self._tried(changed).complaints))
+        tried = self._tried(changed)
+        return () if tried is None else tuple(sorted(tried.complaints))
 
-    def _tried(self, changed: SensorSpec) -> _Tried:
-        """What is said of a changed design, found once; looking no further than the first rule with new errors, for
-        estimates take long.
-        """
-        known = next((tried for spec, tried in self._known if spec == changed), None)
-        if known is None:
-            known = self._try(changed)
-            self._known.append((changed, known))
-        return known
+    def drawn(self, changed: SensorSpec) -> Subject | None:
+        """A changed design, laid out once; None where the budget does not reach so far."""
+        for spec, subject in self._drawn:
+            if spec == changed:
+                return subject
+        subject = self._draw(changed)
+        self._drawn.append((changed, subject))
+        return subject
 
-    def _try(self, changed: SensorSpec) -> _Tried:
-        subject = self._subject.drawn(changed)
-        complaining: set[_Place] = set()
-        errors: Counter[str] = Counter()
-        complaints: Counter[str] = Counter()
+    def _draw(self, changed: SensorSpec) -> Subject | None:
+        if self._subject.has_board_of(changed):
+            return self._subject.drawn(changed)
+        if not self.budget.spend(layout_work(changed)):
+            return None
+        each = trial_work(changed)
+        most = int(min(self.budget.left / each, TRIALS_OF_ONE_CHANGE))
+        patience = Patience(most)
+        subject = self._subject.drawn(changed, patience)
+        self.budget.spend(min(self.budget.left, each * (most - patience.left)))
+        return None if patience.is_spent and most < TRIALS_OF_ONE_CHANGE else subject
+
+    def _tried(self, changed: SensorSpec) -> _Tried | None:
+        """What is said of a changed design, found once; None where the budget does not reach so far."""
+        for spec, tried in self._known:
+            if spec == changed:
+                return tried
+        subject = self.drawn(changed)
+        tried = None if subject is None else self._try(subject)
+        self._known.append((changed, tried))
+        return tried
+
+    def _try(self, subject: Subject) -> _Tried | None:
+        """Looks no further than the first rule with new errors; rules that ask for estimates come last."""
+        tried = _Tally(self._errors, self._complaints)
+        asking, unestimated = [], _Unestimated(subject.spec, subject.layout)
         for rule in self._rules:
-            said, undecided = outcomes(rule, subject)
-            complaining |= {(one.rule, one.key) for one in _complaints(said)}
-            complaining |= {(one.rule, None) for one in undecided}
-            complaints += Counter(one.rule for one in _complaints(said))
-            errors += _errors(said)
-            if errors - self._errors:
+            said = _without_estimates(rule, unestimated)
+            if said is None:
+                asking.append(rule)
+            elif tried.has_new_errors(*said):
+                return tried.result
+        same = self._subject.has_board_of(subject.spec)
+        if asking and not self.budget.spend(estimate_work(subject.spec, same)):
+            return None
+        for rule in asking:
+            if tried.has_new_errors(*outcomes(rule, subject)):
                 break
-        return _Tried(frozenset(complaining), errors - self._errors, complaints - self._complaints)
+        return tried.result
+
+
+class _Asked(Exception):
+    """A rule has asked for estimates that are not there yet."""
+
+
+class _Unestimated(Subject):
+    """A drawn design whose estimates nobody may ask for yet."""
+
+    @property
+    def estimates(self):  # type: ignore[no-untyped-def]
+        raise _Asked
+
+
+def _without_estimates(rule: Rule, subject: _Unestimated) -> tuple[list[Outcome], list[NotChecked]] | None:
+    """What a rule says of a design before it is estimated; None where it asks for estimates."""
+    try:
+        return outcomes(rule, subject)
+    except _Asked:
+        return None
 
 
 @record
@@ -91,18 +173,57 @@ class _Tried:
     complaints: Counter[str]
 
 
-@record
+class _Tally:
+    """Counts what rules say of a changed design, against what they say of the design as it stands."""
+
+    def __init__(self, errors: Counter[str], complaints: Counter[str]) -> None:
+        self._before = errors, complaints
+        self._complaining: set[_Place] = set()
+        self._errors: Counter[str] = Counter()
+        self._complaints: Counter[str] = Counter()
+
+    def has_new_errors(self, said: Sequence[Outcome], undecided: Sequence[NotChecked]) -> bool:
+        """Count what one rule says; whether there are more errors now than before."""
+        self._complaining |= {(one.rule, one.key) for one in _complaints(said)}
+        self._complaining |= {(one.rule, None) for one in undecided}
+        self._complaints += Counter(one.rule for one in _complaints(said))
+        self._errors += _errors(said)
+        return bool(self._errors - self._before[0])
+
+    @property
+    def result(self) -> _Tried:
+        """What was counted."""
+        errors, complaints = self._before
+        return _Tried(frozenset(self._complaining), self._errors - errors, self._complaints - complaints)
+
+
 class _Left:
     """What changes leave of one finding to complain of."""
 
-    trials: Trials
-    finding: Finding
+    def __init__(self, trials: Trials, finding: Finding | None) -> None:
+        self._trials, self._finding = trials, finding
+        self.is_cut_short = False
 
-    def __call__(self, changed: SensorSpec, /) -> tuple[str, ...]:
-        return self.trials.broken(self.finding, changed)
+    def __call__(self, changed: SensorSpec, /) -> tuple[str, ...] | None:
+        assert self._finding is not None
+        return self._noted(self._trials.broken(self._finding, changed))
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
-        return self.trials.warned(changed)
+        return self._trials.warned(changed)
+
+    def drawn(self, changed: SensorSpec) -> Layout | None:
+        subject = self._noted(self._trials.drawn(changed))
+        return None if subject is None else subject.layout
+
+    def affords(self, units: float) -> bool:
+        return self._noted(self._trials.budget.spend(units) or None) is not None
+
+    def wants_another(self) -> bool:
+        return self._noted(self._trials.budget.is_long or None) is not None
+
+    def _noted(self, found: Found | None) -> Found | None:
+        self.is_cut_short = self.is_cut_short or found is None
+        return found
 
 
 def _errors(said: Iterable[Outcome]) -> Counter[str]:

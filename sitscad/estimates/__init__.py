@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,8 +103,8 @@ def estimate(
     spec = layout.spec
     assembly = assemble(spec, sigmas(spec))
     winding = _winding(layout, assembly, conductivity_at(temperature), method, tolerance)
-    geometries = [(coil, winding_geometry(spec.coil, coil)) for coil in layout.coils]
-    matrix, matrix_errors = inductance_matrix(winding.inductance, winding.inductance_error, geometries)
+    bare = tuple(replace(coil, series=()) for coil in layout.coils)
+    matrix, matrix_errors = _beside_each_other(spec.coil, bare, winding.inductance, winding.inductance_error)
     shares = target_shares(spec, [layer.z for layer in layout.coils[0].windings], assembly.states)
     circuits, failed = working(_circuits(layout, winding, matrix, assembly, shares, spared))
     capacitor, reason = choose_capacitor(circuits, spec.readout, min(map(_self_resonance, circuits)))
@@ -231,12 +232,10 @@ class _Winding:
 def _winding(
     layout: Layout, assembly: Assembly, conductivity: float, method: str | None, tolerance: float | None
 ) -> _Winding:
-    coil, first = layout.spec.coil, layout.coils[0]
-    geometry = winding_geometry(coil, first)
-    chosen = choose_method(geometry, method, tolerance)
-    inductance = chosen.solve(geometry)
-    assert inductance is not None
-    loss = winding_losses(coil, first, geometry.spirals, conductivity, tolerance)
+    first = layout.coils[0]
+    bare = replace(first, series=())
+    geometry, chosen, inductance = _solved(layout.spec.coil, bare, method, tolerance)
+    loss = _loss(layout.spec.coil, bare, conductivity, tolerance)
     nearest = _nearest(geometry, assembly)
     spirals = equivalent_spirals(geometry, first)
     crowding = (
@@ -244,9 +243,36 @@ def _winding(
         if nearest is None
         else losses_near_metal(spirals, conductivity, nearest, tolerance, bool(geometry.spirals))
     )
-    spectrum = None if nearest is None else reflected_by(geometry, nearest)
-    bound = resistance_bound(coil, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
+    spectrum = None if nearest is None else _spectrum(geometry, nearest)
+    bound = resistance_bound(layout.spec.coil, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
     return _Winding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum, bound)
+
+
+@lru_cache(maxsize=4)
+def _solved(
+    spec: CoilSpec, coil: Coil, method: str | None, tolerance: float | None
+) -> tuple[WindingGeometry, Method, float]:
+    # What the drawn windings alone decide: a design with other things around the same board finds it done.
+    geometry = winding_geometry(spec, coil)
+    chosen = choose_method(geometry, method, tolerance)
+    inductance = chosen.solve(geometry)
+    assert inductance is not None
+    return geometry, chosen, inductance
+
+
+@lru_cache(maxsize=4)
+def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | None) -> ProximityLoss:
+    return winding_losses(spec, coil, winding_geometry(spec, coil).spirals, conductivity, tolerance)
+
+
+@lru_cache(maxsize=4)
+def _spectrum(geometry: WindingGeometry, nearest: float) -> CurrentSpectrum:
+    return reflected_by(geometry, nearest)
+
+
+@lru_cache(maxsize=2)
+def _beside_each_other(spec: CoilSpec, coils: tuple[Coil, ...], own: float, error: float) -> tuple[Array, Array]:
+    return inductance_matrix(own, error, [(coil, winding_geometry(spec, coil)) for coil in coils])
 
 
 def _circuits(

@@ -7,14 +7,13 @@ import math
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point, Segment
 from sitscad.layout import room
-from sitscad.layout.advice import with_remedy
 from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import Escape
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.openings import chip_openings, contact_openings
 from sitscad.layout.outline import Body, body_of, far_end, outline, sides
-from sitscad.layout.patience import TRIALS_OF_CHANGES, TRIALS_OF_ONE_CHANGE, Patience
+from sitscad.layout.patience import Patience
 from sitscad.layout.routing import Routing, boards, front_of, in_line, reaching_ahead, route_freely, route_in_line
 from sitscad.layout.stiffening import stiffener
 from sitscad.layout.tail import (
@@ -33,24 +32,15 @@ from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 
-def lay_out(spec: SensorSpec, advised: bool = True) -> Layout:
+def lay_out(spec: SensorSpec, patience: Patience | None = None) -> Layout:
     """Lay out the whole board.
 
-    Never raises for want of room: what found none is missing from the layout and named in `Layout.findings`, with what
-    was tried and makes room (not where the layout is not to be `advised`, which saves the trials). Coils that could not
-    be led out are still wound, so that they can be estimated.
+    Never raises for want of room: what found none is missing from the layout and named in `Layout.findings`. Coils that
+    could not be led out are still wound, so that they can be estimated. The searches take of the `patience` that is
+    given, else of their own.
     """
-    found = _attempt(spec, Patience())
-    if not advised:
-        return _assemble(spec, found, found.findings)
-    patience = Patience(TRIALS_OF_CHANGES)
-
-    def left(changed: SensorSpec) -> set[str] | None:
-        with patience.share(TRIALS_OF_ONE_CHANGE) as part:
-            return None if part.is_spent else {finding.rule for finding in _attempt(changed, part).findings}
-
-    findings = tuple(with_remedy(spec, finding, left) for finding in found.findings)
-    return _assemble(spec, found, findings)
+    found = _attempt(spec, patience or Patience())
+    return _assemble(spec, found, found.findings)
 
 
 @record

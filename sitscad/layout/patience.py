@@ -11,12 +11,6 @@ TRIALS_OF_A_WAVE = 50
 BUDGET = 16_000
 """All searches of one board together give up after this many trials of branches: some seconds."""
 
-TRIALS_OF_CHANGES = 2 * BUDGET
-"""And all those of changed specs together, where it is tried what would help."""
-
-TRIALS_OF_ONE_CHANGE = 10_000
-"""One of them after this many: the next change may be easier."""
-
 
 class Patience:
     """How many branches the searches of one board may still try."""
@@ -36,11 +30,3 @@ class Patience:
         self.left -= kept
         yield
         self.left += kept
-
-    @contextmanager
-    def share(self, most: int) -> Iterator[Patience]:
-        """A part of it, at most so many; what is spent of the part is spent of the whole."""
-        part = Patience(min(most, self.left))
-        before = part.left
-        yield part
-        self.left -= before - part.left

@@ -14,6 +14,7 @@ from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, S
 from sitscad.finding import Finding, NotChecked
 from sitscad.layout.board import Layout
 from sitscad.readout import ldc161x
+from sitscad.remedy.budget import Budget
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
 
@@ -116,8 +117,7 @@ def advised(rule_id: str, spec: SensorSpec, layout: Layout | None = None) -> lis
     rule = next(rule for rule in RULES if rule.id == rule_id)
     subject = Subject(spec, layout)
     found, _ = outcomes(rule, subject)
-    trials = Trials(subject, [rule], found)
-    return [trials.advised(outcome) for outcome in found]
+    return Trials(subject, [rule], found, (), Budget.of("full", spec)).advised()
 
 
 # Test modules cannot import a conftest, so the helpers reach them as fixtures of the same names.

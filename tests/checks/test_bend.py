@@ -158,7 +158,7 @@ def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
     import sitscad.layout
 
     crowded = spec("length: 6, layers: 2, bend: static", rest="array: {pattern: line, count: 3, pitch: 7.1}")
-    layout = lay_out(crowded, advised=False)
+    layout = lay_out(crowded)
     assert {finding.rule for finding in layout.findings} == {"SIT113"}
     tried = []
     monkeypatch.setattr(sitscad.layout, "lay_out", lambda *given, **named: tried.append(given) or layout)

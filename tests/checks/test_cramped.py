@@ -67,13 +67,13 @@ def test_what_gives_room_gives_it_to_leads_and_vias_too(name):
     document, rules = CRAMPED[name]
     error = refused(document)
     assert {finding.rule for finding in error.findings} == rules
-    findings = mended(error)
+    findings = mended(error, hints="full")
     assert [(f.rule, f.message, f.line) for f in findings] == [(f.rule, f.message, f.line) for f in error.findings]
     (hint,) = {finding.hint.partition("; or")[0] for finding in findings}
     assert re.search(r" gives room, to leads and vias as well \(it was tried[;)]", hint)
     spec = followed(document, hint)
-    assert not ROOM & {finding.rule for finding in lay_out(spec, advised=False).findings}
-    errors = {f.rule for f in check(spec).findings if f.severity is Severity.ERROR}
+    assert not ROOM & {finding.rule for finding in lay_out(spec).findings}
+    errors = {f.rule for f in check(spec, hints="none").findings if f.severity is Severity.ERROR}
     named = re.search(r"tried; (.*) fails? then", hint)
     assert errors == (set(named[1].split(", ")) if named else set())
 

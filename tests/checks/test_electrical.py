@@ -112,7 +112,7 @@ def test_parallel_resistance_of_the_thesis_miniature_is_refused_with_advice(judg
     spec = design(coil__layers=2, fpc__stackup="flex-2l-35um", coil__turns=6.5, coil__outer_diameter=3.5)
     (found,) = judge("SIT203", spec, None, estimates(spec, resistances={"free": 270.0}))
     assert found.severity is Severity.ERROR and not re.search(r"\d layers", found.hint)
-    (found,) = (f for f in check(spec).findings if f.rule == "SIT203")
+    (found,) = (f for f in check(spec, hints="full").findings if f.rule == "SIT203")
     assert "coil.layers: 4 with fpc.stackup: flex-4l" in found.hint
 
 

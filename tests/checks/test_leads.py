@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 
 from sitscad.checks import check
-from sitscad.checks.changes import whole_turns
 from sitscad.checks.rules import Subject
 from sitscad.estimates import estimate
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.layout.closing import drawn_closing
+from sitscad.remedy.moves import whole_turns
 from sitscad.spec.load import load_text
 
 from .conftest import design

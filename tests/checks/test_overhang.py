@@ -102,10 +102,10 @@ def hangs_nowhere(spec, layout):
     ids=["single", "triangle", "grid", "jaw", "short jaw", "no pad", "discs", "turned", "target offset", "pad offset",
          "odd array"],
 )  # fmt: skip
-def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(judge, written):
+def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(judge, advised, written):
     spec = loaded(written)
     assert not hangs_nowhere(spec, lay_out(spec))
-    found = judge("SIT307", spec)
+    found = advised("SIT307", spec)
     assert found
     for finding in found:
         assert " fits on the board's body" in finding.hint
@@ -115,9 +115,9 @@ def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(j
             assert hangs_nowhere(after, lay_out(after))
 
 
-def test_a_pad_as_long_as_the_body_is_told_both_a_margin_and_a_size(judge):
+def test_a_pad_as_long_as_the_body_is_told_both_a_margin_and_a_size(advised):
     """The length that was named before was that of a body in which the coils stood aside."""
-    (found,) = judge("SIT307", loaded(document(**LONG_PAD, mount={"kind": "bench-plate"})))
+    (found,) = advised("SIT307", loaded(document(**LONG_PAD, mount={"kind": "bench-plate"})))
     assert "fpc.margin: [0.21, 0.07]; or elastomer.size: [11.5, 10] fits" in found.hint
     assert "far end" in found.message and "tail's end" in found.message
 

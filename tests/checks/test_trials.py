@@ -2,14 +2,14 @@
 
 import json
 import re
-from dataclasses import replace
 
 import pytest
 from ruamel.yaml import YAML
 
 from sitscad.checks import check
-from sitscad.checks.changes import Change, first_that_mends
 from sitscad.finding import Severity
+from sitscad.remedy.moves import with_turns
+from sitscad.remedy.search import first_that_mends
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
@@ -17,7 +17,7 @@ from sitscad.spec.rules import SpecError
 plain = YAML(typ="safe")
 
 NAMED = re.compile(
-    r"((?:coil|fpc|readout|target|elastomer)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
+    r"((?:coil|array|fpc|readout|target|elastomer)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
     r"(?= with | and | or |;|,| instead| is enough| is long| mends| makes| fits| leaves| \(|$)"
 )
 
@@ -55,14 +55,14 @@ def is_new(rule, found, after):
 
 def followed(document, only=None):
     """Every alternative of every hint (of `only` one rule) followed: rule, what was written, and what is then wrong."""
-    found = check(load_text(json.dumps(document), "spec.yaml")).findings
+    found = check(load_text(json.dumps(document), "spec.yaml"), hints="full").findings
     for finding in (f for f in complaints(found) if only in (None, f.rule)):
         for changes in alternatives(finding.hint):
             changed = document
             for key, value in changes:
                 changed = written(changed, key, value)
             try:
-                after = check(load_text(json.dumps(changed), "spec.yaml")).findings
+                after = check(load_text(json.dumps(changed), "spec.yaml"), hints="none").findings
             except SpecError as error:
                 yield finding.rule, changes, [f.message for f in error.findings]
                 continue
@@ -137,7 +137,7 @@ def test_a_target_that_is_mended_stays_on_its_elastomer():
     changed = THIN
     for key, value in size:
         changed = written(changed, key, value)
-    found = check(load_text(json.dumps(changed), "spec.yaml")).findings
+    found = check(load_text(json.dumps(changed), "spec.yaml"), hints="none").findings
     assert "SIT307" not in {f.rule for f in found}
 
 
@@ -186,7 +186,8 @@ def test_limits_that_contradict_each_other_are_both_named():
         target={"shape": "square", "size": 5, "thickness": 0.2},
         elastomer={"material": "dragon-skin-10", "shape": "square", "size": 5, "thickness": 1},
     )  # fmt: skip
-    hints = [f.hint for f in check(load_text(json.dumps(document), "spec.yaml")).findings if f.rule == "SIT306"]
+    found = check(load_text(json.dumps(document), "spec.yaml"), hints="full").findings
+    hints = [f.hint for f in found if f.rule == "SIT306"]
     assert hints and all("SIT301 fails. The two limits contradict each other" in hint for hint in hints)
 
 
@@ -213,7 +214,7 @@ class Judged:
 )
 def test_a_change_that_brings_a_warning_is_named_with_it_and_only_where_none_other_mends(errors, warnings, words):
     spec = load_text(json.dumps(design("circle", 6, 2, 2, 100, 100, "generic-flex")), "spec.yaml")
-    changes = [Change(f"coil.turns: {n}", replace(spec, coil=replace(spec.coil, turns=n * 1.0))) for n in (3, 4, 5)]
+    changes = [with_turns(spec, n * 1.0) for n in (3, 4, 5)]
     found = first_that_mends(changes, Judged(errors, warnings))
     assert (found and found.words) == words
 
@@ -226,7 +227,7 @@ def test_a_thicker_target_was_tried():
 def test_a_stiffer_pad_was_tried(judge):
     """The modulus that bears the force is named with what then fails, if anything does."""
     soft = {**THIN, "requirements": {"normal_force": "25 N"}}
-    (found,) = [f for f in check(load_text(json.dumps(soft), "spec.yaml")).findings if f.rule == "SIT304"]
+    (found,) = [f for f in check(load_text(json.dumps(soft), "spec.yaml"), hints="full").findings if f.rule == "SIT304"]
     assert re.search(
         r"a shear modulus of [\d.]+ kPa or more,.* \((it was tried|tried, but .* fails? then)\)", found.hint
     )
@@ -250,7 +251,7 @@ def test_a_tail_bent_at_every_grasp_is_told_what_its_array_allows(array, named):
 
 def test_what_does_not_mend_is_summed_up_in_a_line():
     """Every try spelled out made the longest hint of all templates."""
-    found = check(load_text(templates.read("grasper_3p5mm"), "spec.yaml")).findings
+    found = check(load_text(templates.read("grasper_3p5mm"), "spec.yaml"), hints="full").findings
     (hint,) = [f.hint for f in found if f.rule == "SIT203"]
     assert "tried up to coil.turns: 8 and coil.layers: 6" in hint and "SIT112 fail" in hint and len(hint) < 360
 

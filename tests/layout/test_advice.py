@@ -6,10 +6,23 @@ from dataclasses import replace
 
 import pytest
 
-from sitscad.layout import lay_out, remedies
+from sitscad.checks import RULES
+from sitscad.checks.rules import Subject, outcomes
+from sitscad.checks.trials import Trials
+from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
 from sitscad.layout.patience import Patience
+from sitscad.remedy import room
+from sitscad.remedy.budget import Budget
+from sitscad.remedy.fix import Fix
 from sitscad.spec import presets
+
+
+def advised(spec):
+    """What the rules of room say of a spec, with hints that only they were tried for."""
+    subject, rules = Subject(spec), [rule for rule in RULES if rule.id in ("SIT112", "SIT113", "SIT118", "SIT119")]
+    said = [outcome for rule in rules for outcome in outcomes(rule, subject)[0]]
+    return Trials(subject, rules, said, (), Budget.of("full", spec)).advised()
 
 
 def micrometres(finding):
@@ -19,30 +32,30 @@ def micrometres(finding):
 @pytest.mark.parametrize(("layers", "turns"), [(2, 11.75), (4, 11.0), (6, 10.25)])
 def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers, turns):
     spec = sensor(layers=layers, turns=turns, stackup="flex-4l" if layers <= 4 else "flex-6l")
-    (finding,) = lay_out(spec).findings
+    (finding,) = advised(spec)
     assert finding.rule == "SIT112" and "it was tried" in finding.hint
     more = micrometres(finding)
     assert finding.limit - finding.measured == pytest.approx(more)
-    assert not [f for f in lay_out(remedies.wider_coil(spec, more)).findings if f.rule == "SIT112"]
+    assert not [f for f in lay_out(room.larger_coils(spec, more).spec).findings if f.rule == "SIT112"]
 
 
 def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
     spec = sensor(pitch=4.05e-3, coils=3)
-    (finding,) = lay_out(spec).findings
+    (finding,) = advised(spec)
     assert finding.rule == "SIT113" and finding.key == "array.pitch"
     more = micrometres(finding)
-    assert f"a pitch larger by {more * 1e6:.0f} um" in finding.hint
-    assert lay_out(remedies.wider_array(spec, more)).findings == ()
+    assert f"array.pitch: {4.05 + more * 1e3:.6g} ({more * 1e6:.0f} um more)" in finding.hint
+    assert lay_out(room.coils_apart(spec, more).spec).findings == ()
 
 
 def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
     spec = sensor(centres=[(-2.02e-3, 0.0), (2.02e-3, 0.0), (6.06e-3, 0.0)], coils=3)
     spec = replace(spec, array=replace(spec.array, pattern="explicit", pitch=None))
-    (finding,) = lay_out(spec).findings
+    (finding,) = advised(spec)
     factor = float(re.search(r"centres ([\d.]+) times", finding.hint).group(1))
-    near = remedies.nearest_distance(spec)
+    near = room.nearest_distance(spec)
     assert finding.key == "array.centres" and finding.measured == pytest.approx(near)
-    assert lay_out(remedies.wider_array(spec, (factor - 1.0) * near)).findings == ()
+    assert lay_out(room.coils_apart(spec, (factor - 1.0) * near).spec).findings == ()
 
 
 def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
@@ -51,7 +64,7 @@ def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
     )
     tail = replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"))
     spec = replace(spec, fpc=replace(spec.fpc, tail=tail))
-    (finding,) = lay_out(spec).findings
+    (finding,) = advised(spec)
     name = re.search(r"fpc.tail.connector: (\S+) gives them room", finding.hint).group(1)
     assert finding.rule == "SIT119" and presets.connector(name).pitch == finding.limit
     assert (
@@ -68,15 +81,16 @@ def test_the_least_amount_is_found_between_what_failed_and_what_works():
         asked.append(amount)
         return amount >= 0.73e-3
 
-    found = remedies.least(spec, lambda _, amount: amount, works, 0.2e-3)
+    more, fix = room.least(spec, lambda _, amount: Fix((), amount), works, 0.2e-3)
+    assert more == fix.spec
+    found = fix.spec
     assert works(found) and found == min(a for a in asked if a >= 0.73e-3)
     assert found - max(a for a in asked if a < 0.73e-3) < 0.15e-3
-    assert remedies.least(spec, lambda _, amount: amount, lambda _: False, 0.2e-3) is None
+    assert room.least(spec, lambda _, amount: Fix((), amount), lambda _: False, 0.2e-3) is None
 
 
 def test_start_angles_of_polygons_are_their_corners(sensor):
-    tried = []
-    remedies.start_angle(sensor(shape="hexagon"), lambda spec: tried.append(spec.coil.start_angle) or False)
+    tried = [fix.spec.coil.start_angle for fix in room.other_start_angles(sensor(shape="hexagon"))]
     assert tried == pytest.approx([k * math.pi / 3 for k in range(1, 6)])
 
 
@@ -90,3 +104,10 @@ def test_a_pair_leaves_beside_the_corner_where_an_end_of_its_coil_stands_there(s
 def test_a_search_without_patience_tells_no_way(sensor):
     found = _attempt(sensor(), Patience(0))
     assert found.routing is None and [f.rule for f in found.findings] == ["SIT113"]
+
+
+def test_a_layout_tries_no_other_board(sensor, monkeypatch):
+    """The verdict does not wait for hints: what a finding says of the board as it stands costs one attempt."""
+    tried = []
+    monkeypatch.setattr("sitscad.layout.arrangement._attempt", lambda *given: tried.append(given) or _attempt(*given))
+    assert lay_out(sensor(pitch=4.05e-3, coils=3)).findings and len(tried) == 1

@@ -235,4 +235,4 @@ coil: {shape: square, outer_diameter: 5.3, turns: 10.5, layers: 6, trace_width: 
 array: {pattern: grid, count: [2, 3], pitch: 9.1}
 fpc: {rules: generic-fine, tail: {length: 60, connector: zif-0.3mm, layers: 2}}
 """
-    assert not lay_out(load_text(text, "six.yaml"), advised=False).findings
+    assert not lay_out(load_text(text, "six.yaml")).findings

@@ -27,6 +27,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import sitscad
+from sitscad.checks.rules import Subject, outcomes
+from sitscad.checks.trials import Trials
+from sitscad.remedy.budget import Budget
 
 SHAPES = ("circle", "circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 PARTS = {"circle": 8, "square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}
@@ -148,8 +151,16 @@ class Outcome:
     faults: str
 
 
-def errors_of(layout) -> list:
-    return [f for f in layout.findings if f.severity == "error"]
+RULES = [rule for rule in sitscad.RULES if rule.id in ("SIT111", "SIT112", "SIT113", "SIT118", "SIT119")]
+"""The rules of what the layout found no room for."""
+
+
+def errors_of(spec: sitscad.SensorSpec) -> list:
+    """What found no room, each with the change that gives some where trying finds one."""
+    subject = Subject(spec)
+    said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
+    found = Trials(subject, RULES, said, (), Budget.of("full", spec)).advised() if said else []
+    return [finding for finding in found if finding.severity == "error"]
 
 
 def advised(now: Board, finding) -> Board | None:
@@ -159,23 +170,25 @@ def advised(now: Board, finding) -> Board | None:
         return now.changed("coil", layers=int(finding.limit))
     if finding.rule == "SIT118":
         return now.changed("fpc", tail={**now.values["fpc"]["tail"], "layers": 2})
-    if "was tried" not in hint:
+    if "tried" not in hint:
         return None
-    if found := re.search(r"an outer diameter larger by (\d+) um", hint):
+    larger = hint.partition("; or ")[2] if "leaves room" in hint else hint  # fewer turns have less room for the test
+    changed = None
+    if found := re.search(r"coil.outer_diameter: \S+ \((\d+) um more\)", larger):
         more, size = int(found.group(1)) * 1e-3, coil["outer_diameter"]
         grown = [round(s + more, 4) for s in size] if isinstance(size, list) else round(size + more, 4)
         return spread(now.changed("coil", outer_diameter=grown), more)
     if found := re.search(r"coil.start_angle: ([\d.]+) deg", hint):  # alone, or together with one of the next two
-        now = now.changed("coil", start_angle=f"{found.group(1)} deg")
-    if more_pitch := re.search(r"a pitch larger by (\d+) um", hint):
+        changed = now = now.changed("coil", start_angle=f"{found.group(1)} deg")
+    if more_pitch := re.search(r"array.pitch: \S+ \((\d+) um more\)", hint):
         return spread(now, int(more_pitch.group(1)) * 1e-3)
     if times := re.search(r"centres ([\d.]+) times", hint):
         return scaled(now, float(times.group(1)))
-    if found:
-        return now
+    if found := re.search(r"coil.turns: ([\d.]+)", hint):
+        return now.changed("coil", turns=float(found.group(1)))
     if found := re.search(r"fpc.tail.connector: (\S+)", hint):
         return now.changed("fpc", tail={**now.values["fpc"]["tail"], "connector": found.group(1)})
-    return None
+    return changed
 
 
 def spread(now: Board, more: float) -> Board:
@@ -201,15 +214,14 @@ def study(seed: int, deep: bool = True) -> tuple[Outcome, Board]:
     spec = now.load()
     layout = sitscad.lay_out(spec)
     seconds = time.process_time() - began
-    room, found = has_room(spec), errors_of(layout)
+    room, found = has_room(spec), errors_of(spec) if layout.findings else []
     first, steps = " ".join(f.rule for f in found), 0
     while found and steps < PATIENCE:
         after = advised(now, found[0])
         if after is None:
             break
         now, steps = after, steps + 1
-        layout = sitscad.lay_out(now.load())
-        found = errors_of(layout)
+        found = errors_of(now.load())
     last = " ".join(f.rule for f in found)
     faults = "" if found or not deep else "; ".join(faults_of(now))
     coils = len(spec.array.placements)

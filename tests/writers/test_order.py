@@ -477,7 +477,7 @@ def test_every_naming_of_the_profiles_is_known():
 def ordered(fpc: str, layers: int = 2):
     coil = f"{{shape: circle, outer_diameter: 6, turns: 9, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}"
     text = f"sitscad: 1\nname: ordered\ncoil: {coil}\nfpc: {{tail: {{length: 30, connector: zif-0.5mm}}, {fpc}}}\n"
-    return lay_out(load_text(text), advised=False)
+    return lay_out(load_text(text))
 
 
 def words(text: str) -> str:

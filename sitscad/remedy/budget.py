@@ -1,0 +1,90 @@
+"""What a search for hints may cost: counted in units of work, not timed, so that every machine finds the same hints.
+
+A unit is about a millisecond of a processor of 2020. What laying out and
+estimating a design costs is foretold from its numbers, by formulas that were fitted to the times of random designs
+(tests/benchmarks/check_times.py) and need to be right within a factor of two only.
+"""
+
+from __future__ import annotations
+
+from sitscad.spec.sensor import CoilSpec, SensorSpec
+
+HINTS = ("none", "decisive", "full")
+"""What is searched for hints: nothing, what one more check costs (on the errors first), everything."""
+
+DECISIVE = "decisive"
+
+LEAST, MOST, WHOLE = 600.0, 1500.0, 4000.0
+"""Units for hints: at least, at most, and together with the check itself at most."""
+
+FULL = 400_000.0
+"""Units of the long search: minutes."""
+
+TRIALS_OF_ONE_CHANGE = 10_000
+"""No changed board is routed for more trials than these: the next change may be easier."""
+
+ROUND, BENT = 1.0, 3.0
+"""What a turn costs the estimate of a round coil, and of one of sides and arcs."""
+
+
+def winding_work(spec: SensorSpec) -> float:
+    """Units that winding the coils takes, their inner vias included."""
+    return 10.0 + 8.0 * len(spec.coil.layers) ** 2
+
+
+def layout_work(spec: SensorSpec) -> float:
+    """Units that laying a board out takes where its leads find their ways at once."""
+    return winding_work(spec) + 40.0 * len(spec.array.placements)
+
+
+def trial_work(spec: SensorSpec) -> float:
+    """Units that one trial of a branch takes the router: more where more turns are in its way."""
+    return 0.3 + 0.005 * sum(spec.coil.layer_turns)
+
+
+def estimate_work(spec: SensorSpec, is_same_board: bool = False) -> float:
+    """Units that an estimate takes; less of a board that was estimated before, only with other things around it."""
+    around = 100.0 + (100.0 if spec.target is not None else 0.0)
+    return around if is_same_board else around + _solving(spec.coil, len(spec.array.placements))
+
+
+def _solving(coil: CoilSpec, coils: int) -> float:
+    turns = sum(coil.layer_turns)
+    each = ROUND if coil.shape == "circle" else BENT
+    return each * (2.0 * turns + 0.02 * turns**2) * (1.0 + 0.3 * (coils - 1))
+
+
+def check_work(spec: SensorSpec) -> float:
+    """Units that a check takes without hints."""
+    return layout_work(spec) + estimate_work(spec)
+
+
+class Budget:
+    """How many units of work the search for hints may still take."""
+
+    def __init__(self, units: float) -> None:
+        self.left = units
+
+    @classmethod
+    def of(cls, hints: str, spec: SensorSpec, is_checked: bool = True) -> Budget:
+        """The budget of a choice of HINTS: by default as much as the check of the design itself takes, for both
+        together have to be quick, and twice that where it was not checked. Raises ValueError for any other choice.
+        """
+        if hints not in HINTS:
+            raise ValueError(f"hints are one of {', '.join(HINTS)}, not {hints!r}")
+        if hints != DECISIVE:
+            return cls(0.0 if hints == "none" else FULL)
+        work = check_work(spec)
+        return cls(max(LEAST, min(work, MOST, WHOLE - work)) + (0.0 if is_checked else min(work, MOST)))
+
+    def spend(self, units: float) -> bool:
+        """Take so many units; False, and nothing is taken, where fewer are left."""
+        if units > self.left:
+            return False
+        self.left -= units
+        return True
+
+    @property
+    def is_long(self) -> bool:
+        """Whether much may be tried: alternatives are looked for, too."""
+        return self.left > WHOLE

@@ -1,0 +1,225 @@
+"""What `sitscad check` costs: processor time and memory of whole commands over random designs of sensible proportions.
+
+    python tests/benchmarks/check_times.py [-n 200] [--first 1] [--hints decisive] [-o FILE.csv]
+
+Every design is checked in a process of its own, cold, as a person would. Times are of the processor (user and system)
+and are also given as multiples of what a process needs that only imports numpy. It fails on nothing: it measures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import os
+import random
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import yaml
+
+SHAPES = ("circle", "circle", "circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
+PARTS = {"circle": 4, "square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}
+"""Turns are wound in such parts of one."""
+
+LINES = {"generic-flex": 100, "generic-fine": 76, "huayue": 76, "osh-park-flex": 152, "weller": 100, "shipco": 127}
+"""Fabricators, and tracks (um) that they make in most foils."""
+
+METALS = ("copper", "copper", "aluminium", "brass")
+PADS = ("ecoflex-00-30", "ecoflex-00-50", "dragon-skin-10", "dragon-skin-30")
+
+
+def design(seed: int) -> dict[str, object]:
+    """A design that a person might ask for: to 8 layers, 30 turns a layer, 4 coils. Some pass, most are refused."""
+    pick = random.Random(seed)
+    coil, reach = _coil(pick)
+    array, across = _array(pick, reach)
+    document: dict[str, object] = {"sitscad": 1, "name": f"random-{seed}", "coil": coil, "array": array}
+    document["fpc"] = _board(pick, coil, array)
+    if pick.random() < 0.75:
+        document |= _plates(pick, across)
+    if "target" in document and pick.random() < 0.5:
+        document |= _mount(pick)
+    readout: dict[str, object] = {"capacitance": pick.choice(["auto", "auto", "100 pF", "220 pF", "330 pF"])}
+    if pick.random() < 0.3:
+        readout["scan_rate"] = f"{pick.choice([50, 250, 500, 1000])} Hz"
+    return document | {"readout": readout}
+
+
+def _coil(pick: random.Random) -> tuple[dict[str, object], tuple[float, float]]:
+    """A coil whose turns leave a centre free, most of them; and its size (mm)."""
+    shape = pick.choice(SHAPES)
+    layers = pick.choice([1, 2, 2, 2, 2, 3, 4, 4, 6, 8])
+    width = pick.choice([76, 100, 100, 120, 150])
+    spacing = pick.choice([width, width, 76, 100])
+    turns = round(math.exp(pick.uniform(math.log(3.0), math.log(30.0))) * PARTS[shape]) / PARTS[shape]
+    inside = pick.uniform(0.1, 0.6)
+    across = round(max(3.0, 2e-3 * turns * (width + spacing) / (1.0 - inside)), 2)
+    size = (across, across)
+    if shape in ("rectangle", "racetrack"):
+        size = (round(across * pick.uniform(1.2, 2.5), 2), across)
+    coil: dict[str, object] = {
+        "shape": shape, "outer_diameter": across if size[0] == across else list(size), "turns": turns,
+        "layers": layers, "trace_width": f"{width} um", "trace_spacing": f"{spacing} um",
+    }  # fmt: skip
+    if pick.random() < 0.3:
+        coil["start_angle"] = f"{pick.choice([30, 45, 90, 135, 180, 250])} deg"
+    if shape in ("square", "rectangle", "hexagon", "octagon") and pick.random() < 0.3:
+        coil["corner_radius"] = round(pick.uniform(0.05, 0.2) * across, 2)
+    return coil, size
+
+
+def _array(pick: random.Random, reach: tuple[float, float]) -> tuple[dict[str, object], tuple[float, float]]:
+    """One to four coils, and how far they reach together (mm)."""
+    gap = pick.choice([0.2, 0.5, 1.0, 2.0])
+    pattern = pick.choice(["single", "single", "line", "line", "line", "triangle", "grid"])
+    pitch = round(max(reach) * (1.16 if pattern == "triangle" else 1.0) + gap, 2)
+    if pattern == "single":
+        return {"pattern": pattern}, reach
+    if pattern == "line":
+        count = pick.choice([2, 2, 3, 4])
+        return {"pattern": pattern, "count": count, "pitch": pitch}, (reach[0] + (count - 1) * pitch, reach[1])
+    across = (reach[0] + pitch, reach[1] + pitch)
+    return {"pattern": pattern, "pitch": pitch} | ({"count": [2, 2]} if pattern == "grid" else {}), across
+
+
+def _board(pick: random.Random, coil: dict[str, object], array: dict[str, object]) -> dict[str, object]:
+    finest = min(float(str(coil[key]).split()[0]) for key in ("trace_width", "trace_spacing"))
+    able = [name for name, least in LINES.items() if least <= finest] or ["generic-fine"]
+    fpc: dict[str, object] = {"rules": pick.choice([*able, *able, *LINES])}
+    if pick.random() < 0.7:
+        fpc["tail"] = {
+            "length": pick.choice([15, 30, 60]), "connector": "zif-0.5mm" if pick.random() < 0.8 else "zif-0.3mm",
+            "layers": 2 if pick.random() < 0.85 else 1, "bend": pick.choice(["none", "static"]),
+        }  # fmt: skip
+    return fpc
+
+
+def _plates(pick: random.Random, across: tuple[float, float]) -> dict[str, object]:
+    """Target and pad about as large as the coils together."""
+    size = [round(side * pick.uniform(0.8, 1.2), 2) for side in across]
+    alike = abs(size[0] - size[1]) < 0.2 * size[1]
+    shape = pick.choice(["square", "circle"]) if alike else "rectangle"
+
+    def plate() -> dict[str, object]:
+        return {"shape": shape, "size": size[0] if alike else list(size)}
+
+    thickness = pick.choice([0.02, 0.1, 0.2, 0.5])
+    pad = {"material": pick.choice(PADS), "thickness": pick.choice([0.5, 1.0, 1.5, 3.0])}
+    force = round(pick.uniform(0.005, 0.15) * size[0] * size[1], 2)
+    return {
+        "target": {**plate(), "thickness": thickness, "material": pick.choice(METALS)},
+        "elastomer": {**plate(), **pad},
+        "requirements": {"normal_force": f"{force} N"},
+    }
+
+
+def _mount(pick: random.Random) -> dict[str, object]:
+    standoff = pick.choice([0.7, 1.0, 1.5])
+    if pick.random() < 0.7:
+        return {"mount": {"kind": "bench-plate", "standoff": standoff}}
+    return {"mount": {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": standoff}}
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one check cost: processor time (s), that over `import numpy`, most memory (MB), and its verdict."""
+
+    seed: str
+    outcome: str
+    seconds: float
+    numpies: float
+    megabytes: float
+    errors: str
+
+
+def measured(command: Sequence[str], limit: float = 900.0) -> tuple[int, float, float, str]:
+    """Exit code, processor time (s), most memory (MB) and output of a command; cut off after so many seconds of it."""
+    import resource
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 1))
+
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[2])}
+    with tempfile.TemporaryFile() as output:
+        child = subprocess.Popen(command, stdout=output, stderr=output, env=environment, preexec_fn=limited)
+        _, status, usage = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        output.seek(0)
+        text = output.read().decode("utf-8", "replace")
+    return child.returncode, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0, text
+
+
+def import_numpy(repeats: int = 7) -> float:
+    """Processor time (s) of a process that only imports numpy, the middle of some."""
+    return statistics.median(measured([sys.executable, "-c", "import numpy"])[1] for _ in range(repeats))
+
+
+OUTCOMES = {0: "passed", 1: "refused", 2: "not read"}
+
+
+def costs(files: Sequence[Path], unit: float, options: Sequence[str]) -> Iterator[Cost]:
+    """The cost of checking each file in a process of its own; `unit` is that of importing numpy (s)."""
+    import re
+
+    for path in files:
+        command = [sys.executable, "-m", "sitscad", "check", *options, str(path)]
+        code, seconds, megabytes, text = measured(command)
+        errors = " ".join(re.findall(r"(SIT\d+) error", text))
+        yield Cost(path.stem, OUTCOMES.get(code, f"exit {code}"), seconds, seconds / unit, megabytes, errors)
+
+
+def quantiles(values: Sequence[float]) -> list[float]:
+    """Median, 75 %, 90 %, 95 % and largest."""
+    ranked = sorted(values)
+    return [ranked[min(len(ranked) - 1, math.ceil(share * len(ranked)) - 1)] for share in (0.5, 0.75, 0.9, 0.95, 1.0)]
+
+
+def table(found: Sequence[Cost]) -> str:
+    """The distribution as a Markdown table: a row for all, and for each outcome."""
+    lines = ["| designs | | number | median | 75 % | 90 % | 95 % | largest |", "|---|---|---|---|---|---|---|---|"]
+    groups = {"all": list(found)} | {name: [c for c in found if c.outcome == name] for name in OUTCOMES.values()}
+    for name, group in groups.items():
+        for what, unit, digits in (("numpies", "x import numpy", 1), ("seconds", "s", 2), ("megabytes", "MB", 0)):
+            if group:
+                spread = " | ".join(f"{value:.{digits}f}" for value in quantiles([getattr(c, what) for c in group]))
+                lines.append(f"| {name} | {unit} | {len(group)} | {spread} |")
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure, print the distribution, write every design's cost where that is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="*", type=Path, help="specs to check instead of random ones")
+    parser.add_argument("-n", type=int, default=200, help="how many designs")
+    parser.add_argument("--first", type=int, default=1, help="the first seed")
+    parser.add_argument("--hints", help="what is searched for hints: none, decisive, full")
+    parser.add_argument("-o", "--output", type=Path, help="a CSV file with every design's cost")
+    chosen = parser.parse_args(arguments)
+    unit = import_numpy()
+    print(f"import numpy: {unit:.3f} s of the processor")
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        files = list(chosen.files)
+        for seed in range(chosen.first, chosen.first + chosen.n) if not files else ():
+            files.append(Path(folder) / f"{seed}.yaml")
+            files[-1].write_text(yaml.safe_dump(design(seed), sort_keys=False, default_flow_style=None), "utf-8")
+        for cost in costs(files, unit, ["--hints", chosen.hints] if chosen.hints else []):
+            found.append(cost)
+            print(f"{cost.seed:>5} {cost.outcome:<9} {cost.seconds:7.2f} s {cost.numpies:7.1f} x "
+                  f"{cost.megabytes:6.0f} MB  {cost.errors}", flush=True)  # fmt: skip
+    print(table(found))
+    if chosen.output:
+        with chosen.output.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, [field.name for field in fields(Cost)], lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(asdict(cost) for cost in found)
+
+
+if __name__ == "__main__":
+    main()
