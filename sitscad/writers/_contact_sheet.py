@@ -9,7 +9,7 @@ import math
 from sitscad.geometry.path import Path, bounding_box, circle, rectangle
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.contacts import contacts, head
-from sitscad.writers._board_end import board_end, runs_along_x
+from sitscad.writers._board_end import BoardEnd, board_end, runs_along_x
 from sitscad.writers._clipping import Box, area_inside, parts_inside
 from sitscad.writers._drawing import (
     CHAIN,
@@ -28,7 +28,16 @@ from sitscad.writers._drawing import (
     span,
     table,
 )
-from sitscad.writers._flex_facts import chip_text, contact_row, contact_text, plug_text, stiffener_text
+from sitscad.writers._flex_facts import (
+    bare_size,
+    chip_text,
+    contact_row,
+    contact_size,
+    contact_text,
+    end_tolerance,
+    plug_text,
+    stiffener_text,
+)
 from sitscad.writers._sheet import Pen, Sheet, text_width
 
 ROOM = (30.0, 54.0, 84.0, 116.0)
@@ -112,30 +121,58 @@ def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
 
 def _end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
     """The board's width at the contacts with its tolerance, from the middle of contact 1 to the edge beside it,
-    and from the contacts to the board's end.
+    what is bare of the contacts, and from them to the board's end.
     """
-    end, tolerance = board_end(layout), mm(layout.spec.fpc.rules.outline_tolerance)
-    (x, y), (w, h) = end.first.centre, end.first.size
-    low_side, high_side = end.sides
-    width, edge, tip = f"{mm(end.width)} +/- {tolerance}", f"edge to 1: {mm(end.edge)}", f"to end {mm(end.tip)}"
-    if runs_along_x(contact_row(layout)[0]):
-        near = low_side if y - low_side <= high_side - y else high_side
-        sides, pair = (view.y(low_side), view.y(high_side)), sorted((view.y(near), view.y(y)))
-        contact = x + w / 2 if end.end > x else x - w / 2
-        _along_y(sheet, (pair[0], pair[1]), view.x(x + w / 2), frame[2] + STAND + STEP, edge)
-        _along_y(sheet, sides, view.x(end.end), frame[2] + STAND + 2 * STEP, width)
-        ends = sorted((view.x(contact), view.x(end.end)))
-        _along_x(sheet, (ends[0], ends[1]), view.y(y - h / 2), frame[1] - STAND - STEP, tip)
+    end = board_end(layout)
+    row, _ = contact_row(layout)
+    across, along = (1, 0) if runs_along_x(row) else (0, 1)
+    axes = view.x, view.y
+    place, tip = end.first.centre, _tip(end, along)
+    near = min(end.sides, key=lambda side: abs(side - place[across]))
+    sides = [axes[across](side) for side in end.sides]
+    edge = sorted((axes[across](near), axes[across](place[across])))
+    outward = 1.0 if end.end > tip else -1.0
+    behind = tip if along == 0 else tip - outward * end.first.size[along]
+    _across(sheet, across, (edge[0], edge[1]), (frame, outward, 1), f"edge to 1: {mm(end.edge)}", axes[along](behind))
+    width = f"{mm(end.width)} +/- {mm(end_tolerance(layout))}"
+    _across(sheet, across, (sides[0], sides[1]), (frame, outward, 2), width, axes[along](end.end))
+    last = row[0] if along == 0 else row[-1]
+    start = axes[across](last.centre[across] + (-1 if along == 0 else 1) * last.size[across] / 2)
+    reaches = sorted((axes[along](tip), axes[along](end.end)))
+    _lengthwise(sheet, along, (reaches[0], reaches[1]), (frame, start, 1), f"to end {mm(end.tip)}")
+    bare = bare_size(layout)
+    if bare is not None and bare[0] > contact_size(end.first)[0] - 1e-9:
+        shown = sorted((axes[along](tip), axes[along](tip - outward * bare[1])))
+        _lengthwise(sheet, along, (shown[0], shown[1]), (frame, start, 0), f"bare {mm(bare[1])}")
+
+
+def _tip(end: BoardEnd, along: int) -> float:
+    """The coordinate (m) at which the contacts end, along themselves."""
+    centre, half = end.first.centre[along], end.first.size[along] / 2
+    return centre + half if end.end > centre else centre - half
+
+
+def _across(
+    sheet: Sheet, across: int, ends: tuple[float, float], where: tuple[Box, float, int], text: str, start: float
+) -> None:
+    """A dimension across the row, beside the view: beyond the contacts' ends where they run along x, behind them where
+    they run along y, where the pitch and the numbers leave room.
+    """
+    frame, outward, step = where
+    if across == 1:
+        _along_y(sheet, ends, start, frame[2] + STAND + step * STEP, text)
         return
-    near = low_side if x - low_side <= high_side - x else high_side
-    sides, pair = (view.x(low_side), view.x(high_side)), sorted((view.x(near), view.x(x)))
-    contact = y + h / 2 if end.end > y else y - h / 2
-    below = 1.0 if end.end > y else -1.0
-    first = frame[1] - STAND - STEP if below > 0 else frame[3] + STAND + STEP
-    _along_x(sheet, (pair[0], pair[1]), view.y(y - below * h / 2), first, edge)
-    _along_x(sheet, sides, view.y(y - below * h / 2), first - below * STEP, width)
-    ends = sorted((view.y(contact), view.y(end.end)))
-    _along_y(sheet, (ends[0], ends[1]), view.x(x + w / 2), frame[2] + STAND + STEP, tip)
+    behind = frame[3] + STAND + step * STEP if outward < 0.0 else frame[1] - STAND - step * STEP
+    _along_x(sheet, ends, start, behind, text)
+
+
+def _lengthwise(sheet: Sheet, along: int, ends: tuple[float, float], where: tuple[Box, float, int], text: str) -> None:
+    """A dimension along the contacts, beside the row."""
+    frame, start, step = where
+    if along == 0:
+        _along_x(sheet, ends, start, frame[1] - STAND - step * STEP, text)
+    else:
+        _along_y(sheet, ends, start, frame[2] + STAND + step * STEP, text)
 
 
 def _along_x(sheet: Sheet, ends: tuple[float, float], start: float, level: float, text: str) -> None:

@@ -159,9 +159,16 @@ def plug_text(layout: Layout) -> str:
     if tail is None or not tail.connector.width_tolerance or not layout.pads:
         return ""
     connector = tail.connector
-    width, band = show(connector.width(len(layout.pads)), "m"), show(connector.width_tolerance, "m")
+    width, band = show(connector.width(len(layout.pads)), "m"), show(end_tolerance(layout), "m")
     edge = show(connector.edge_margin, "m")
     return f"tail {width} +/- {band} wide there, middle of the first and last contact {edge} from its edges"
+
+
+def end_tolerance(layout: Layout) -> float:
+    """What is allowed (m) of the board's width at the contacts: the connector's figure, else that of the outline."""
+    tail = layout.spec.fpc.tail
+    own = tail.connector.width_tolerance if tail is not None else 0.0
+    return own or layout.spec.fpc.rules.outline_tolerance
 
 
 def contact_size(pad: Pad) -> tuple[float, float]:
@@ -292,8 +299,8 @@ def thickness_text(layout: Layout, where: Where) -> str:
     text = f"{_band(FinishedThickness(low, wanted, high, ''))}, as {tail.connector.name} takes it"
     if made.minimum >= low - ROUNDING and made.maximum <= high + ROUNDING:
         return text
-    usual = show(made.maximum - made.nominal, "m")
-    return f"{text}: closer than the +/- {usual} of {layout.spec.fpc.rules.name}, to be confirmed"
+    kept = f"+/- {show(made.maximum - made.nominal, 'm')} about {show(made.nominal, 'm')}"
+    return f"{text}: closer than {layout.spec.fpc.rules.name} keeps ({kept}), to be confirmed"
 
 
 ROUNDING = 1e-9
