@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from sitscad.estimates.assembly import assemble
@@ -12,6 +13,7 @@ from sitscad.estimates.finite_target import target_shares
 from sitscad.estimates.pressing import loaded_face, pressed
 from sitscad.geometry.path import Point
 from sitscad.mechanics import elastomer as mechanics
+from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share
 from sitscad.spec.load import load_text
 from sitscad.spec.places import footprint
 
@@ -123,3 +125,19 @@ def test_a_pad_of_no_stated_size_carries_a_target_that_is_turned_or_offset():
     pad, target = footprint(spec, spec.elastomer), footprint(spec, spec.target)
     assert target.hangs_over(pad.outline()) <= 1e-9
     assert pad.centre == pytest.approx(Point(0.0, 0.0), abs=1e-12)
+
+
+JAW_COIL = CoaxialRings(
+    np.tile((4e-3 - 80e-6) / 2 - 160e-6 * (np.arange(7) + 0.5), 2), np.repeat([-15e-6, -64e-6], 7), np.ones(14)
+)
+
+
+@pytest.mark.parametrize("gap", [0.5e-3, 1e-3])
+def test_a_coil_beyond_a_corner_feels_a_square_more_than_the_disc_in_it_and_less_than_the_disc_about_it(gap):
+    """More metal never does less, in whatever direction the coil stands; the disc is solved in a basis of its own."""
+    side, places = 4.5e-3, np.array([[0.0, 0.0], [1.5e-3, 1.5e-3], [2.25e-3, 2.25e-3], [3e-3, 3e-3], [2e-3, 3.5e-3]])
+    square = plate_share(Plate("rectangle", (side, side), 20e-6), JAW_COIL, places, gap)
+    inner, outer = (
+        plate_share(Plate("circle", (size, size), 20e-6), JAW_COIL, places, gap) for size in (side, math.sqrt(2) * side)
+    )
+    assert np.all(inner <= square * 1.001) and np.all(square <= outer * 1.001)
