@@ -16,6 +16,7 @@ from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import calmer_tail, narrower, other_ends
 from sitscad.remedy.search import Left, in_vain, named, ways
 from sitscad.scene.slabs import Slab, slabs
+from sitscad.scene.stack import shield_size
 from sitscad.spec.sensor import ElastomerPad, Jaw
 from sitscad.units import show
 
@@ -235,9 +236,10 @@ def _calmer(subject: Subject, left: Left) -> str:
 
 
 def shield_gap(subject: Subject) -> Iterator[Verdict]:
-    """The shield lies between the board and the jaw's metal."""
+    """The shield lies between the board and the jaw's metal, and under all coils."""
     shield, mount = subject.spec.shield, subject.spec.mount
     assert shield is not None and mount is not None
+    yield from _uncovered_coils(subject)
     needed = shield.gap + shield.thickness
     if needed > mount.standoff + ROUNDING:
         yield Complaint(
@@ -249,6 +251,32 @@ def shield_gap(subject: Subject) -> Iterator[Verdict]:
             needed,
             mount.standoff,
             "m",
+        )
+
+
+def _uncovered_coils(subject: Subject) -> Iterator[Verdict]:
+    """Coils that reach beyond a shield which the port makes narrower than the body."""
+    from sitscad.parts import PartsError
+
+    spec, (_, y0, _, y1) = subject.spec, subject.layout.body
+    try:
+        sides = shield_size(subject.layout)
+    except PartsError:
+        return  # it stands in the jaw's metal, which is said below
+    assert sides is not None
+    middle = (y0 + y1) / 2
+    across = 2.0 * max(abs(p.centre[1] - middle) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
+    if across > sides[1] + ROUNDING:
+        yield Complaint(
+            f"the shield is {show(sides[1], 'm', 3)} wide, as the port leaves it room, and the coils reach "
+            f"{show(across, 'm', 3)} across: {show((across - sides[1]) / 2, 'm', 3)} of them on each side see the jaw "
+            "beside it, and the estimate takes it as endless",
+            "bring it nearer to the closed pair's middle (a smaller shield.gap, a lower stack), or take smaller coils",
+            "shield.gap",
+            sides[1],
+            across,
+            "m",
+            Severity.WARNING,
         )
 
 
@@ -340,8 +368,10 @@ FIT_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT309", "shield-gap", Severity.ERROR,
-        "The shield lies inside the standoff between the board and the jaw, or the mount's plate.",
-        "A shield deeper than the standoff would stand in the jaw's metal.",
+        "The shield lies inside the standoff between the board and the jaw, or the mount's plate (an error), and under "
+        "all of every coil where the port makes it narrower than the board's body (a warning).",
+        "A shield deeper than the standoff would stand in the jaw's metal; beside one that is too narrow the field "
+        "enters the jaw, and the estimates take shields as endless.",
         "A larger standoff, or a smaller gap.",
         "geometry", ("shield", "mount"), shield_gap,
     ),

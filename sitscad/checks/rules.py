@@ -174,6 +174,7 @@ SEVERITIES: dict[str, str] = {
     "SIT304": "warning, error beyond 50 %",
     "SIT305": "note or warning by what it costs, error where it does not sense",
     "SIT308": "note, warning or error by layers and bend",
+    "SIT309": "warning where it is too narrow, error",
     "SIT312": "note where only the softest case passes, warning",
 }
 """The rules whose findings differ in severity, in words; all others have one."""

@@ -234,6 +234,16 @@ def test_shield_gap(judge, design):
     assert judge("SIT309", spec) == []
 
 
+def test_a_shield_that_the_port_makes_narrower_than_the_coils_is_said_to_be(judge, design):
+    """Low in the standoff the port leaves 3.4 mm, the coils are 4 mm."""
+    low = design(mount__standoff=1.6, shield__gap=1.5)
+    (found,) = judge("SIT309", low)
+    assert found.severity is Severity.WARNING and found.measured < 4e-3 and found.limit == pytest.approx(4e-3)
+    assert (
+        judge("SIT309", design(mount__standoff=1.6, shield__gap=1.5, mount__kind="bench-plate", mount__jaw=None)) == []
+    )
+
+
 def test_target_rotation(judge, design):
     (found,) = judge("SIT310", design(elastomer__thickness=2))
     assert found.severity is Severity.NOTE and found.measured == pytest.approx(2 / 4.5)

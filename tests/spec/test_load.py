@@ -296,3 +296,42 @@ def test_every_metal_that_can_be_written_conducts_at_every_temperature(coefficie
     spec = loaded(f"target: {{size: 8, material: {metal}}}", f"requirements: {{temperature: {temperature}}}")
     warmth = spec.requirements.temperature - 20.0
     assert 1.0 + spec.target.material.temperature_coefficient * warmth > 0.0
+
+
+PLACED = """sitscad: 1
+name: placed
+coil: {shape: circle, outer_diameter: 6, turns: 8, trace_width: 100 um, trace_spacing: 100 um, layers: 2}
+fpc: {margin: %s}
+target: {offset: %s, rotation: %s}
+elastomer: {offset: %s}
+"""
+
+
+def test_places_are_lengths_and_an_angle_with_their_units():
+    spec = load_text(PLACED % ("[0.2, 100 um]", "[0.5, -20 mil]", "45 deg", "[0, 0.1 mm]"))
+    assert spec.fpc.margin == pytest.approx((0.2e-3, 0.1e-3))
+    assert spec.target.offset == pytest.approx((0.5e-3, -0.508e-3))
+    assert spec.target.rotation == pytest.approx(math.radians(45.0))
+    assert spec.elastomer.offset == pytest.approx((0.0, 0.1e-3))
+    plain = load_text(PLACED.partition("fpc")[0] + "target: {size: 5}\n")
+    assert (plain.fpc.margin, plain.target.offset, plain.target.rotation) == ((0.0, 0.0), (0.0, 0.0), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "key", "rule", "words"),
+    [
+        (("-0.1", "[0, 0]", "0 deg", "[0, 0]"), "fpc.margin", "SIT006", "out of range"),
+        (("[1, 2, 3]", "[0, 0]", "0 deg", "[0, 0]"), "fpc.margin", "SIT004", "[x, y]"),
+        (("0", "1", "0 deg", "[0, 0]"), "target.offset", "SIT004", "[x, y]"),
+        (("0", "[0, 0]", "45", "[0, 0]"), "target.rotation", "SIT005", "deg"),
+        (("0", "[0, 0]", "0 deg", "[0, 1 N]"), "elastomer.offset", "SIT005", "mm"),
+    ],
+)
+def test_places_that_are_none_are_found_where_they_stand(values, key, rule, words):
+    text = PLACED % values
+    with pytest.raises(SpecError) as refused:
+        load_text(text)
+    (found,) = refused.value.findings
+    section = key.split(".")[0]
+    assert (found.rule, found.key) == (rule, key)
+    assert text.splitlines()[found.line - 1].startswith(section) and words in found.message + found.hint
