@@ -232,7 +232,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
             raise
         raise click.BadParameter(str(error), param_hint="--method") from error
     result = sitscad.check(loaded, layout, estimates if method is None else None)
-    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked)
+    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked, result.signals)
     _print(show(spec, estimates, checked, _colour(sys.stdout)))
     worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
     if tolerance is not None and worst.inductance_error > tolerance:
@@ -325,7 +325,7 @@ def _checked(path: str, hints: str) -> CheckedSpec:
     except sitscad.SpecError as error:
         return _unreadable(path, error, hints)
     result = sitscad.check(spec, hints=hints)
-    return sitscad.checked_spec(spec, result.findings, result.not_checked)
+    return sitscad.checked_spec(spec, result.findings, result.not_checked, result.signals)
 
 
 SHOWN = 1 << 18

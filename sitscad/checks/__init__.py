@@ -33,6 +33,7 @@ from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
+    from sitscad.estimates.signal import Signal
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "check", "explain", "mended"]
 
@@ -53,10 +54,13 @@ RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in ta
 
 @record
 class CheckResult:
-    """What was found, in the order of rule and place, and what could not be checked, with the reason."""
+    """What was found, in the order of rule and place, what could not be checked, with the reason, and what each coil's
+    reading does from rest to the required force.
+    """
 
     findings: tuple[Finding, ...]
     not_checked: tuple[NotChecked, ...]
+    signals: tuple[Signal, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -84,7 +88,9 @@ def check(
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
     findings = Trials(subject, RULES, said, not_checked, budget).advised()
-    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked))
+    from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
+
+    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(subject.estimates))
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:

@@ -1,10 +1,11 @@
-"""SIT215: whether every coil feels the force that the sensor is made for."""
+"""SIT215 and SIT217: whether every coil feels the force that the sensor is made for, and the best of them enough."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 
+from sitscad.checks.own_limits import own_limits
 from sitscad.checks.readings import failed_states
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
@@ -120,6 +121,38 @@ def _more_change() -> str:
     )
 
 
+def small_signal(subject: Subject) -> Iterator[Verdict]:
+    """How much of its reading the best coil's signal is, against what a little warmth does to that reading."""
+    from sitscad.estimates.signal import signals  # needs nothing that the estimates have not loaded
+
+    found = signals(subject.estimates)
+    yield from failed_states(subject, "signal over the required force")
+    if not found:
+        yield Undecided("no signal from rest to pressed was estimated")
+        return
+    best, least = max(found, key=lambda signal: abs(signal.share)), own_limits()["least_signal"]
+    if abs(best.share) >= least.value:
+        return
+    drift = own_limits()["drift_of_ten_kelvin"].value
+    steps = f", {best.steps:.0f} steps of the converter" if best.steps else ""
+    scale = (
+        f"{100.0 * drift / abs(best.share):.0f} % of full scale" if abs(best.share) > drift else "all of it and more"
+    )
+    yield Complaint(
+        f"the whole signal is small: from rest to {show(best.force, 'N')} the reading of coil {best.coil} changes by "
+        f"{100.0 * abs(best.share):.2g} % of itself{steps} ({show(best.per_newton, 'H', 3)}/N, its frequency by "
+        f"{100.0 * best.frequency_share:+.2g} %). Ten degrees of warming move it by about {100.0 * drift:.2g} %, "
+        f"{scale}",
+        "a softer or thinner elastomer, a target nearer to the coils or larger, or more distance from metal behind "
+        "them; else plan for temperature: a reference coil without a target, or a tare before each grasp",
+        "elastomer.thickness",
+        abs(best.share),
+        least.value,
+        None,
+        source=least.source,
+    )
+
+
 RESPONSE_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT215", "coil-response", Severity.WARNING,
@@ -134,5 +167,16 @@ RESPONSE_RULES: tuple[Rule, ...] = (
         "TI SNOAA04A: change over 3 sigma of at least 10; the limits of 30 steps and 5 % are derived here from it and "
         "from the error of finite targets (unverified by measurement)",
         ("target", "elastomer", "normal force"), coil_response,
+    ),
+    Rule(
+        "SIT217", "small-signal", Severity.WARNING,
+        "From rest to the required force the reading of the coil that changes most changes by at least "
+        f"{100.0 * own_limits()['least_signal'].value:g} % of itself (inductance by the converter's formula).",
+        "The converter resolves far less, but everything else that moves the tank is read as force: ten degrees of "
+        f"warming move it by about {100.0 * own_limits()['drift_of_ten_kelvin'].value:g} %, by the copper's "
+        "resistance and the capacitor.",
+        "A softer or thinner elastomer, a nearer or larger target, more distance from metal behind the coils; or a "
+        "reference coil and a tare.",
+        own_limits()["least_signal"].source, ("target", "elastomer", "normal force"), small_signal,
     ),
 )  # fmt: skip

@@ -216,7 +216,7 @@ class Design:
     @cached_property
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
-        return checked_spec(self.spec, self.result.findings, self.result.not_checked)
+        return checked_spec(self.spec, self.result.findings, self.result.not_checked, self.result.signals)
 
     @cached_property
     def file_name(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sitscad import __version__
 from sitscad.finding import Finding, NotChecked, Severity
@@ -13,12 +13,16 @@ from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
 
+if TYPE_CHECKING:
+    from sitscad.estimates.signal import Signal
+
 
 @record
 class CheckedSpec:
     """One spec after its checks: the path as typed, the text that findings point into, and what was found.
 
-    ``texts`` are those of other files that findings point into, by path.
+    ``texts`` are those of other files that findings point into, by path; ``signals`` what each coil does from rest to
+    the required force.
     """
 
     path: str
@@ -26,6 +30,7 @@ class CheckedSpec:
     findings: tuple[Finding, ...]
     not_checked: tuple[NotChecked, ...] = ()
     texts: Mapping[str, str] = field(default_factory=dict)
+    signals: tuple[Signal, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -55,10 +60,15 @@ class CheckedSpec:
         return lines[number - 1] if number and 0 < number <= len(lines) else None
 
 
-def checked_spec(spec: SensorSpec, findings: Sequence[Finding], not_checked: Sequence[NotChecked]) -> CheckedSpec:
-    """A spec with its findings, each given its place in the text where it has none yet."""
-    source = spec.source
-    return CheckedSpec(source.path, source.text, tuple(_placed(source, f) for f in findings), tuple(not_checked))
+def checked_spec(
+    spec: SensorSpec,
+    findings: Sequence[Finding],
+    not_checked: Sequence[NotChecked],
+    signals: Sequence[Signal] = (),
+) -> CheckedSpec:
+    """A spec with its findings, each given its place in the text where it has none yet, and the coils' signals."""
+    source, placed = spec.source, (_placed(spec.source, finding) for finding in findings)
+    return CheckedSpec(source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals))
 
 
 def _placed(source: SpecSource, finding: Finding) -> Finding:
@@ -72,7 +82,8 @@ def as_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     """``file:line:column rule severity message``, the offending line under it, a hint, and a summary in the end."""
     blocks = [_finding_text(spec, finding, colour) for spec in checked for finding in in_order(spec.findings)]
     left_out = [line for spec in checked for line in _not_checked_text(spec, len(checked) > 1, colour)]
-    return "\n".join([*blocks, *left_out, summary(checked, colour)]) + "\n"
+    felt = [line for spec in checked for line in _signal_text(spec, len(checked) > 1)]
+    return "\n".join([*blocks, *left_out, *felt, summary(checked, colour)]) + "\n"
 
 
 def as_json(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
@@ -171,6 +182,14 @@ def _not_checked_text(spec: CheckedSpec, name_it: bool, colour: bool) -> list[st
     prefix = f"{printable(spec.path)}: " if name_it else ""
     grouped = ((", ".join(_in_runs(rules)), printable(reason)) for reason, rules in reasons.items())
     return [styled(f"{prefix}not checked: {rules} ({reason})", "dim", colour) for rules, reason in grouped]
+
+
+def _signal_text(spec: CheckedSpec, name_it: bool) -> list[str]:
+    """The change per newton of all coils in one line; none where there is no signal."""
+    from sitscad.report.signal import headline  # only where something was estimated
+
+    prefix = f"{printable(spec.path)}: " if name_it else ""
+    return [f"{prefix}signal: {'; '.join(headline(spec.signals))}"] if spec.signals else []
 
 
 def _in_runs(rules: list[str]) -> list[str]:

@@ -8,27 +8,28 @@ from typing import TYPE_CHECKING
 
 from sitscad import __version__
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
-from sitscad.units import show
+from sitscad.report.quantities import NONE, STATES, plus_minus, quantity
+from sitscad.report.signal import OTHERS_HEAD, OTHERS_MEANING, OTHERS_TITLE, SIGNAL_TITLE, other_rows, signal_rows
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates, ReadoutEstimate
-
-STATES = {"free": "free (coil alone)", "rest": "at rest (assembled)", "pressed": "pressed (required force)"}
-"""What the states of an estimate are called."""
-
-NONE = "-"
 
 
 def as_text(path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False) -> str:
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
         return styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour) + "\n"
+    from sitscad.estimates.signal import signals  # loads what an unreadable spec does not need
+
+    names, felt = ["", *(coil.name for coil in estimates.coils)], signals(estimates)
     blocks = [
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
-        _titled("Coils", table(["", *(coil.name for coil in estimates.coils)], coil_rows(estimates)), colour),
-        _titled(PARTS_TITLE, table(["", *(coil.name for coil in estimates.coils)], part_rows(estimates)), colour),
-        _titled("At the contacts, leads included", table(STATE_HEAD, state_rows(estimates)), colour),
-        _titled("As the converter reads them", table(READING_HEAD, reading_rows(estimates)), colour),
+        _titled(SIGNAL_TITLE, table(names if felt else [], signal_rows(felt, estimates)), colour),
+        _titled(STATE_TITLE, table(STATE_HEAD, state_rows(estimates)), colour),
+        _titled("Coils", table(names, coil_rows(estimates)), colour),
+        _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
+        _titled("What the converter resolves", table(READING_HEAD, reading_rows(estimates)), colour),
+        _titled(OTHERS_TITLE, [*table(OTHERS_HEAD, other_rows(estimates)), *OTHERS_MEANING], colour),
         _titled("Scatter of manufacture, one sigma", table(SPREAD_HEAD, spread_rows(estimates)), colour),
         _matrix(estimates, colour),
         _titled(f"Readout ({estimates.readout.device.part})", table([], readout_rows(estimates)), colour),
@@ -64,7 +65,6 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("method", lambda c: str(c.method)),
         ("terminal inductance, free, at the sensor frequency", lambda c: quantity(c.terminal_inductance, "H")),
         ("of that, leads and tail", lambda c: quantity(c.lead_inductance, "H")),
-        ("the same as a meter reads it, own capacitance across", lambda c: quantity(c.apparent_inductance, "H")),
         (
             f"winding resistance, direct current, {estimates.temperature:g} C",
             lambda c: quantity(c.resistance_dc, "ohm"),
@@ -81,18 +81,7 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
     )
     found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
-    found += resistance_error_rows(estimates)
-    force = estimates.normal_force
-    sensed = [(coil.sensitivity(force), coil.sensitivity_sigma(force)) for coil in estimates.coils]
-    for place, (name, unit) in enumerate((("inductance at the contacts", "H"), ("frequency", "Hz"))):
-        if any(value for value, _ in sensed):
-            cells = (plus_minus(v[place], s and s[place], unit, "/N") if v else NONE for v, s in sensed)
-            found.append([f"{name} per newton, rest to pressed, +- one sigma", *cells])
-    read = [coil.converter_sensitivity(force) for coil in estimates.coils]
-    if any(read):
-        name = "inductance by the header's formula per newton, rest to pressed, +- one sigma"
-        found.insert(-1, [name, *(plus_minus(pair[0], pair[1], "H", "/N") if pair else NONE for pair in read)])
-    return found
+    return found + resistance_error_rows(estimates)
 
 
 def resistance_error_rows(estimates: Estimates) -> list[list[str]]:
@@ -145,8 +134,6 @@ def part_rows(estimates: Estimates) -> list[list[str]]:
 READING_HEAD = (
     "coil",
     "state",
-    "L by its formula",
-    "a meter's at the contacts",
     "step",
     "quantisation noise (step / sqrt 12)",
     "amplitude at the coil",
@@ -154,15 +141,11 @@ READING_HEAD = (
 
 
 def reading_rows(estimates: Estimates) -> list[list[str]]:
-    """What the converter makes of every state: L = 1 / (C (2 pi f)^2) with the readout's C, as in the firmware header;
-    beside it what a meter reads; one step and one sigma of the noise of quantisation alone, in henries.
-    """
+    """One step of the converter in every state and one sigma of the noise of quantisation alone, in henries."""
     return [
         [
             coil.name,
             STATES.get(state.state, state.state),
-            quantity(state.converter_inductance, "H"),
-            quantity(state.apparent_inductance, "H"),
             quantity(state.quantum, "H", 3),
             quantity(state.noise, "H", 3),
             quantity(state.coil_amplitude, "V", 3),
@@ -198,6 +181,8 @@ def spread_rows(estimates: Estimates) -> list[list[str]]:
 def _share(part: float, whole: float) -> str:
     return f"{100.0 * part / whole:.2g} %" if whole and math.isfinite(part / whole) else NONE
 
+
+STATE_TITLE = "At the contacts, leads included: what rules and limits judge"
 
 STATE_HEAD = ("coil", "state", "inductance", "resistance", "frequency", "Rp", "Q", "amplitude")
 
@@ -366,26 +351,6 @@ def number_columns(rows: Sequence[Sequence[str]]) -> list[bool]:
 
 
 _NUMERIC = frozenset("0123456789+-")
-
-
-def quantity(value: float | None, unit: str, digits: int = 4) -> str:
-    """A number with its unit, or a dash for what is absent or not finite."""
-    return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
-
-
-def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
-    """A number and one sigma of it, in the number's unit unless sigma is far below it: ``1.15 +- 0.087 mm``."""
-    shown = quantity(value, unit, digits)
-    if sigma is None or not math.isfinite(sigma) or shown == NONE:
-        return shown + (per if shown != NONE else "")
-    number, _, name = shown.partition(" ")
-    scatter, _, other = quantity(sigma, unit, 2).partition(" ")
-    if name == other:
-        return f"{number} +- {scatter} {name}{per}"
-    if sigma < 0.01 * abs(value) or not float(number):
-        return f"{shown}{per} +- {scatter} {other}{per}"
-    scale = 10.0 ** round(math.log10(float(number) / value))
-    return f"{number} +- {float(f'{sigma * scale:.2g}'):.7g} {name}{per}"
 
 
 def _titled(title: str, lines: Sequence[str], colour: bool) -> str:

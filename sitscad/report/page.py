@@ -14,12 +14,12 @@ from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.numbers import (
     CROSS_HEAD,
     GAPS_TITLE,
-    NONE,
     PARTS_TITLE,
     PRESSED_TITLE,
     READING_HEAD,
     SPREAD_HEAD,
     STATE_HEAD,
+    STATE_TITLE,
     coil_rows,
     compression_rows,
     cross_check_rows,
@@ -27,13 +27,22 @@ from sitscad.report.numbers import (
     matrix_rows,
     number_columns,
     part_rows,
-    quantity,
     reading_rows,
     readout_rows,
     spread_rows,
     state_rows,
 )
+from sitscad.report.quantities import NONE, quantity
 from sitscad.report.section import section
+from sitscad.report.signal import (
+    OTHERS_HEAD,
+    OTHERS_MEANING,
+    OTHERS_TITLE,
+    SIGNAL_TITLE,
+    headline,
+    other_rows,
+    signal_rows,
+)
 from sitscad.report.style import STYLE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.unverified import unverified_figures
@@ -61,7 +70,7 @@ def render(
     escaped, nothing is loaded from outside.
     """
     parts = [
-        _head(checked, spec),
+        _head(checked, spec, estimates),
         _tiles(estimates),
         _part("Findings", _findings(checked)),
         _part("Layout", "".join(_figure(caption, svg) for caption, svg in pictures.items())),
@@ -88,10 +97,28 @@ def render(
 _ADJECTIVES = {"circle": "circular", "rectangle": "rectangular", "hexagon": "hexagonal", "octagon": "octagonal"}
 
 
-def _head(checked: CheckedSpec, spec: SensorSpec) -> str:
+def _verdict(checked: CheckedSpec) -> str:
+    """In green only what nothing at all was said of."""
+    errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
+    if errors:
+        kind, words = "bad", f"{_counted(errors, 'error')}: do not order this"
+    elif warnings:
+        weak = "the signal is small; " if any(f.name == SMALL_SIGNAL for f in checked.findings) else ""
+        kind, words = "warned", f"No errors found, but {weak}{_counted(warnings, 'warning')} to settle"
+    else:
+        kind, words = "good", "No errors found"
+    return f"<p class='verdict {kind}'>{words}</p>"
+
+
+SMALL_SIGNAL = "small-signal"
+"""The rule whose warning belongs to the verdict."""
+
+
+def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
+    from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
+
     counts = [_counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
-    errors = _counted(checked.count(Severity.ERROR), "error")
-    verdict = "No errors found" if checked.ok else f"{errors}: do not order this"
+    felt = "; ".join(headline(signals(estimates)))
     coil = spec.coil
     each = "each of " if len(coil.layers) > 1 and not coil.unequal_turns else ""
     turns = f"{coil.turns_in_words} turns on {each}{_counted(len(coil.layers), 'layer')}"
@@ -106,8 +133,9 @@ def _head(checked: CheckedSpec, spec: SensorSpec) -> str:
     issue = f"<p class='soft'>{escape(spec.issue.words)}</p>" if spec.issue.rows else ""
     return (
         f"<header><h1>{escape(spec.name)}</h1>{issue}<p class='soft'>{escape(what)}</p>"
-        f"<p class='verdict {'good' if checked.ok else 'bad'}'>{verdict}</p>"
-        f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"
+        f"{_verdict(checked)}"
+        + (f"<p class='signal'>Signal: {escape(felt)}</p>" if felt else "")
+        + f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"
     )
 
 
@@ -172,14 +200,20 @@ def _where(finding: Finding, number: int | None) -> str:
 
 
 def _electrical(estimates: Estimates) -> str:
+    from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
+
     if not estimates.coils:
         return "<p>No coil could be estimated.</p>"
     names = ["", *(coil.name for coil in estimates.coils)]
     matrix = _table(names, matrix_rows(estimates), "Inductance matrix of the windings")
     notes = (note for note in estimates.notes if note != estimates.incomplete)
+    felt = signals(estimates)
     return (
-        _table(STATE_HEAD, state_rows(estimates), "At the contacts, leads included")
-        + _table(READING_HEAD, reading_rows(estimates), "As the converter reads them")
+        _table(names if felt else ["", ""], signal_rows(felt, estimates), SIGNAL_TITLE)
+        + _table(STATE_HEAD, state_rows(estimates), STATE_TITLE)
+        + _table(READING_HEAD, reading_rows(estimates), "What the converter resolves")
+        + _table(OTHERS_HEAD, other_rows(estimates), OTHERS_TITLE)
+        + _list(OTHERS_MEANING)
         + _table(SPREAD_HEAD, spread_rows(estimates), "Scatter of manufacture, one sigma")
         + _table(names, coil_rows(estimates), "Each coil")
         + _table(names, part_rows(estimates), PARTS_TITLE)

@@ -25,6 +25,8 @@ ul { padding-left: 1.2rem; }
 .soft, figcaption, caption, footer { color: var(--soft); }
 .bad { color: var(--error); }
 .good { color: var(--good); }
+.warned { color: var(--warning); }
+.signal { margin: .2rem 0; font-weight: 600; font-variant-numeric: tabular-nums; }
 .verdict {
   display: inline-block; margin: .8rem 0 .3rem; padding: .25rem .8rem;
   border: 2px solid currentColor; border-radius: 1rem; font-weight: 600;

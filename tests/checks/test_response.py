@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 import sitscad
+from sitscad.checks.own_limits import own_limits
 from sitscad.checks.response import FEWEST_STEPS, LEAST_SHARE, responses
 from sitscad.checks.rules import Subject
 from sitscad.finding import Severity
@@ -75,3 +76,45 @@ def test_what_was_not_estimated_is_said(design, estimates, verdicts):
     found, skipped = verdicts("SIT215", spec, None, estimates(spec))
     assert found == [] and "no change" in skipped[0].reason
     assert "normal_force" in verdicts("SIT215", design(requirements__normal_force=None))[1][0].reason
+
+
+SMALL = """
+sitscad: 1
+name: small
+coil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, trace_width: 0.155, trace_spacing: 0.155}
+fpc: {tail: {length: 40}}
+target: {shape: circle, size: 9}
+elastomer: {material: MATERIAL, shape: circle, size: 9, thickness: 2}
+mount: {kind: bench-plate}
+requirements: {normal_force: 2 N}
+"""
+
+
+@pytest.mark.parametrize(("material", "small"), [("ecoflex-00-30", False), ("dragon-skin-30", True)])
+def test_a_signal_that_warmth_would_hide_is_warned_of(material, small):
+    """A sensor whose reading changes by half a per cent over its whole range passed without a word."""
+    spec = sitscad.load_text(SMALL.replace("MATERIAL", material), "small.yaml")
+    result = sitscad.check(spec)
+    found = [f for f in result.findings if f.rule == "SIT217"]
+    (signal,) = result.signals
+    states = sitscad.estimate(sitscad.lay_out(spec)).coils[0].states
+    before, after = (states[name].converter_inductance for name in ("rest", "pressed"))
+    assert signal.share == pytest.approx(after / before - 1.0)
+    assert bool(found) is small is (abs(signal.share) < own_limits()["least_signal"].value)
+    if small:
+        (one,) = found
+        assert one.severity is Severity.WARNING and one.measured == pytest.approx(abs(signal.share))
+        assert "of full scale" in one.message and "steps of the converter" in one.message
+
+
+def test_no_force_no_signal_and_no_verdict_on_it():
+    result = sitscad.check(sitscad.load_text(FOUR.replace("requirements: {normal_force: 5 N}\n", ""), "line4.yaml"))
+    assert result.signals == () and "SIT217" in {n.rule for n in result.not_checked}
+
+
+def test_ten_degrees_move_the_reading_about_as_far_as_is_said():
+    spec = sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml")
+    layout = sitscad.lay_out(replace(spec, readout=replace(spec.readout, capacitance=220e-12)))
+    cold, warm = (sitscad.estimate(layout, temperature=t).coils[0].states["rest"] for t in (20.0, 30.0))
+    moved = warm.converter_inductance / cold.converter_inductance - 1.0
+    assert 0.3 < moved / own_limits()["drift_of_ten_kelvin"].value < 2.0

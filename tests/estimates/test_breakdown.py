@@ -12,6 +12,7 @@ from sitscad.estimates.values import PARTS
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role, Trace
 from sitscad.report import numbers
+from sitscad.report.quantities import quantity
 from sitscad.spec.load import load, load_text
 
 RACETRACK = """
@@ -45,7 +46,7 @@ def test_the_rows_add_up_to_the_terminal_inductance_at_its_frequency(template):
         assert tuple(coil.inductance_parts) == PARTS
         assert math.fsum(coil.inductance_parts.values()) == pytest.approx(free.inductance, rel=1e-12)
         assert coil.terminal_inductance == free.inductance
-        assert frequency[column] == numbers.quantity(free.frequency, "Hz")
+        assert frequency[column] == quantity(free.frequency, "Hz")
         # as printed, to what rounding of nine rows leaves
         printed = [nanohenries(row[column]) for row in rows]
         assert math.fsum(printed) == pytest.approx(nanohenries(total[column]), abs=0.05)

@@ -11,6 +11,7 @@ import pytest
 
 from sitscad.estimates import estimate, uncertainty
 from sitscad.estimates.pressing import PAD
+from sitscad.estimates.signal import signals
 from sitscad.estimates.uncertainty import (
     CAPACITOR,
     DIAMETER,
@@ -30,6 +31,8 @@ from sitscad.physics.proximity import winding_loss
 from sitscad.physics.resistance import COPPER_CONDUCTIVITY
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.report import numbers
+from sitscad.report.quantities import plus_minus
+from sitscad.report.signal import other_rows, signal_rows
 from sitscad.spec.load import load, load_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
@@ -353,8 +356,9 @@ def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
     rows = {row[0]: row[1] for row in (*numbers.compression_rows(found), *numbers.gap_rows(found))}
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
         assert "+-" in rows[name], name
-    per_newton = [row for row in numbers.coil_rows(found) if "per newton" in row[0]]
-    assert len(per_newton) == 3 and all("+-" in cell for row in per_newton for cell in row[1:])
+    printed = [*signal_rows(signals(found), found), *other_rows(found)]
+    per_newton = [row for row in printed if any("per newton" in cell for cell in row)]
+    assert len(per_newton) == 2 + len(found.coils) and all("+-" in row[-1] for row in per_newton)
 
 
 @pytest.mark.parametrize(
@@ -363,4 +367,4 @@ def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
      (math.nan, 1.0, "-"), (1.15e-6, 87e-9, "1.15 +- 0.087 uH/N"), (-0.95e-9, 1.2e-9, "-950 +- 1200 pH/N")],
 )  # fmt: skip
 def test_a_number_and_its_sigma_share_a_unit_where_they_can(value, sigma, shown):
-    assert numbers.plus_minus(value, sigma, "H", "/N") == shown
+    assert plus_minus(value, sigma, "H", "/N") == shown

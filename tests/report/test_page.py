@@ -10,11 +10,14 @@ from html.parser import HTMLParser
 import pytest
 
 import sitscad
+from sitscad.estimates.signal import signals
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.contacts import contacts
 from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.report.page import _findings, render
+from sitscad.report.quantities import quantity
+from sitscad.report.signal import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, other_rows, signal_rows
 from sitscad.spec import templates
 from sitscad.spec.unverified import unverified_figures
 
@@ -139,8 +142,43 @@ def test_verdict_and_banner_follow_the_findings(design):
     fair = _page(design, CheckedSpec("s.yaml", "", (warning,)))
     assert "1 error: do not order this" in bad
     assert "built with --force" in bad
-    assert "No errors found" in fair
+    assert "verdict warned'>No errors found, but 1 warning to settle<" in fair
     assert "--force" not in fair
+    small = Finding("SIT217", "small-signal", Severity.WARNING, "rather small")
+    assert "No errors found, but the signal is small; 2 warnings to settle" in _page(
+        design, CheckedSpec("s.yaml", "", (warning, small))
+    )
+    note = Finding("SIT204", "x", Severity.NOTE, "by the way")
+    assert "verdict good'>No errors found<" in _page(design, CheckedSpec("s.yaml", "", (note,)))
+
+
+def test_the_change_per_newton_stands_under_the_verdict(design):
+    _, estimates, _ = design
+    page = _page(design)
+    felt = signals(estimates)
+    assert len(felt) == 2 and felt[0].per_newton < 0.0
+    line = re.search(r"<p class='signal'>(.*?)</p>", page).group(1)
+    assert line == html.escape(f"Signal: {'; '.join(headline(felt))}")
+    assert page.index("class='verdict") < page.index("class='signal") < page.index("class='tiles")
+    assert f"{100.0 * felt[0].share:+.1f} % of the reading over 1 N" in line or abs(felt[0].share) < 0.01
+
+
+def test_each_inductance_says_what_it_is_for(design):
+    _, estimates, checked = design
+    text = numbers.as_text("a.yaml", estimates, checked)
+    titles = [line for line in text.splitlines() if line and not line.startswith(" ")]
+    assert titles[1].startswith("Signal from rest") and titles[2].startswith("At the contacts")
+    assert titles.index(OTHERS_TITLE) > titles.index("Coils") and all(words in text for words in OTHERS_MEANING)
+    (state,) = [s for s in estimates.coils[1].states.values() if s.state == "pressed"]
+    (row,) = [row for row in other_rows(estimates) if row[:2] == ["C2", "pressed (required force)"]]
+    assert row[2:] == [quantity(state.apparent_inductance, "H"), quantity(state.converter_inductance, "H")]
+
+
+def test_a_sensor_without_a_signal_says_what_it_lacks():
+    spec = sitscad.load_text(SPEC.replace("requirements: {normal_force: 1 N}\n", ""), "no.yaml")
+    estimates = sitscad.estimate(sitscad.lay_out(spec))
+    assert signals(estimates) == () and "class='signal'" not in _page((spec, estimates, CheckedSpec("s", "", ())))
+    assert signal_rows((), estimates) == [["change per newton", NO_SIGNAL]]
 
 
 def test_absent_numbers_are_dashes_and_never_nan(design):

@@ -14,7 +14,7 @@ import pytest
 
 from sitscad.estimates import estimate
 from sitscad.layout import lay_out
-from sitscad.report.numbers import reading_rows
+from sitscad.report.signal import other_rows
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.units import show
@@ -226,8 +226,8 @@ def test_the_header_s_formula_gives_the_printed_inductance(cable):
         by_formula = 1.0 / (capacitance * (2.0 * math.pi * float(megahertz) * 1e6) ** 2)
         assert by_formula == pytest.approx(float(microhenries) * 1e-6, rel=2e-6)
         state = found.coils[0].states[name]
-        (row,) = [row for row in reading_rows(found) if row[1].startswith(name) or f" {name} " in row[1]]
-        assert show(by_formula, "H") == row[2]
+        (row,) = [row for row in other_rows(found) if row[1].startswith(name) or f" {name} " in row[1]]
+        assert show(by_formula, "H") == row[3]
         # what the header says about the difference to the inductance at the contacts
         if cable is not CABLE:
             q, omega = state.quality_factor, 2.0 * math.pi * state.frequency

@@ -1,0 +1,53 @@
+"""What a coil has to say: the change of its reading from rest to the required force."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from sitscad.record import record
+
+if TYPE_CHECKING:
+    from sitscad.estimates.values import CoilEstimate, Estimates
+
+
+@record
+class Signal:
+    """One coil from rest to pressed by `force` (N): inductance at its contacts at rest (H), that and the frequency per
+    newton (H/N, Hz/N) with one sigma of each (None: unknown); the share by which the converter's reading changes over
+    the whole force, of inductance by its formula and of frequency, and the steps of the converter in that.
+    """
+
+    coil: str
+    force: float
+    rest: float
+    per_newton: float
+    sigma: float | None
+    frequency_per_newton: float
+    frequency_sigma: float | None
+    share: float
+    frequency_share: float
+    steps: float | None
+
+
+def signals(estimates: Estimates) -> tuple[Signal, ...]:
+    """The signal of every coil that has both states; none without a required force, a target and an elastomer."""
+    found = (_signal(coil, estimates.normal_force) for coil in estimates.coils)
+    return tuple(signal for signal in found if signal is not None)
+
+
+def _signal(coil: CoilEstimate, force: float | None) -> Signal | None:
+    change = coil.sensitivity(force)
+    if change is None or not force or not all(map(math.isfinite, change)):
+        return None
+    rest, pressed = coil.states["rest"], coil.states["pressed"]
+    sigma = coil.sensitivity_sigma(force) or (None, None)
+    before, after = rest.converter_inductance, pressed.converter_inductance
+    if before is None or after is None:
+        before, after = rest.inductance, pressed.inductance
+    return Signal(
+        coil.name, force, rest.inductance, change[0], sigma[0], change[1], sigma[1],
+        share=after / before - 1.0,
+        frequency_share=pressed.frequency / rest.frequency - 1.0,
+        steps=abs(after - before) / rest.quantum if rest.quantum else None,
+    )  # fmt: skip
