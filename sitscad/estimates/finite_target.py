@@ -14,14 +14,17 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.eddy_target import Plate as Layer
 from sitscad.physics.eddy_target import reflection
 from sitscad.physics.finite_plate import (
+    EASED,
     CoaxialRings,
     Plate,
+    eased,
     loss_share_error,
     magnetic_share,
     magnetic_share_error,
     plate_loss_share,
     plate_share,
     share_error,
+    stepped,
 )
 from sitscad.record import record
 from sitscad.spec.places import footprint
@@ -90,29 +93,33 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     return TargetShares(shares, losses, tuple(notes), *errors)
 
 
-PURE = 0.99
-"""How much like a perfect conductor (1) or a perfect magnet (0, by one less this) a target must be to count as one."""
+PURE, UNSURE = 1e-3, 0.01
+"""How little a target may be like a magnet (0: a perfect conductor) or a conductor to count as the other; and from how
+much on it counts as one that is neither, with the errors of those."""
 
 MAGNETIC = 1.5
 """Relative permeability from which on a target draws the field in: below, it can only be a poor conductor."""
 
-BETWEEN = ((0.5, 1.3, 0.95), (0.75, 0.75, 0.82), (0.95, 0.5, 0.7), (1.15, 0.35, 0.5), (1.6, 0.15, 0.3))
+BETWEEN = (
+    ((0.5, 1.3), (0.75, 0.75), (0.95, 0.5), (1.15, 0.35), (1.6, 0.15)),
+    ((0.5, 0.95), (0.75, 0.82), (0.95, 0.7), (1.15, 0.5), (1.6, 0.3)),
+)
 """Relative errors of the shares of inductance and loss of magnetic metals, which are neither good conductors nor
 magnets, up to a shorter side over the coil's diameter: they lose less (tests/validation/disc_of_elements.py)."""
 
-THIN, LOSS_OF_THIN = 2.0, 0.3
-"""Skin depths up to which the current at the edge of a target uses both faces' copper at once, and what the share of
-its loss may be off by: it has up to a quarter more."""
+THIN, OVERHANGING, LOSS_OF_THIN = 2.0, 1.5, 0.3
+"""Skin depths up to which the current at the edge of a target uses both faces' copper at once, coil diameters up to
+which its edge has much of it, and what the share of its loss may be off by: it has up to a quarter more."""
 
 
 def _shares(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> _Found:
     like = _like_a_conductor(target, float(rings.radii.mean()) + gap)
-    if like >= PURE:
+    if like >= 1.0 - PURE:
         return _of_conductor(target, rings, places, gap, floor)
     magnet = Plate(_shape(target), target.size, target.thickness)
     drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
     magnetic_error = magnetic_share_error(magnet, rings)
-    if like <= 1.0 - PURE:
+    if like <= PURE:
         return _Found(drawn, drawn, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
     # Between the two: somewhere between both shares, half their distance unsure in the middle.
     metal = _of_conductor(target, rings, places, gap, floor)
@@ -122,7 +129,8 @@ def _shares(target: Target, rings: CoaxialRings, places: Array, gap: float, floo
         for one, mixed in ((metal.shares, found), (metal.losses, losses))
     )
     wide = min(target.size) / (2.0 * float(rings.radii.max()))
-    least = next((errors for ratio, *errors in BETWEEN if wide < ratio), (0.0, 0.0))
+    neither = eased(min(like, 1.0 - like), UNSURE / EASED, 0.0, 1.0)
+    least = [neither * stepped(wide, steps, 0.0) for steps in BETWEEN]
     error = like * metal.error + (1.0 - like) * magnetic_error + unsure
     loss_error = like * metal.loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
     return _Found(found, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
@@ -137,8 +145,8 @@ def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float
     where = plate, rings, places, gap + depth, floor
     kept, lost = np.minimum(plate_share(*where), 1.0), plate_loss_share(*where)
     error, loss_error = share_error(plate, rings), loss_share_error(plate, rings)
-    if target.thickness < THIN * _skin_depth(target) and min(target.size) < 1.5 * 2.0 * float(rings.radii.max()):
-        loss_error = max(loss_error, LOSS_OF_THIN)
+    thin = eased(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
+    loss_error = max(loss_error, eased(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin, 0.0))
     resisted, unsure = _resisted(target, rings)
     return _Found(kept / resisted, lost / resisted, error + unsure, loss_error + unsure, False)
 

@@ -16,7 +16,7 @@ A conductor behind the coil enters as a perfect mirror at a plane, for both.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -170,10 +170,9 @@ def magnetic_share_error(plate: Plate, coil: CoaxialRings) -> float:
     """
     short, longest, diameter = min(plate.size), max(plate.size), 2.0 * float(coil.radii.max())
     ratio = short / diameter
-    known = 0.1 if ratio >= 1.45 else 0.22 if ratio >= 0.95 else 0.6
-    if ratio < 0.2:
-        known = 0.9 if plate.thickness <= LONGEST * diameter else 2.0
-    return known if longest <= 2.1 * short else max(known, 0.4)
+    rod = eased(plate.thickness / diameter, LONGEST / EASED, 0.9, 2.0)
+    known = stepped(ratio, ((0.2, rod), (0.95, 0.6), (1.45, 0.22)), 0.1)
+    return eased(longest / short, 2.1 / EASED, known, max(known, 0.4))
 
 
 def _edge_growth(plate: Plate, outer: float) -> float:
@@ -200,19 +199,33 @@ def share_error(plate: Plate, coil: CoaxialRings) -> float:
     by thickness and width over the coil's diameter.
     """
     thick, wide = _slenderness(plate, coil)
-    if wide < 0.35:
-        return 0.25 if wide >= 0.24 else 0.9
-    if wide < 0.6:
-        return 0.05 if thick <= 0.03 else 0.12
-    return 0.03 if thick <= 0.055 else 0.05
+    narrow, broad = eased(thick, 0.03 / EASED, 0.05, 0.12), eased(thick, 0.055, 0.03, 0.05)
+    return stepped(wide, ((0.24, 0.9), (0.35, 0.25), (0.6, narrow)), broad)
 
 
 def loss_share_error(plate: Plate, coil: CoaxialRings) -> float:
     """The same of a share of the loss, mostly from discs: small thick ones are given too much."""
     thick, wide = _slenderness(plate, coil)
-    if wide < 0.6:
-        return 0.4 if wide >= 0.2 else 0.5
-    return 0.15 if thick <= 0.03 else 0.2
+    return stepped(wide, ((0.2, 0.5), (0.6, 0.4)), eased(thick, 0.03 / EASED, 0.15, 0.2))
+
+
+EASED = 1.4
+"""Errors are known at some sizes. From one at which a larger error was seen a stated one goes over to the next smaller
+within this ratio of sizes: nowhere less than was seen, and without a jump."""
+
+
+def eased(value: float, limit: float, before: float, after: float) -> float:
+    """`before` up to a limit, `after` from EASED times as much on, smooth between."""
+    part = min(max((value / limit - 1.0) / (EASED - 1.0), 0.0), 1.0)
+    return before + (after - before) * part * part * (3.0 - 2.0 * part)
+
+
+def stepped(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
+    """What holds up to each limit of `steps` (limit, value; rising limits), then `last`, each eased into the next."""
+    found = steps[0][1]
+    for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
+        found = eased(value, limit, found, after)
+    return found
 
 
 def _slenderness(plate: Plate, coil: CoaxialRings) -> tuple[float, float]:
