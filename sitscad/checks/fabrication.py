@@ -183,7 +183,7 @@ def house(subject: Subject, field: str) -> str:
     """Who asks for one figure: the profile that it stands in, a user's with file and line; marked if not verified."""
     rules = subject.spec.fpc.rules
     mark = " (unverified)" if source_of(subject, field).startswith("unverified") else ""
-    return rules.holders.get(field, rules.name) + mark
+    return rules.holder(field) + mark
 
 
 def source_of(subject: Subject, field: str) -> str:

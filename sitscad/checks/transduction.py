@@ -120,9 +120,9 @@ def _shear_strain(subject: Subject, force: float, strain: float) -> Iterator[Ver
         f"{show(force, 'N')} of shear move the target by {100.0 * strain:.0f} % of the {material.name} pad's thickness "
         f"({100.0 * strain / softest:.0f} % with a modulus one sigma softer); beyond {100.0 * limit:.0f} % (a "
         "conservative figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
-        f"a shear modulus of {show(enough, 'Pa', 3)} or more known as well as this one, or a target and pad of "
-        f"{show(area * strain / softest / limit * 1e6, '', 3)} mm2 instead of {show(area * 1e6, '', 3)} mm2, keeps the "
-        "softest case within it; a thinner pad shortens the travel, not this share",
+        f"a shear modulus of {show(enough, 'Pa', 3)} or more known as well as this one"
+        f"{_larger_area(subject, area, area * strain / softest / limit)} keeps the softest case within it; a thinner "
+        "pad shortens the travel, not this share",
         "elastomer.material",
         strain if beyond else strain / softest,
         limit,
@@ -130,6 +130,19 @@ def _shear_strain(subject: Subject, force: float, strain: float) -> Iterator[Ver
         Severity.WARNING if beyond else Severity.NOTE,
         elastomer.SHEAR_SOURCE,
     )
+
+
+def _larger_area(subject: Subject, area: float, wanted: float) -> str:
+    """A larger target and pad (m2) as the other way, where the jaw's face has room for them."""
+    mount = subject.spec.mount
+    room = mount.jaw.width * mount.jaw.length if mount is not None and mount.jaw is not None else math.inf
+    if wanted > room:
+        return f" (target and pad would have to be {_mm2(wanted)}, the jaw's face has {_mm2(room)})"
+    return f", or a target and pad of {_mm2(wanted)} instead of {_mm2(area)},"
+
+
+def _mm2(area: float) -> str:
+    return f"{show(area * 1e6, '', 3)} mm2"
 
 
 def target_gap(subject: Subject) -> Iterator[Verdict]:

@@ -188,7 +188,7 @@ def _turn_radius(tail: TailDocument, rules: DesignRules, remarks: Remarks) -> fl
             remarks.default("fpc.tail.turn_radius", show(radius, "m"))
     elif is_turned and radius < rules.inside_radius * (1 - 1e-9):
         message = (
-            f"an inner edge of {show(radius, 'm')} radius tears; {rules.holders.get('inside_radius', rules.name)} asks "
+            f"an inner edge of {show(radius, 'm')} radius tears; {rules.holder('inside_radius')} asks "
             f"{show(rules.inside_radius, 'm')}"
         )
         facts = {"measured": radius, "limit": rules.inside_radius, "unit": "m"}

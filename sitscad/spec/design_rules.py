@@ -102,6 +102,12 @@ class DesignRules:
         """Whether a minimum of coiled tracks is an error where it is not kept, and not a warning."""
         return self.coil_rule_binding and field not in self.unbound
 
+    def holder(self, field: str) -> str:
+        """Who asks for one figure, in words: this profile, or it with the one that it takes the figure from."""
+        holder = self.holders.get(field, self.name)
+        is_placed = "(" in holder  # a user's, which names file and line itself
+        return holder if holder == self.name or is_placed else f"{self.name} (which takes that from {holder})"
+
     @property
     def via_pad(self) -> float:
         """Smallest via pad diameter in metres: the drill and a ring on both sides."""

@@ -56,7 +56,12 @@ def described(value: Any) -> str:
 
 
 def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
-    """The hint for a word that is not allowed: the nearest one that is, and the list."""
+    """The hint for a word that is not allowed: the members of the family that it names (``ecoflex``, of
+    several hardnesses), else the nearest that is; and the list.
+    """
+    family = [name for name in allowed if name.startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
+    if len(family) > 1:
+        return f"{word} is a family, which one is meant? {', '.join(family)}; allowed: {', '.join(allowed)}"
     close = difflib.get_close_matches(str(word)[:64].lower(), allowed, 1, 0.5)
     meant = f"did you mean {close[0]}? " if close else ""
     return f"{meant}allowed: {', '.join(allowed)}"

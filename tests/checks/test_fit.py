@@ -277,3 +277,20 @@ def test_elastomer_shear(judge, verdicts, design):
     assert found.measured == pytest.approx(1.0 * 2e-3 / (modulus * 16e-6)) and found.limit == pytest.approx(2.25e-3)
     assert strained.measured == pytest.approx(1.0 / (modulus * 16e-6)) and "262 %" in strained.message
     assert "no pitch" in verdicts("SIT312", design(array=None))[1][0].reason
+
+
+@pytest.mark.parametrize(("force", "kind", "words"), [
+    ("3 N", "grasper-pad", "(target and pad would have to be "),
+    ("3 N", "bench-plate", ", or a target and pad of "),
+    ("1.2 N", "grasper-pad", ", or a target and pad of "),
+])  # fmt: skip
+def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, force, kind, words):
+    """117 mm2 were asked for on a face of 100 mm2."""
+    mount = {"kind": kind, "standoff": 0.7} | ({"jaw": "generic-5mm"} if kind == "grasper-pad" else {})
+    soft = {"material": "ecoflex-00-50", "shape": "square", "size": 4.5, "thickness": 1}
+    spec = design(mount=mount, elastomer=soft, shield=None, requirements__shear_force=force)
+    hint = judge("SIT312", spec)[0].hint
+    assert words in hint
+    asked = float(re.search(r"(?:have to be|pad of) ([\d.]+) mm2", hint)[1])
+    room = spec.mount.jaw.width * spec.mount.jaw.length * 1e6 if spec.mount.jaw else math.inf
+    assert (asked > room) == words.startswith("(")

@@ -418,3 +418,16 @@ def test_the_most_turns_are_named():
     text, _, _ = with_value("coil.turns", "13")
     (finding,) = findings_of(text)
     assert "at most 11.99" in finding.message  # (4.0 / 2 - 0.08) / 0.16 = 12 turns touch the centre
+
+
+@pytest.mark.parametrize(
+    ("section", "named"),
+    [
+        ("elastomer: {material: ecoflex, thickness: 1}", "ecoflex-00-10, ecoflex-00-20, ecoflex-00-30, ecoflex-00-50"),
+        ("target: {shape: square, size: 4, thickness: 0.2, material: stainless}", "stainless-17-4ph, stainless-304"),
+    ],
+)
+def test_a_family_of_materials_is_named_and_none_of_it_is_guessed(section, named):
+    coil = "{shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
+    (finding,) = findings_of(f"sitscad: 1\nname: a\ncoil: {coil}\n{section}\n")
+    assert f"is a family, which one is meant? {named};" in finding.hint and "did you mean" not in finding.hint

@@ -164,10 +164,10 @@ def messages(spec, *rules):
 
 
 def test_a_finding_names_the_profile_that_holds_the_figure(folder):
-    """Not the one that is based on it; a user's with file and line, in the spec with its line."""
+    """With the one that is based on it, where that is what the spec names; a user's with file and line."""
     said = {name: messages(load(write(folder, name)), "SIT103")["SIT103"] for name in ("wellpcb", "generic-flex")}
-    assert "generic-flex asks 152.4 um" in said["wellpcb"] and "wellpcb" not in said["wellpcb"]
-    assert said["wellpcb"] == said["generic-flex"]
+    assert "wellpcb (which takes that from generic-flex) asks 152.4 um" in said["wellpcb"]
+    assert "coiled tracks generic-flex asks 152.4 um" in said["generic-flex"]
     loop = "coil_trace_width: 0.2\ncoil_trace_spacing: 0.2\n"
     own = load(write(folder, "ours.yaml", ours="based_on: shop.yaml\nvia_drill: 0.2\n", shop=f"name: a shop\n{loop}"))
     assert "a shop (shop.yaml line 3) asks 200 um" in messages(own, "SIT103")["SIT103"]
