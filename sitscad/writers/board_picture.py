@@ -264,7 +264,7 @@ def _legend(layout: Layout, shown: list[int], view: _View, marks: list[Mark]) ->
         keys.append((_dashes(BEND, BEND_DASHES), f"bend {math.degrees(bend.angle):g} deg {bend.direction}"))
         keys += [(_swatch(TAKEN), "taken by the bend")] if bend.end > bend.start else []
     keys += [(_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)]
-    return [_scale_bar(layout, view), *_rows(keys)]
+    return [*_title(layout), _scale_bar(layout, view), *_rows(keys)]
 
 
 def _rows(keys: list[tuple[str, str]]) -> Iterator[str]:
@@ -278,14 +278,19 @@ def _rows(keys: list[tuple[str, str]]) -> Iterator[str]:
         yield f"<g {FONT}>{''.join(cells)}</g>"
 
 
+def _title(layout: Layout) -> Iterator[str]:
+    """Part number, revision and date, those that there are, in a row of their own."""
+    if words := layout.spec.issue.words:
+        yield f"<text x='{_n(WIDTH - 20)}' y='17' {FONT} font-size='16' text-anchor='end'>{escape(words)}</text>"
+
+
 def _scale_bar(layout: Layout, view: _View) -> str:
     """A bar of a round length near a sixth of the picture, and the sizes in words."""
     length = _round_below(WIDTH / view.scale / 6)
     end = 20.0 + length * view.scale
     body, board = layout.body_size, bounding_box([layout.outline])
-    words = layout.spec.issue.words
     sizes = (
-        f"{layout.spec.name}{f' ({words})' if words else ''}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
+        f"{layout.spec.name}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
         f"board {show(board[2] - board[0], 'm')} x {show(board[3] - board[1], 'm')}, seen from the top"
     )
     return (
