@@ -61,9 +61,9 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     )
     view = placed(box, scale, ROOM)
     _board(sheet, layout, view, box)
+    _names(sheet, layout, view)
     for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
         sheet.draw(view.path(piece.outline()), PENS[piece.name])
-    _names(sheet, layout, view)
     _dimensions(sheet, layout, pieces, view)
     low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), list(_coils(layout)), 2.6)
     low = _legend(sheet, pieces, low - 8.0)

@@ -49,7 +49,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     _body_section(sheet, layout, scale)
     rows = [["place", "finished thickness (least to most)"], *map(list, thickness_texts(layout).items())]
     low = table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
-    fitting_paragraph(sheet, 16.0, low - 2.0, 150.0, MARGIN + 3.0, list(_notes(layout)), 2.3)
+    fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, list(_notes(layout)), 2.3)
     return sheet
 
 
