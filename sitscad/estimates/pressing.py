@@ -8,13 +8,15 @@ from dataclasses import field, replace
 
 from sitscad.geometry.convex import centroid
 from sitscad.geometry.path import Path, bounding_box, enclosed_area
-from sitscad.mechanics.elastomer import Compression, Face, press_part
+from sitscad.mechanics.elastomer import Compression, Face, model_sigma, press_part
 from sitscad.record import record
 from sitscad.scene.slabs import elastomer, target
 from sitscad.spec.sensor import SensorSpec
 
 MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elastomer size", "part of the pad loaded"
-"""What scatters the gap. The last is no scatter of manufacture: by how much the careful strain may be too large."""
+BLOCK = "bonded-block formula"
+"""What scatters the gap. PART and BLOCK are no scatter of manufacture: by how much the careful strain may be too large,
+and what the formula of the pad's stiffness is off by."""
 
 LEAST = 0.05
 """Share of its modulus and of its thickness that a pad has at least, however large one sigma is."""
@@ -88,6 +90,8 @@ def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tu
     assert spec.elastomer is not None
     modulus = spec.elastomer.material.shear_modulus_sigma
     found = {MODULUS: (pressed(spec, modulus=1.0 - modulus), pressed(spec, modulus=1.0 + modulus))}
+    formula = model_sigma(loaded_face(spec)[0])
+    found[BLOCK] = pressed(spec, modulus=1.0 - formula), pressed(spec, modulus=1.0 + formula)
     if sigmas.get(PAD):
         found[PAD] = pressed(spec, thicker=-sigmas[PAD]), pressed(spec, thicker=sigmas[PAD])
     if sigmas.get(PAD_SIZE):
