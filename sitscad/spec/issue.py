@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from datetime import UTC, datetime
 
 from sitscad.record import record
 
@@ -39,4 +38,8 @@ class Issue:
 def creation_date() -> str | None:
     """The date of SOURCE_DATE_EPOCH (seconds since 1970) in ISO 8601, UTC; None where it is not set or not a number."""
     seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
-    return datetime.fromtimestamp(int(seconds), UTC).isoformat() if seconds.isdecimal() else None
+    if not seconds.isdecimal():
+        return None
+    from datetime import UTC, datetime  # only papers ask
+
+    return datetime.fromtimestamp(int(seconds), UTC).isoformat()
