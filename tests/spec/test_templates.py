@@ -37,3 +37,28 @@ def test_the_resistances_in_a_comment_are_the_computed_ones(name):
     for word, state in zip(words, ("free", "rest", "pressed"), strict=True):
         worst = min(coil.states[state].parallel_resistance for coil in coils)
         assert float(word) * 1e3 == pytest.approx(worst, rel=0.06), state
+
+
+INHERENT = {
+    "bench_7mm": {"SIT103"},
+    "grasper_3p5mm": {"SIT103", "SIT203", "SIT204", "SIT303", "SIT304", "SIT312"},
+    "grasper_4layer": {"SIT103", "SIT304"},
+    "racetrack_jaw": {"SIT103"},
+    "single_coil": set(),
+    "square_bench": set(),
+    "three_axis_grid": {"SIT103"},
+    "three_axis_triangle": {"SIT103"},
+}
+"""What warns of each template, or refuses it: a first one alone and a first one mounted are clean."""
+
+
+@pytest.mark.parametrize("name", templates.names())
+def test_a_template_warns_of_nothing_but_what_it_is_and_says_so(name):
+    import sitscad
+
+    spec = sitscad.load_text(templates.read(name))
+    said = {f.rule for f in sitscad.check(spec, hints="none").findings if f.severity is not sitscad.Severity.NOTE}
+    assert said == INHERENT[name]
+    if name != "grasper_3p5mm":  # that one says at its head that it is refused, and why
+        assert all(rule in templates.read(name) for rule in said)
+    assert name == "grasper_3p5mm" or sitscad.check(spec, hints="none").ok
