@@ -23,6 +23,7 @@ from sitscad.physics.track_modes import Cut, ModeSet, field_nodes, integrated, p
 from sitscad.record import record
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 BLOCK = math.radians(30.0)
 """Arcs are cut once in every such angle of their direction, in the middle one of an odd number of chords."""
@@ -37,6 +38,9 @@ ABREAST = math.radians(5.0)
 
 AT_ONCE = 30_000
 """Points and filaments that are worked on at once: as many as stay near the processor."""
+
+DISTANT = 1.5
+"""Distance of a block of arcs from a cut, in its length, from which it is a third of the chords."""
 
 TIGHTEST = 0.7
 """Radius of the centre line, in widths, below which an arc's current is that of this radius; at a half, its inner edge
@@ -64,15 +68,30 @@ class BentTrack:
 @record(eq=False)
 class _Sides:
     # Straight sides of all tracks: `key` numbers the groups that lie abreast (-1: seen, never cut); `heading` are
-    # their directions (rad, from the first one's); `block` numbers the blocks of arcs, and sides.
+    # their directions (rad, from the first one's); `block` numbers the blocks of arcs, and sides. `few` are the same
+    # with a third of the chords; `middle` (blocks, 2) and `reach` (blocks; m) say where blocks lie and how long they
+    # are.
     start: Array
     end: Array
     section: Array
     length: Array
     curvature: Array
-    key: NDArray[np.intp]
+    key: Index
     heading: list[float]
-    block: NDArray[np.intp]
+    block: Index
+    few: _Chords
+    middle: Array
+    reach: Array
+
+
+@record(eq=False)
+class _Chords:
+    # Straight filaments: ends (n, 2), heights and widths (n; m), and the numbers of their blocks.
+    start: Array
+    end: Array
+    height: Array
+    width: Array
+    block: Index
 
 
 def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
@@ -97,7 +116,7 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
                          found.unresolved * times)  # fmt: skip
 
 
-def _group_losses(sides: _Sides, index: NDArray[np.intp], cuts: int, conductivity: float, modes: ModeSet,
+def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
                   steps: int) -> list[ProximityLoss]:  # fmt: skip
     if sides.curvature[index[0]]:
         return [_cut_loss(sides, index, 0.5, 1.0, conductivity, modes, steps, None)]
@@ -120,23 +139,32 @@ def _crowded(count: int, scale: float) -> tuple[Array, Array]:
 
 
 def _sides(tracks: Sequence[BentTrack]) -> _Sides:
-    rows, keys, block, number = [], [], [], 0
+    rows, keys, block, few, number = [], [], [], [], 0
     known: list[tuple[float, int]] = []
+    shapes: dict[bytes, list[Block]] = {}
     for track in tracks:
         most = 1.0 / (TIGHTEST * track.width)
-        for nodes, length, turn, heading in _blocks(track):
-            middle = (len(nodes) - 1) // 2
+        shape = track.starts.tobytes() + track.ends.tobytes() + track.turns.tobytes()
+        if shape not in shapes:  # every other layer repeats
+            shapes[shape] = list(_blocks(track))
+        for nodes, length, turn, heading in shapes[shape]:
+            parts = len(nodes) - 1
             group = _group(known, heading, 1 if turn else 0)
             curvature = max(-most, min(turn / length, most))
-            for k in range(len(nodes) - 1):
-                keys.append(group if k == middle else -1)
+            for k in range(parts):
+                keys.append(group if k == parts // 2 else -1)
                 rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, curvature))
-            block += [number] * (len(nodes) - 1)
+            block += [number] * parts
+            some = [nodes[round(parts * k / -(-parts // 3))] for k in range(-(-parts // 3) + 1)]
+            few += [(*one, *other, track.z, track.width, number) for one, other in pairwise(some)]
             number += 1
-    table = np.array(rows)
+    table, less, of = np.array(rows), np.array(few), np.array(block)
     headings = [(heading - known[0][0] + 1e-3) % (2.0 * math.pi) for heading, _ in known]
-    return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings,
-                  np.array(block))  # fmt: skip
+    first, last = np.searchsorted(of, np.arange(number)), np.searchsorted(of, np.arange(number), side="right") - 1
+    ends = table[first, :2], table[last, 2:4]
+    return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings, of,
+                  _Chords(less[:, :2], less[:, 2:4], less[:, 4], less[:, 5], less[:, 6].astype(np.intp)),
+                  0.5 * (ends[0] + ends[1]), np.hypot(*(ends[1] - ends[0]).T))  # fmt: skip
 
 
 Block = tuple[Array, float, float, float]
@@ -204,19 +232,19 @@ def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
     return len(known) - 1
 
 
-def _cut(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float) -> Cut:
+def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
     place, tangent = _place(sides, index, fraction)
     z, width, thickness = sides.section[index].T
     normal = np.array([tangent[1], -tangent[0]])
     return Cut(place @ normal, z, width, thickness, sides.length[index] * weight, sides.curvature[index])
 
 
-def _place(sides: _Sides, index: NDArray[np.intp], fraction: float) -> tuple[Array, Array]:
+def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
     span = sides.end[index] - sides.start[index]
     return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
 
 
-def _cut_loss(sides: _Sides, index: NDArray[np.intp], fraction: float, weight: float, conductivity: float,
+def _cut_loss(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
               modes: ModeSet, steps: int, matrix: Array | NearAndFar | None) -> ProximityLoss:  # fmt: skip
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
@@ -252,20 +280,21 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
     return np.asarray(flux - integrated(np.sign(bend) * field * near / radius[:, None], cut, modes))
 
 
-def _smooth_field(sides: _Sides, index: NDArray[np.intp], cut: Cut, along: Array, tangent: Array,
+def _smooth_field(sides: _Sides, index: Index, cut: Cut, along: Array, tangent: Array,
                   offset: Array) -> Array:  # fmt: skip
     # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
     # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
     # the potential along the track: near corners that would miss half of the flux.
     normal = np.array([tangent[1], -tangent[0]])
     point = along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
-    filaments = _straight(sides, index, tangent, 1e-6 * cut.unit)
+    chords, own = _seen(sides, index, along[:, None] * tangent + cut.across[:, None] * normal)
+    filaments = _straight(chords, own, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
     total = np.empty_like(offset)
-    rows = max(1, AT_ONCE // (len(sides.start) * offset.shape[1]))
+    rows = max(1, AT_ONCE // (len(chords.start) * offset.shape[1]))
     for level in np.unique(cut.height):
-        own = np.nonzero(cut.height == level)[0]
-        for low in range(0, own.size, rows):
-            part = own[low : low + rows]
+        abreast = np.nonzero(cut.height == level)[0]
+        for low in range(0, abreast.size, rows):
+            part = abreast[low : low + rows]
             ratio = np.sqrt(cut.length[None, :] / cut.length[part, None])
             total[part] = _field(filaments, point[part], float(level), ratio, sides.block[index[part]])
     return np.asarray(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset))
@@ -282,26 +311,40 @@ class _Straight:
     length: Array
     height: Array
     clear: Array
-    own: NDArray[np.intp]
-    block: NDArray[np.intp]
+    own: Index
+    block: Index
 
 
-def _straight(sides: _Sides, index: NDArray[np.intp], tangent: Array, least: float) -> _Straight:
-    axis = (sides.end - sides.start).T
+def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
+    # The chords that a cut at places (n, 2) sees, fewer where arcs are farther than they are long; and which of them
+    # are the cut's own.
+    away = sides.middle[:, None] - place
+    near = np.min(np.hypot(away[..., 0], away[..., 1]), axis=1) < DISTANT * sides.reach
+    near[sides.block[index]] = True
+    many, few = near[sides.block], ~near[sides.few.block]
+    rest = sides.few
+    return _Chords(*(np.concatenate([one[many], other[few]]) for one, other in (
+        (sides.start, rest.start), (sides.end, rest.end), (sides.section[:, 0], rest.height),
+        (sides.section[:, 1], rest.width), (sides.block, rest.block),
+    ))), np.cumsum(many)[index] - 1  # fmt: skip
+
+
+def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, least: float) -> _Straight:
+    axis = (chords.end - chords.start).T
     length = np.hypot(*axis)
     axis = axis / length
     left = np.stack([-axis[1], axis[0]])
     # Sides round the corner have the width of a track: as filaments they would be too near.
     turned = np.abs(tangent @ axis) < 0.94
-    clear = np.maximum(turned * CORNER * sides.section[:, 1], least) ** 2
-    clear[index] = least**2
+    clear = np.maximum(turned * CORNER * chords.width, least) ** 2
+    clear[own] = least**2
     # An arc of the cut is a part of a ring near it, not chords: see `_bend_flux`.
-    block = sides.block if sides.curvature[index].any() else np.full(sides.block.size, -1)
-    return _Straight(axis, left, np.sum(sides.start.T * axis, axis=0), np.sum(sides.start.T * left, axis=0), length,
-                     sides.section[:, 0], clear, index, block)  # fmt: skip
+    block = chords.block if is_curved else np.full(length.size, -1)
+    return _Straight(axis, left, np.sum(chords.start.T * axis, axis=0), np.sum(chords.start.T * left, axis=0), length,
+                     chords.height, clear, own, block)  # fmt: skip
 
 
-def _field(filaments: _Straight, point: Array, level: float, ratio: Array, block: NDArray[np.intp]) -> Array:
+def _field(filaments: _Straight, point: Array, level: float, ratio: Array, block: Index) -> Array:
     # At points (tracks, nodes, 2) of a height (m): for each filament its distance to the right, where the field points
     # down (the current's own normal is to the right), over the squared distance, times the difference of the cosines at
     # its ends; less 2 `ratio` (tracks, own) for the cut's own tracks, nothing for chords of the own `block`.

@@ -13,7 +13,7 @@ from sitscad.record import record
 
 Array = NDArray[np.float64]
 
-FIELD_POINTS = 5
+FIELD_POINTS = 3
 """Points across a track at which the field of distant currents is taken at most: it is smooth."""
 
 
