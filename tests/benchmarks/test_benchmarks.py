@@ -12,6 +12,7 @@ import pytest
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
+import shapes  # noqa: E402
 from measure import Growth, noise, peak  # noqa: E402
 
 NUMBERS = (12.0, 25.0, 50.0, 100.0, 200.0)
@@ -41,6 +42,14 @@ def test_the_most_memory_is_that_of_the_work():
 def test_noise_is_a_ratio_to_the_best():
     middle, worst = noise(3)
     assert 1.0 <= middle <= worst
+
+
+def test_every_shape_is_priced_against_the_round_coil():
+    rows = list(shapes.costs(((2, 1),), shapes=(shapes.SHAPES[0], shapes.SHAPES[6])))
+    assert [row.shape for row in rows] == ["circle", "square, rounded"]
+    assert rows[0].over_round == 1.0 and rows[1].over_round > 0.0
+    assert all(row.resistance_difference <= row.resistance_error for row in rows)
+    assert shapes.table(rows)[2].startswith("| circle | 2, 1 |")
 
 
 @pytest.mark.slow
