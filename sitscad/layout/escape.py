@@ -28,13 +28,16 @@ TRIALS = 2_000
 QUICK = 100
 """Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
 
-SPARED = 0.06
+SPARED = 0.15
 """Leads that run so little farther round their coil than they must (turns) are as good as any."""
 
 COMES_OUT = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
 """How far beside its other end a coil that ends inside may come out from under its turns: to make up for what that lead
 sweeps inside, or past an inner via.
 """
+
+NEAR = math.radians(60.0)
+"""A via stands no farther (rad) from where the lead from the inside comes out, or where it does."""
 
 STEP_BACK = 1e-3
 """How far back on the ring (rad) its direction is taken."""
@@ -250,7 +253,10 @@ def _lead_options(
 def _ways_out(
     around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole], beside: list[float]
 ) -> Iterator[Branch]:
-    """The ways from a coil's end to its exit: directly, or by a via where the layers differ."""
+    """The ways from a coil's end to its exit: directly, or by a via where the layers differ.
+
+    The via of a lead from the inside stands where that lead comes out, or not far from there.
+    """
     if end.layer == out.layer:
         near = [angle + turned for turned in COMES_OUT for angle in beside]
         for sweep in _sweeps(around, end, out.angle, near):
@@ -265,9 +271,13 @@ def _ways_out(
         angle, _ = around.stand(hole)
         sweeps = [sweep for sweep in _both_ways(out.angle - angle) if not _doubles_back(around, out, sweep)]
         onward = [Leg(around, out.layer, hole.centre, angle, sweep, out.way) for sweep in sweeps]
-        for to_via in _legs_to(around, end, hole, angle, beside):
+        for to_via in _legs_to(around, end, hole, angle, [out for out in beside if _is_near(out, angle)]):
             for from_via in onward:
                 yield Branch((to_via, from_via), hole)
+
+
+def _is_near(one: float, other: float) -> bool:
+    return abs(math.remainder(one - other, TWO_PI)) < NEAR
 
 
 def _doubles_back(around: Surroundings, out: Exit, sweep: float) -> bool:

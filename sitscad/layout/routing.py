@@ -43,8 +43,8 @@ class Routing:
 
     @property
     def excess(self) -> float:
-        """How much farther than they must the leads run round their coils, in all (turns)."""
-        return math.fsum(way.excess for way in self.escapes)
+        """How much farther than they must the leads of one coil run round it, at most (turns)."""
+        return max(way.excess for way in self.escapes)
 
 
 @record
@@ -353,7 +353,7 @@ def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
     return tail.reaching(ahead) if ahead > 0.0 else tail
 
 
-FURTHER = 2_000
+FURTHER = 1_500
 """So many trials more may be spent where leads run farther round their coils than they must."""
 
 BASES = 3
