@@ -28,8 +28,11 @@ TRIALS = 2_000
 QUICK = 100
 """Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
 
-SPARED = 0.15
+SPARED = 0.05
 """Leads that run so little farther round their coil than they must (turns) are as good as any."""
+
+INSIDE = 0.1
+"""A lead from the inside comes out within this (turns) of where it would go round nothing, past inner vias."""
 
 COMES_OUT = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
 """How far beside its other end a coil that ends inside may come out from under its turns: to make up for what that lead
@@ -77,8 +80,9 @@ class Escape:
     @property
     def excess(self) -> float:
         """How much farther that is than it had to be (turns)."""
-        around = self.lead_a.legs[0].around
-        return max(0.0, abs(self.closing) - abs(least_closing(around.spec.coil)))
+        coil = self.lead_a.legs[0].around.spec.coil
+        least = INSIDE if len(coil.layers) % 2 else abs(least_closing(coil))
+        return max(0.0, abs(self.closing) - least)
 
     @property
     def cost(self) -> float:
