@@ -187,7 +187,9 @@ def _read_mapping(events: Iterator[Event], key: str, found: YamlText) -> dict[st
             found.flaws.append(
                 TextError("SIT012", f"{name} is given twice, first in line {first[0]}", "keep one", place, entry_key)
             )
-            _read_node(next(events), events, "\0duplicate", found)
+            again = YamlText()  # its places are not those of the first
+            _read_node(next(events), events, entry_key, again)
+            found.flaws += again.flaws
             continue
         found.keys[entry_key] = place
         mapping[name] = _read_node(next(events), events, entry_key, found)

@@ -59,6 +59,17 @@ def test_a_key_with_a_dot_in_its_name_is_no_key_of_a_section():
     ) and "fpc.tail.length: has" in found.message
 
 
+def test_a_key_twice_within_a_section_twice_is_named_as_it_is_written():
+    """Its key was an inner word of the reader's."""
+    text = f"{HEAD}{COIL}fpc: {{boards: 3}}\nfpc: {{boards: 3, boards: 4}}\n"
+    assert pointed_at(text) == [
+        ("SIT012", "fpc", "fpc: {boards: 3, boards: 4}"),
+        ("SIT012", "fpc.boards", "boards: 4}"),
+    ]
+    text = f"{HEAD}{COIL.replace('14', '-14')}coil: {{turns: 3}}\n"
+    assert [here[:3] for rule, _, here in pointed_at(text) if rule == "SIT006"] == ["-14"]
+
+
 def test_a_key_called_like_a_tag_of_the_reader_is_named():
     assert pointed_at(f"{HEAD}{COIL}fpc: {{<name>: 3}}\n") == [("SIT002", "fpc.<name>", "<name>: 3}")]
 
