@@ -9,6 +9,7 @@ from dataclasses import replace
 from sitscad.checks.fit import FIT_RULES, ROUNDING
 from sitscad.checks.plate_places import (
     GRAIN,
+    MOST_MARGIN,
     carried,
     cut_to_board,
     film,
@@ -132,9 +133,10 @@ def _told(subject: Subject, left: Left | None) -> str:
         return "move it onto the body, or make the body larger (fpc.margin)"
     breaks, change = broken[-1]
     softer = "; take a stiffer elastomer with it" if {"SIT304", "SIT312"} & set(breaks) else ""
+    larger_body = "; a larger body (fpc.margin) may carry them as they are" if left is None else ""
     return (
         f"{change.words} fits on the board's body, but the smaller plates break {', '.join(breaks)}, and none larger "
-        f"lies on it{softer}"
+        f"lies on it{softer}{larger_body}"
     )
 
 
@@ -147,6 +149,8 @@ def _widened(subject: Subject, left: Left) -> Iterator[Fix]:
     layout = subject.layout
     for _ in range(TRIES):
         margin = more_margin(changed, layout.body)
+        if max(margin) > MOST_MARGIN:
+            return
         changed = replace(changed, fpc=replace(changed.fpc, margin=margin))
         wider = left.drawn(changed)
         if wider is None:

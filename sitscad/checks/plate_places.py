@@ -17,6 +17,9 @@ from sitscad.scene.slabs import Slab, elastomer, target
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
+MOST_MARGIN, MOST_SIDE = 0.1, 0.5
+"""The largest margin and the longest side (m) that a spec takes."""
+
 GRAIN = 10e-6
 """Sizes and margins that are named are whole multiples of it (m): nobody cuts finer."""
 
@@ -50,7 +53,8 @@ def carried(spec: SensorSpec) -> Iterator[Fix]:
     if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
         return
     for edits, larger in resized("elastomer", spec.elastomer, carrying(pad.footprint, plate.footprint)):
-        yield Fix(edits, replace(spec, elastomer=larger))
+        if max(larger.size) <= MOST_SIDE:
+            yield Fix(edits, replace(spec, elastomer=larger))
 
 
 def moved(spec: SensorSpec) -> Iterator[Fix]:
