@@ -191,7 +191,8 @@ def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
         if _is_turned(layout):
             sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
         else:
-            sheet.text(view.x(box[2]), view.y(box[3]) + above, name, size, "end")
+            top = max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])
+            sheet.text(view.x(box[2]), view.y(top) + above, name, size, "end")
     for opening in (*layout.top_openings, *layout.bottom_openings):
         sheet.draw(view.path(opening.outline), HIDDEN)
 
@@ -250,13 +251,14 @@ def _first_and_last(sheet: Sheet, layout: Layout, view: View) -> None:
         return
     ends = min(layout.pads, key=lambda pad: pad.number), max(layout.pads, key=lambda pad: pad.number)
     (xa, ya), (xb, yb) = (pad.centre for pad in ends)
+    bare = bounding_box([layout.outline, *(each.outline for each in layout.top_openings)])
     for pad, sign in zip(ends, (1.0, -1.0), strict=True):
         x, y = view.x(pad.centre.x), view.y(pad.centre.y)
         if abs(ya - yb) >= abs(xa - xb):
-            out = view.length(pad.size[0] / 2) + 2.0
-            sheet.text(x + out, y - 0.8 + sign * math.copysign(0.9, ya - yb), str(pad.number), 2.3)
+            out = view.x(bare[2]) + 1.0
+            sheet.text(out, y - 0.8 + sign * math.copysign(0.9, ya - yb), str(pad.number), 2.3)
         else:
-            out = sign * math.copysign(view.length(pad.size[0]) + 3.0, xa - xb)
+            out = sign * math.copysign(view.length(2.0 * pad.size[0]) + 4.0, xa - xb)
             sheet.text(x + out, y - 0.8, str(pad.number), 2.3, "middle")
 
 
