@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import islice
 from typing import TypeVar
 
 from sitscad.geometry.footprint import Footprint
+from sitscad.layout.closing import least_closing
 from sitscad.remedy.fix import Edit, Fix
 from sitscad.spec import presets
 from sitscad.spec.places import footprint
@@ -16,6 +18,9 @@ from sitscad.spec.turns import most_turns, turn_fraction
 from sitscad.units import show
 
 MOST_LAYERS = 8
+
+AS_GOOD_AS_NONE = 0.05
+"""So far (turns) a lead may run back round a coil that a hint names."""
 
 
 def with_turns(spec: SensorSpec, turns: float, *before: Edit) -> Fix:
@@ -26,28 +31,42 @@ def with_turns(spec: SensorSpec, turns: float, *before: Edit) -> Fix:
 
 def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     """So many times the turns, then half the way to the most that the outline takes, then those; whole parts of a turn
-    of the shape. Nothing for layers of unequal turns.
+    of the shape, with which no lead runs back round the coil. Nothing for layers of unequal turns.
     """
     coil = spec.coil
     if coil.unequal_turns:
         return
     parts = turn_fraction(coil.shape) or 4
-    most = math.floor(parts * most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch) + 1e-9) / parts
-    wanted = min(math.ceil(parts * coil.turns * factor - 1e-9) / parts, most)
-    middle = math.ceil(parts * (wanted + most) / 2.0 - 1e-9) / parts
-    for turns in dict.fromkeys((wanted, middle, most)):
-        if turns > coil.turns:
-            yield with_turns(spec, turns)
+    room = math.floor(parts * most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch) + 1e-9)
+    most = next((part for part in range(room, 0, -1) if not _runs_back(coil, part / parts)), room)
+    wanted = min(_up(coil, math.ceil(parts * coil.turns * factor - 1e-9), parts), most)
+    middle = min(_up(coil, math.ceil((wanted + most) / 2.0 - 1e-9), parts), most)
+    for part in dict.fromkeys((wanted, middle, most)):
+        if part / parts > coil.turns:
+            yield with_turns(spec, part / parts)
+
+
+def _up(coil: CoilSpec, part: int, parts: int) -> int:
+    """So many parts of a turn, or the fewest more with which no lead runs back round the coil."""
+    return next((more for more in range(part, part + parts) if not _runs_back(coil, more / parts)), part)
+
+
+def _runs_back(coil: CoilSpec, turns: float) -> bool:
+    """Whether with so many turns a layer a lead takes inductance away (a hint is no worse than its neighbours)."""
+    return turns > 0.0 and least_closing(replace(coil, turns=turns)) < -AS_GOOD_AS_NONE
 
 
 def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
-    """The turns as they are, then the most that are no more than `room`, then so many times a part of a turn less."""
+    """The turns as they are, then the most that are no more than `room`, then so many times a part of a turn less;
+    always such with which no lead runs back round the coil, but for those as they are.
+    """
     coil = spec.coil
     if coil.unequal_turns:
         return
     parts = turn_fraction(coil.shape) or 4
     whole = math.floor(parts * room + 1e-9)
-    for turns in dict.fromkeys((coil.turns, *((whole - step) / parts for step in range(steps + 1)))):
+    fewer = (part / parts for part in range(whole, 0, -1) if not _runs_back(coil, part / parts))
+    for turns in dict.fromkeys((coil.turns, *islice(fewer, steps + 1))):
         if 0.0 < turns <= most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch):
             yield with_turns(spec, turns)
 

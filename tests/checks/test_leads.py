@@ -10,8 +10,8 @@ from sitscad.checks.rules import Subject
 from sitscad.estimates import estimate
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
-from sitscad.layout.closing import drawn_closing
-from sitscad.remedy.moves import whole_turns
+from sitscad.layout.closing import drawn_closing, least_closing
+from sitscad.remedy.moves import fewer_turns, more_turns, whole_turns
 from sitscad.spec.load import load_text
 
 from .conftest import design
@@ -74,10 +74,7 @@ def test_what_is_named_is_what_the_estimate_has():
     ("square", 2, 6.25, [6.0, 6.5]), ("hexagon", 4, 6 + 1 / 6, [6.0, 6.5]), ("racetrack", 4, 6.5, [7.0]),
 ])  # fmt: skip
 def test_whole_turns_of_all_layers_together_nearest_first(shape, layers, turns, named):
-    size = "[14, 10]" if shape == "racetrack" else "10"
-    spec = load_text(
-        f"sitscad: 1\nname: whole\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: {layers}, "
-        "trace_width: 100 um, trace_spacing: 100 um}", "whole.yaml")  # fmt: skip
+    spec = wound(shape, layers, turns)
     assert [change.spec.coil.turns for change in whole_turns(spec)] == pytest.approx(named)
     assert all(f"{change.spec.coil.turns:.7g}" in change.words for change in whole_turns(spec))
 
@@ -89,3 +86,23 @@ def test_a_jaw_of_another_width_draws_the_board_anew():
     subject = Subject(spec)
     assert subject.drawn(wide).layout.coils is not subject.layout.coils
     assert subject.drawn(replace(spec, name="other")).layout.coils is subject.layout.coils
+
+
+@pytest.mark.parametrize("shape, layers, turns", [
+    ("hexagon", 2, 6), ("octagon", 2, 6), ("octagon", 4, 6.25), ("circle", 2, 8.5), ("square", 2, 6.25),
+    ("hexagon", 4, 6),
+])  # fmt: skip
+def test_no_hint_names_turns_with_which_a_lead_runs_back(shape, layers, turns):
+    """Such turns have less inductance and a smaller Rp than their neighbours."""
+    spec = wound(shape, layers, turns)
+    for fix in (*more_turns(spec, 1.01), *more_turns(spec, 1.3), *fewer_turns(spec, turns - 0.01, 6)):
+        assert fix.spec == spec or least_closing(fix.spec.coil) > -0.05
+    assert next(more_turns(spec, 1.01)).spec.coil.turns > turns
+    assert len(list(fewer_turns(spec, turns - 0.01, 6))) == 8
+
+
+def wound(shape, layers, turns):
+    size = "[14, 10]" if shape == "racetrack" else "10"
+    return load_text(
+        f"sitscad: 1\nname: whole\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: {layers}, "
+        "trace_width: 100 um, trace_spacing: 100 um}", "whole.yaml")  # fmt: skip
