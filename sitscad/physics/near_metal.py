@@ -122,14 +122,22 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
     x, z = (table.reshape(-1, *modes.points) for table in points_of(cut, modes))
     over, through = split_projection(modes)
     r = x[:, :, 0]
-    waves = (np.sqrt(r) * j1(k[:, None, None] * r)) @ over.T
     a, b = np.array(modes.orders).T
     scale = mode_conductances(cut, conductivity, modes)
-    tables = []
-    for away in (levels[1] - z[:, 0, :], z[:, 0, :] - levels[0]):
-        vertical = np.exp(-k[:, None, None] * away) @ through.T
-        tables.append((waves[:, :, a] * vertical[:, :, b] * scale).reshape(k.size, -1))
-    return tables[0], tables[1]
+    aways = levels[1] - z[:, 0, :], z[:, 0, :] - levels[0]
+    up, down = (np.empty((k.size, r.shape[0] * a.size)) for _ in aways)
+    block = max(1, AT_ONCE // r.size)
+    for first in range(0, k.size, block):
+        some = k[first : first + block, None, None]
+        waves = ((np.sqrt(r) * j1(some * r)) @ over.T)[:, :, a]
+        for table, away in zip((up, down), aways, strict=True):
+            vertical = np.exp(-some * away) @ through.T
+            table[first : first + block] = (waves * vertical[:, :, b] * scale).reshape(len(some), -1)
+    return up, down
+
+
+AT_ONCE = 100_000
+"""Waves at points of the cuts that are worked out at once: all of them together took a gigabyte near metal."""
 
 
 @record(eq=False)

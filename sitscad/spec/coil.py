@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from sitscad.spec.document import CoilDocument
 from sitscad.spec.remarks import Remarks
 from sitscad.spec.sensor import CoilSpec
@@ -35,6 +37,26 @@ def resolve_coil(document: CoilDocument, remarks: Remarks) -> CoilSpec:
         _check_turns(coil, number, "coil.turns" if len(turns) == 1 else f"coil.turns.{index}", remarks)
     _check_corner(coil, remarks)
     return coil
+
+
+MOST_OF_A_COIL, MOST_OF_ALL = 500.0, 2000.0
+"""Turns of all layers of one coil, and of all coils: the memory of an estimate grows with the square of the first (0.5
+GB at 400 turns near metal), its time with both.
+"""
+
+
+def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
+    """Whether all turns together are no more than an estimate can be made of."""
+    one = math.fsum(coil.layer_turns)
+    for turns, most, whose in ((one, MOST_OF_A_COIL, "a coil"), (one * coils, MOST_OF_ALL, f"all {coils} coils")):
+        if turns > most:
+            message = (
+                f"{turns:g} turns in all layers of {whose} are too many to be estimated: at most {most:g}; memory and "
+                "time grow with their square"
+            )
+            hint = "fewer turns or layers" + (", or fewer coils" if coils > 1 else "")
+            remarks.flaw("SIT019", "coil.turns", message, hint, measured=turns, limit=most)
+            return
 
 
 def _check_size(coil: CoilSpec, remarks: Remarks) -> None:

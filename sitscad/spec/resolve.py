@@ -11,7 +11,7 @@ from sitscad.geometry.path import Point
 from sitscad.spec import presets
 from sitscad.spec.array import resolve_array
 from sitscad.spec.circuit import resolve_fpc
-from sitscad.spec.coil import resolve_coil
+from sitscad.spec.coil import check_amount, resolve_coil
 from sitscad.spec.document import CableDocument, ConductorDocument, ElastomerDocument, JawDocument, SpecDocument
 from sitscad.spec.issue import Issue
 from sitscad.spec.materials import Conductor, ElastomerMaterial
@@ -46,6 +46,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     remarks = Remarks()
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
+    check_amount(coil, len(array.placements), remarks)
     fpc = resolve_fpc(document.fpc, coil, remarks, source, folder)
     _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
     side = max(coil.outer_diameter, array.pitch or 0.0)

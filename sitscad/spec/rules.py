@@ -171,6 +171,14 @@ SPEC_RULES: tuple[SpecRule, ...] = (
         "Profiles that are based on each other have no first figure.",
         "Base one of the files named on an installed profile, like generic-flex.",
     ),
+    SpecRule(
+        "SIT019",
+        "too-many-turns",
+        "The turns of all layers of a coil together are no more than 500, those of all coils no more than 2000.",
+        "What an estimate takes grows with the square of the turns: at 400 turns of one coil half a gigabyte of memory "
+        "and twenty seconds, beyond these limits gigabytes and minutes. It is refused before anything is computed.",
+        "Use fewer turns or layers, or fewer coils; a coil for this converter has some tens of turns.",
+    ),
 )
 
 RULE_NAMES = {rule.id: rule.name for rule in SPEC_RULES}
