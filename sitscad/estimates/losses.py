@@ -54,8 +54,8 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     arcs = any(np.any(mitred(track).turns) for track in bent)
     inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.turns
     half = usual and min(spec.layer_turns) >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
-    # of one layer the field along a side is smooth; layers that cross near corners want twice the places
-    cuts = 4 if usual and len(bent) == 1 else 8
+    # the field along a side is smooth, but for layers that cross near corners: those want twice the places
+    cuts = 4 if usual and (spec.shape == "racetrack" or len(bent) == 1) else 8
     return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, half)
 
 
