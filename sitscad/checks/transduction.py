@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from sitscad.checks.fit import ROUNDING, pad_of
+from sitscad.checks.own_limits import own_limits
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
@@ -32,15 +33,17 @@ def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
     nominal, least, most = (pressed(subject.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
     if most.strain <= elastomer.VALID_STRAIN:
         return
-    is_error = nominal.strain > STRAIN_ERROR
+    certain = _at_least(subject, nominal)
+    is_error = certain > STRAIN_ERROR
     limit = STRAIN_ERROR if is_error else elastomer.VALID_STRAIN
-    judged = nominal.strain if is_error else most.strain
+    judged = certain if is_error else most.strain
+    case = _judged_case(nominal) if is_error else "The softest case"
     yield Complaint(
         f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {material.name} pad by "
         f"{100.0 * nominal.strain:.0f} % ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
         f"{show(material.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to "
         f"{show(nominal.gap, 'm', 3)}; shape factor {nominal.shape_factor:.2f}{_part(nominal)}. "
-        f"{'That' if is_error else 'The softest case'}, {100.0 * judged:.1f} %, is more than {100.0 * limit:.0f} %"
+        f"{case}, {100.0 * judged:.1f} %, is more than {100.0 * limit:.0f} %"
         + (
             f"; beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"
             if nominal.strain > elastomer.VALID_STRAIN
@@ -54,6 +57,23 @@ def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
         Severity.ERROR if is_error else Severity.WARNING,
         advice=(lambda left: _stiffer(subject, force, left) + _otherwise(nominal)) if is_error else None,
     )
+
+
+def _at_least(subject: Subject, nominal: elastomer.Compression) -> float:
+    """The strain that is certain: what lies around a target on a part of its pad makes that stiffer by so much at most,
+    and no pad gives way less than with all of it loaded.
+    """
+    from sitscad.estimates.pressing import pressed
+
+    if nominal.loaded_share >= WHOLE:
+        return nominal.strain
+    helped = pressed(subject.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
+    return max(helped.strain, nominal.least_strain)
+
+
+def _judged_case(nominal: elastomer.Compression) -> str:
+    """What an error is about: the strain itself, or what is left of it however much the rest of the pad helps."""
+    return "That" if nominal.loaded_share >= WHOLE else "Even helped most by the rest of the pad"
 
 
 def _otherwise(nominal: elastomer.Compression) -> str:
@@ -213,7 +233,7 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "SIT304", "elastomer-strain", Severity.ERROR,
         "The required normal force compresses the elastomer by 30 % at most, its modulus being one sigma softer (a "
         "warning beyond), and with its own modulus by 50 % at most (an error beyond). What the target does not cover "
-        "of the pad is taken as not helping.",
+        "of the pad is taken as not helping; for the error, as helping as much as it can.",
         "Beyond 30 % the bonded-block formula is extrapolated; beyond 50 % the pad has lost its range, creeps, and "
         "the target comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) "
         "would need 57 to 73 % at 4.8 N. A target smaller than its pad presses only what lies under it: the surround "

@@ -294,3 +294,17 @@ def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, forc
     asked = float(re.search(r"(?:have to be|pad of) ([\d.]+) mm2", hint)[1])
     room = spec.mount.jaw.width * spec.mount.jaw.length * 1e6 if spec.mount.jaw else math.inf
     assert (asked > room) == words.startswith("(")
+
+
+@pytest.mark.parametrize(("size", "force", "severity"), [(9, 4, "warning"), (9, 30, "error"), (4.5, 4, "error")])
+def test_a_small_target_is_refused_only_for_a_strain_that_is_certain(size, force, severity, judge, design):
+    """What lies around it was taken as not helping, and the upper bound that this is refused pads that hold."""
+    spec = design(
+        mount=None, shield=None, elastomer__size=size, elastomer__thickness=2, elastomer__material="ecoflex-00-30",
+        requirements__normal_force=f"{force} N",
+    )  # fmt: skip
+    (found,) = judge("SIT304", spec)
+    assert found.severity.value == severity
+    if severity == "error":
+        assert found.measured > found.limit == 0.5
+        assert ("helped most" in found.message) is (size > 4.5)
