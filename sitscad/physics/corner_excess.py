@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,35 +89,43 @@ THICKER = np.array([
 not even through the thickness, which the triangles take it to be: what is not known there fades out."""
 
 
+@lru_cache(maxsize=256)
 def moment(turn: float, radius: float = 0.0) -> float:
     """Moment of the loop over current and width squared for a turn (rad, either way) of a radius over the width."""
     return _tight(MOMENTS, turn, radius)
 
 
+@lru_cache(maxsize=256)
 def points(turn: float, radius: float = 0.0) -> Array:
     """Its moment's places (8, 3) for a turn (rad) of a radius over the width: to the inside of where the centre lines
     meet, to the left of that, and the share.
     """
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
     half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight(INWARDS, turn, radius), 0.0, 0.0])
-    return np.concatenate([half, half * np.array([1.0, -1.0, 1.0])])
+    found = np.concatenate([half, half * np.array([1.0, -1.0, 1.0])])
+    found.setflags(write=False)
+    return found
 
 
+@lru_cache(maxsize=256)
 def own_inductance(turn: float, width: float, thickness: float, radius: float = 0.0) -> float:
     """What it makes of the inductance (H, negative) of a corner between long arms; metres, radius over width."""
     return MU0 * width * _sharp(turn, thickness / width) * _tight(ROUNDED, turn, radius)
 
 
+@lru_cache(maxsize=256)
 def tight_squares(turn: float, radius: float) -> float:
     """Squares of a corner beyond its straight sides, for a radius over the width up to the last of TIGHT."""
     return _tight(SQUARES, turn, radius)
 
 
+@lru_cache(maxsize=256)
 def gentle_squares(turn: float, radius: float) -> float:
     """Squares of a wider arc between straight sides, in which the current goes over into 1 / radius and back."""
     return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + _gentle(GENTLE[:, 1:4], turn, radius)
 
 
+@lru_cache(maxsize=256)
 def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
     """Inductance (H) of such an arc less that of a current that goes as 1 / radius all along it."""
     profile = _sharp(math.pi / 2, thickness / width) / _sharp(math.pi / 2, 0.1)

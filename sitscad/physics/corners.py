@@ -62,7 +62,7 @@ SPREAD, SPREAD_WHOLE = 0.14, 0.34
 """How far, in widths, a loop's places are spread and its middle when it stands for all: so that the mutual inductance
 of two loops above each other is that of the map, within 1 % from 0.3 to 1 width (tests/validation/corner_flow.py)."""
 
-BLOCK = 200_000
+BLOCK = 40_000
 """Pairs of corners and sides that are worked on at once."""
 
 
@@ -218,7 +218,8 @@ def bend_loops(track: BentTrack, nearest: float) -> Loops:
 @record
 class _Bend:
     # A bend of a track: the number of its arc, or of the side after a sharp corner; angle (rad, positive to the left),
-    # radius of the centre line over the width, where its sides would meet, whether it has sides on both ends.
+    # radius of the centre line over the width, where its sides would meet, whether it has sides on both ends. Angle and
+    # radius to nine digits: bends that are alike in every turn are looked up once.
     piece: int
     turn: float
     radius: float
@@ -241,7 +242,7 @@ def _bends(track: BentTrack) -> list[_Bend]:
     turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
     found = []
     for k in np.nonzero(straight[:-1] & straight[1:] & (np.abs(turn) > LEAST_TURN))[0]:
-        found.append(_Bend(int(k) + 1, float(turn[k]), 0.0, tuple(track.ends[k].tolist()), True))
+        found.append(_Bend(int(k) + 1, round(float(turn[k]), 9), 0.0, tuple(track.ends[k].tolist()), True))
     chords = _lengths(track)
     for k in np.nonzero(~straight)[0]:
         angle = float(track.turns[k])
@@ -249,7 +250,9 @@ def _bends(track: BentTrack) -> list[_Bend]:
         sides = 0 < k < len(straight) - 1 and bool(straight[k - 1] and straight[k + 1]) and abs(angle) < MOST_TURN
         onwards = radius * math.tan(0.5 * abs(angle)) if sides else 0.0
         corner = track.starts[k] + onwards * step[k - 1] / chords[k - 1]
-        found.append(_Bend(int(k), angle, radius / track.width, tuple(corner.tolist()), bool(sides)))
+        found.append(
+            _Bend(int(k), round(angle, 9), round(radius / track.width, 9), tuple(corner.tolist()), bool(sides))
+        )
     return found
 
 
@@ -315,6 +318,7 @@ def flux_density(filaments: Filaments, corners: Corners) -> Array:
     """Mean normal field (T/A) that a winding sends through each corner's loop, less that of its own arms if endless."""
     field = np.zeros(corners.width.size)
     rows = max(1, BLOCK // len(filaments.start))
+    pairs: list[tuple[Index, Index]] = []
     for low in range(0, field.size, rows):
         part = np.arange(low, min(low + rows, field.size))
         point = corners.middle[part, None]
@@ -324,7 +328,11 @@ def flux_density(filaments: Filaments, corners: Corners) -> Array:
         near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
         field[part] = np.sum(np.where(near, 0.0, far), axis=1)
         i, j = np.nonzero(near)
-        np.add.at(field, part[i], _from_near(filaments, corners, part[i], j))
+        pairs.append((part[i], j))
+    first, second = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
+    for low in range(0, first.size, BLOCK):
+        i, j = first[low : low + BLOCK], second[low : low + BLOCK]
+        np.add.at(field, i, _from_near(filaments, corners, i, j))
     return field
 
 
@@ -339,19 +347,20 @@ def _distances(point: Array, filaments: Filaments) -> Array:
 def _from_near(filaments: Filaments, corners: Corners, i: Index, j: Index) -> Array:
     # The mean over the loops i of the field of the sides j, which are as wide as they are.
     total = np.zeros(i.size)
-    incoming, outgoing = corners.arms[i, 0] == j, corners.arms[i, 1] == j
+    incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
     within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
     nodes, weights = gauss(STRANDS)
     for place, share in zip(np.swapaxes(corners.places, 0, 1), corners.shares.T, strict=True):
+        here = place[i]
         for x, weight in zip(nodes, weights, strict=True):
             offset = 0.5 * x * filaments.width[j][:, None]
             start = filaments.start[j] + offset * filaments.before[j]
             end = filaments.end[j] + offset * filaments.after[j]
-            field = normal_field(place[i], corners.height[i], start, end, filaments.height[j])
+            field = normal_field(here, corners.height[i], start, end, filaments.height[j])
             # an endless arm has more, beyond its far end, than the real one; the incoming one's current runs inwards
-            field = np.where(incoming, _onwards(place[i], start, start - end), field)
-            field = np.where(outgoing, -_onwards(place[i], end, end - start), field)
-            field = np.where(within, 0.0, field)
+            for arms, far, inner, sign in ((incoming, start, end, 1.0), (outgoing, end, start, -1.0)):
+                field[arms] = sign * _onwards(here[arms], far[arms], far[arms] - inner[arms])
+            field[within] = 0.0
             total += 0.5 * weight * share[i] * field
     return total
 
