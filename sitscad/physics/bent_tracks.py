@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -179,12 +180,28 @@ def _blocks(track: BentTrack) -> Iterator[Block]:
         if track.turns[first]:
             while last < len(track.turns) and track.turns[last] * track.turns[first] > 0.0:
                 last += 1
-            yield from _curve(track.starts[first:last], track.ends[first:last], track.turns[first:last], track.width)
+            yield from _run(track.starts[first:last], track.ends[first:last], track.turns[first:last], track.width)
         else:
             span = track.ends[first] - track.starts[first]
             nodes = np.array([track.starts[first], track.ends[first]])
             yield nodes, float(np.hypot(*span)), 0.0, math.atan2(span[1], span[0])
         first = last
+
+
+def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
+    # The blocks of a run of arcs; one arc alone is alike in every turn of a polygon.
+    if len(turns) > 1:
+        yield from _curve(starts, ends, turns, width)
+        return
+    x, y = ((ends[0] - starts[0]) / width).tolist()
+    for nodes, *rest in _alone(round(x, 9), round(y, 9), round(float(turns[0]), 9), width):
+        yield starts[0] + nodes, *rest
+
+
+@lru_cache(maxsize=64)
+def _alone(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
+    # The blocks of an arc from the origin to a place in widths.
+    return tuple(_curve(np.zeros((1, 2)), width * np.array([[x, y]]), np.array([turn]), width))
 
 
 def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
