@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from sitscad.remedy.fix import Fix, fail
 from sitscad.remedy.moves import more_layers, more_turns
-from sitscad.remedy.search import Left, broken_by, first_that_mends, in_vain, named, ways
+from sitscad.remedy.search import Left, broken_by, first_that_mends, in_vain, named, untried, ways
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 
 def more_copper(spec: SensorSpec, factor: float, left: Left, sentence: str) -> str:
     """More turns or layers that mend a finding, found by trying those that grow the coil by that factor, in their place
-    in a sentence; nothing where the search ended before it found one.
+    in a sentence; where the search ended before it found one, the first that was not tried.
     """
     families = [list(more_turns(spec, factor)), list(more_layers(spec, factor))]
     found = ways(families, left)
@@ -20,7 +20,8 @@ def more_copper(spec: SensorSpec, factor: float, left: Left, sentence: str) -> s
     if not any(families):
         return sentence.format("no more of either fit into this outline: a larger coil or a finer pitch")
     if left.is_cut_short:
-        return ""
+        perhaps = untried((fix for fixes in families for fix in fixes), left)
+        return sentence.format(f"{perhaps or 'more of them'}, a larger coil or a finer pitch")
     most = " and ".join(fixes[-1].words for fixes in families if fixes)
     broken = broken_by((fix for fixes in families for fix in fixes), left)
     vain = f"tried up to {most}: {fail(broken)}"
@@ -28,13 +29,14 @@ def more_copper(spec: SensorSpec, factor: float, left: Left, sentence: str) -> s
 
 
 def larger_capacitor(fixes: list[Fix], now: float, left: Left) -> str:
-    """The first of some capacitors that mends a finding, in words, instead of the one of now (F); nothing where the
-    search ended before it found one.
+    """The first of some capacitors that mends a finding, in words, instead of the one of now (F); where the search
+    ended before it found one, the first that was not tried.
     """
     found = first_that_mends(fixes, left)
     if found is not None:
         return f"{found.words} instead of {show(now, 'F', 3)} (it was tried), or more turns"
     if left.is_cut_short:
-        return ""
+        perhaps = untried(fixes, left)
+        return f"{perhaps}, or more turns" if perhaps else ""
     vain = f" (tried in vain: {in_vain(fixes, left)})" if fixes else ""
     return f"more turns or layers, or a larger coil; a larger capacitor alone does not do{vain}"

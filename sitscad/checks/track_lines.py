@@ -8,7 +8,7 @@ from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, u
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
 from sitscad.remedy.moves import wider
-from sitscad.remedy.search import Left, first_that_mends, in_vain
+from sitscad.remedy.search import Left, first_that_mends, in_vain, untried
 
 WIDEN = "widen tracks and gaps and wind fewer turns, or choose a finer fabricator"
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
@@ -123,7 +123,8 @@ def _widened(subject: Subject, left: Left) -> str:
     if found is not None:
         return f"{found.words} (it was tried), or choose a finer fabricator"
     if left.is_cut_short:
-        return ""
+        perhaps = untried(changes, left)
+        return f"{perhaps}, or choose a finer fabricator" if perhaps else ""
     vain = f" (tried in vain: {in_vain(changes, left)})" if changes else ""
     return f"choose a finer fabricator, or a larger coil with wider tracks and gaps{vain}"
 

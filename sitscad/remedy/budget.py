@@ -23,8 +23,12 @@ FULL = 400_000.0
 TRIALS_OF_ONE_CHANGE = 10_000
 """No changed board is routed for more trials than these: the next change may be easier."""
 
-ROUND, BENT = 1.0, 3.0
-"""What a turn costs the estimate of a round coil, and of one of sides and arcs."""
+TURN, PAIR = {"circle": 2.0}, {"circle": 0.1}
+USUAL_TURN, USUAL_PAIR = 8.0, 0.05
+"""Units that a turn costs the estimate, and a pair of turns; of coils of sides and arcs, where no shape is named."""
+
+LONG = 2.5
+"""Coils longer than wide have fewer figures that repeat: so many times that."""
 
 
 def winding_work(spec: SensorSpec) -> float:
@@ -50,8 +54,8 @@ def estimate_work(spec: SensorSpec, is_same_board: bool = False) -> float:
 
 def _solving(coil: CoilSpec, coils: int) -> float:
     turns = sum(coil.layer_turns)
-    each = ROUND if coil.shape == "circle" else BENT
-    return each * (2.0 * turns + 0.02 * turns**2) * (1.0 + 0.3 * (coils - 1))
+    alone = TURN.get(coil.shape, USUAL_TURN) * turns + PAIR.get(coil.shape, USUAL_PAIR) * turns**2
+    return (LONG if coil.size[0] != coil.size[1] else 1.0) * alone * (1.0 + 0.3 * (coils - 1))
 
 
 def check_work(spec: SensorSpec) -> float:

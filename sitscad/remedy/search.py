@@ -78,6 +78,12 @@ def in_vain(fixes: Iterable[Fix], left: Left) -> str:
     return "; ".join(f"{fix.words} (then {fail(broken)})" for fix, broken in tried_ones if broken)
 
 
+def untried(fixes: Iterable[Fix], left: Left) -> str:
+    """The first fix that was not tried, in words that say so; nothing where all were."""
+    fix = next((fix for fix in fixes if left(fix.spec) is None), None)
+    return "" if fix is None else f"perhaps {fix.words} (not tried)"
+
+
 def broken_by(fixes: Iterable[Fix], left: Left) -> tuple[str, ...]:
     """All that fixes leave or break, of those that were tried."""
     return tuple(sorted({rule for fix in fixes for rule in left(fix.spec) or ()}))

@@ -2,75 +2,23 @@
 
 import json
 import re
+import sys
+from pathlib import Path
 
 import pytest
 from ruamel.yaml import YAML
 
-from sitscad.checks import check
-from sitscad.finding import Severity
-from sitscad.remedy.moves import with_turns
-from sitscad.remedy.search import first_that_mends
-from sitscad.spec import templates
-from sitscad.spec.load import load_text
-from sitscad.spec.rules import SpecError
+sys.path[:0] = [str(Path(__file__).parents[1] / "validation")]
 
-plain = YAML(typ="safe")
+from follow_hints import NAMED, followed, written  # noqa: E402
+from follow_hints import design as random_design  # noqa: E402
 
-NAMED = re.compile(
-    r"((?:coil|array|fpc|readout|target|elastomer)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
-    r"(?= with | and | or |;|,| instead| is enough| is long| mends| makes| fits| leaves| \(|$)"
-)
-
-
-def written(document, key, value):
-    """A document with one dotted key changed to a value as it stands in a hint."""
-    changed = json.loads(json.dumps(document))
-    *parents, last = key.split(".")
-    place = changed
-    for parent in parents:
-        place = place.setdefault(parent, {})
-    place[last] = plain.load(value)
-    return changed
-
-
-def alternatives(hint):
-    """What a hint says was tried and mends: lists of keys and values to be written together."""
-    promised, tried, _ = re.sub(r"\(tried[^)]*(\([^)]*\)[^)]*)*\)", "", hint).partition("(it was tried)")
-    parts = re.split(r"; or |; ", promised.strip()) if tried else []
-    return [NAMED.findall(part) for part in parts if NAMED.findall(part)]
-
-
-def complaints(findings):
-    return [f for f in findings if f.severity is not Severity.NOTE]
-
-
-def errors(findings):
-    return [f.rule for f in findings if f.severity is Severity.ERROR]
-
-
-def is_new(rule, found, after):
-    """Whether more complaints of a rule stand after a change than before."""
-    return [f.rule for f in complaints(after)].count(rule) > [f.rule for f in complaints(found)].count(rule)
-
-
-def followed(document, only=None):
-    """Every alternative of every hint (of `only` one rule) followed: rule, what was written, and what is then wrong."""
-    found = check(load_text(json.dumps(document), "spec.yaml"), hints="full").findings
-    for finding in (f for f in complaints(found) if only in (None, f.rule)):
-        for changes in alternatives(finding.hint):
-            changed = document
-            for key, value in changes:
-                changed = written(changed, key, value)
-            try:
-                after = check(load_text(json.dumps(changed), "spec.yaml"), hints="none").findings
-            except SpecError as error:
-                yield finding.rule, changes, [f.message for f in error.findings]
-                continue
-            wrong = [rule for rule in errors(after) if errors(after).count(rule) > errors(found).count(rule)]
-            wrong += [f.rule for f in complaints(after) if (f.rule, f.key) == (finding.rule, finding.key)]
-            wrong += [f.rule for f in complaints(after) if is_new(f.rule, found, after) and f.rule not in finding.hint]
-            yield finding.rule, changes, wrong
-
+from sitscad.checks import check  # noqa: E402
+from sitscad.remedy.moves import with_turns  # noqa: E402
+from sitscad.remedy.search import first_that_mends  # noqa: E402
+from sitscad.spec import templates  # noqa: E402
+from sitscad.spec.load import load_text  # noqa: E402
+from sitscad.spec.rules import SpecError  # noqa: E402
 
 TAIL = {"length": 30, "connector": "zif-0.5mm", "layers": 2}
 
@@ -304,7 +252,7 @@ CASES += [("racetrack_jaw", variant) for variant in VARIANTS]
 @pytest.mark.slow
 @pytest.mark.parametrize(("template", "variant"), dict.fromkeys(CASES))
 def test_hints_of_all_templates_and_variants_of_them_mend_what_they_are_for(template, variant):
-    document = plain.load(templates.read(template))
+    document = YAML(typ="safe").load(templates.read(template))
     for key, value in VARIANTS[variant].items():
         document = written(document, key, value)
     assert [entry for entry in followed(document) if entry[2]] == []
@@ -318,3 +266,10 @@ def test_turns_that_do_not_end_at_a_side_are_led_to_some_that_fit(tmp_path):
     assert named["SIT015"] <= 12.0
     document["coil"]["turns"] = named["SIT015"]
     load_text(json.dumps(document), "spec.yaml")
+
+
+@pytest.mark.parametrize("seed", [2, 9])
+def test_hints_of_random_designs_make_them_better_when_they_are_followed(seed):
+    """Those that a plain check gives, within its budget; thirty designs: tests/validation/follow_hints.py."""
+    tried = list(followed(json.loads(json.dumps(random_design(seed))), hints="decisive"))
+    assert tried and [entry for entry in tried if entry[2]] == []
