@@ -79,7 +79,7 @@ def test_every_copy_shows_what_the_boards_own_file_shows(small):
         own = image(files, f"fpc/small-part-{ending}")
         whole = image(files, f"fpc/panel/small-part-panel-{ending}")
         for at in panel.parts:
-            cell = area(layout, at)
+            cell = area(layout, at).buffer(0.5)  # a plug's opening goes beyond the board's edge
             assert whole.intersection(cell).symmetric_difference(moved(own, at)).area < 1e-6
 
 
