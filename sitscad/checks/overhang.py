@@ -24,9 +24,11 @@ from sitscad.checks.plates import PROPORTIONS
 from sitscad.checks.rules import Complaint, Rule, Subject, Verdict, apply_rule
 from sitscad.checks.transduction import TRANSDUCTION_RULES
 from sitscad.finding import Severity
+from sitscad.geometry.convex import beyond
+from sitscad.geometry.path import Path
 from sitscad.remedy.fix import Edit, Fix
 from sitscad.remedy.search import Left
-from sitscad.scene.slabs import elastomer, target
+from sitscad.scene.slabs import Slab, elastomer, target
 from sitscad.scene.stack import ground
 from sitscad.units import show
 
@@ -57,6 +59,7 @@ def overhang(subject: Subject) -> Iterator[Verdict]:
             over,
             0.0,
             "m",
+            _severity(plate, pad.outline()),
             advice=lambda left: f"{UNSUPPORTED}: {_in_words(subject, left)}",
         )
     low = lowest(spec)
@@ -72,8 +75,14 @@ def overhang(subject: Subject) -> Iterator[Verdict]:
         over,
         0.0,
         "m",
+        _severity(low, body),
         advice=lambda left: f"{UNBONDED}: {_in_words(subject, left)}",
     )
+
+
+def _severity(slab: Slab, carrier: Path) -> Severity:
+    """An error where the middle of a piece lies beside what carries it: it falls off, and no number is that of it."""
+    return Severity.ERROR if beyond(carrier, slab.footprint.centre) > 0.0 else Severity.WARNING
 
 
 def _length(over: float) -> str:
@@ -171,9 +180,10 @@ def _other_complaints(subject: Subject) -> Counter[str]:
 
 OVERHANG_RULES: tuple[Rule, ...] = (
     Rule(
-        "SIT307", "elastomer-cover", Severity.WARNING,
+        "SIT307", "elastomer-cover", Severity.ERROR,
         "The elastomer carries the whole target and lies wholly on the board's body, each where it stands; without an "
-        "elastomer the target does. The film of an encapsulation round them counts with them.",
+        "elastomer the target does. The film of an encapsulation round them counts with them (warnings; an error where "
+        "the middle of a piece lies beside what carries it).",
         "An unsupported edge bends, and a tilted target reads as shear; what hangs over the board is neither bonded "
         "nor supported. Body and plates are compared by their outlines, with the body's rounded corners.",
         "Make the elastomer at least as large as the target and no larger than the body, or the body larger "

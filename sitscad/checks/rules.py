@@ -173,6 +173,7 @@ SEVERITIES: dict[str, str] = {
     "SIT303": "warning, error if the jaw is measured or the port's spread is passed",
     "SIT304": "warning, error beyond 50 %",
     "SIT305": "note or warning by what it costs, error where it does not sense",
+    "SIT307": "warning, error where a piece's middle lies beside what carries it",
     "SIT308": "note, warning or error by layers and bend",
     "SIT309": "warning where it is too narrow, error",
     "SIT312": "note where only the softest case passes, warning",

@@ -152,6 +152,22 @@ def test_smaller_plates_that_break_another_rule_are_named_with_it(judge):
     assert "the smaller plates break SIT306" in found.hint
 
 
+@pytest.mark.parametrize(
+    ("target", "pad", "severities"),
+    [
+        ([2.4, 0], [0, 0], ["warning"]),
+        ([2.6, 0], [0, 0], ["error"]),
+        ([5.5, 0], [5.5, 0], ["warning"]),
+        ([6.2, 0], [6.2, 0], ["error"]),
+        ([9, 0], [-9, 0], ["error", "error"]),
+    ],
+)
+def test_what_cannot_stay_where_it_is_put_is_an_error(judge, target, pad, severities):
+    """A target beside its pad was a warning, and the force on it was computed as if it lay there."""
+    parts = {"target": {"size": 4, "offset": target}, "elastomer": {"size": 5, "shape": "square", "offset": pad}}
+    assert [f.severity.value for f in judge("SIT307", loaded(document(**parts)))] == severities
+
+
 def test_neither_target_nor_pad_is_not_checked(verdicts):
     found, skipped = verdicts("SIT307", loaded(document()))
     assert not found and skipped[0].reason == "no target and no elastomer in the spec"
