@@ -211,10 +211,10 @@ THIN_TARGET_RULES: tuple[Rule, ...] = (
         "A target thinner than 3 skin depths at the lowest frequency of any coil and state is held against one of 3 "
         f"skin depths of the same metal, by the same model: a warning where it takes more than "
         f"{100.0 * _limit('thin_target_resistance'):.0f} % of the parallel resistance or "
-        f"{100.0 * _limit('thin_target_change'):.0f} % of the change per newton, else a note. An error where it does "
-        "not conduct, or changes the inductance by less than "
-        f"{100.0 * _limit('least_target_effect'):.0f} % of what copper would; magnetic sheets that hardly conduct are "
-        "not judged.",
+        f"{100.0 * _limit('thin_target_change'):.0f} % of the change per newton, else a note. An error where it "
+        "hardly conducts and changes the inductance by less than "
+        f"{100.0 * _limit('least_target_effect'):.0f} % of what copper of its size would; magnetic sheets that hardly "
+        "conduct are not judged.",
         "A thinner target lets the field through. What that costs depends on the coil: foil of half a skin depth "
         "loses little, for its currents are held back by its inductance before its resistance. The loss is larger, "
         "and the reading drifts with the target's temperature.",
