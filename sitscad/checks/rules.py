@@ -161,6 +161,8 @@ SEVERITIES: dict[str, str] = {
     "SIT116": "note where a panel is made, warning, error below three bridges",
     "SIT123": "note or warning for tracks, error",
     "SIT127": "note where contacts lead nowhere or their number is written, error",
+    "SIT128": "warning, error where the contacts are too far from the edge for plating bars",
+    "SIT129": "note where its thickness is written, warning",
     "SIT201": "note within two sigma, warning within one or where the tank is driven, error",
     "SIT202": "note within two sigma, warning within one, error",
     "SIT203": "note within two sigma, warning, error below the strongest drive or without oscillation",
