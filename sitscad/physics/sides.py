@@ -50,6 +50,10 @@ arms of sixteen widths (tests/validation); positive where the strands read low.
 FAR = 150.0
 """Distance, in widths, from which one filament stands for a straight track: what is left falls with its square."""
 
+EVEN = 1300.0
+"""Squared distance, in the height between two layers times the spread of the heights through their copper, from which
+both heights of thick tracks are taken as one."""
+
 WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
 """Width over layer distance, and how many strands near sides above each other get from there on."""
 
@@ -96,18 +100,23 @@ def _block(one: Track, other: Track, strands: tuple[int, int], same: bool, smoot
     inclined = ~parallel & (np.abs(cosine) > 1e-9)
     apart = _side_distances(one, other, t1, t2)
     near, far = apart < NEAR * max(one.width, other.width), apart > FAR * max(one.width, other.width)
+    # Both heights of two layers act as one, that of their mean square, where that is right to a millionth.
+    usual, spread = _levels(one, other, strands[0], smooth), (one.thickness**2 + other.thickness**2) / 12.0
+    is_even = smooth and usual == 2
+    even = ~near & ~far & (apart**2 > EVEN * abs(one.z - other.z) * math.sqrt(spread)) & is_even
     total = 0.0
-    for chosen, count, share in (
-        *((near, count, share) for count, share in _near_strands(one, other, strands, smooth)),
-        (~near & ~far, strands[0], 1.0),
-        (far, 1, 1.0),
-    ):
+    for chosen, count, share, levels, more in (
+        *((near, count, share, _levels(one, other, count, smooth), 0.0)
+          for count, share in _near_strands(one, other, strands, smooth)),
+        (~near & ~far & ~even, strands[0], 1.0, usual, 0.0),
+        (even, strands[0], 1.0, 1, spread),
+        (far, 1, 1.0, _levels(one, other, 1, smooth), 0.0),
+    ):  # fmt: skip
         chosen = chosen & (double > 0.0)
-        levels = _levels(one, other, count, smooth)
         value = _parallel_sides(one, other, t1, double, np.nonzero(chosen & parallel), count, levels)
         pairs = np.nonzero(chosen & inclined)
         direction = double * cosine, sine
-        value += _inclined_sides(one, other, direction, apart[pairs], pairs, count, levels, count < strands[0])
+        value += _inclined_sides(one, other, direction, apart[pairs], pairs, count, levels, count < strands[0], more)
         total += share * value
     return total
 
@@ -169,7 +178,9 @@ def _inclined_sides(
     count: int,
     levels: int,
     far: bool,
+    more: float,
 ) -> float:
+    # `more` (m2) is what the square of the height lacks of the mean square.
     i, j = pairs
     own, others = directions(one.ends - one.starts), directions(other.ends - other.starts)
     # Where tracks of two layers cross, the mean over their thicknesses leaves 1/distance as it is (to fourth order).
@@ -177,6 +188,7 @@ def _inclined_sides(
     if far:
         # Far apart, the mean over both sections of the harmonic 1/distance: what lies along a side cancels at corners.
         extra[:] = (one.thickness**2 + other.thickness**2 - one.width**2 - other.width**2) / 12.0
+    extra += more
     strands = bundle(one, other, count, levels)
     total = 0.0
     for part in strands.blocks(i.size):

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from sitscad.physics import arcs, tracks
+from sitscad.physics import arcs, sides, tracks
 from sitscad.physics.arcs import pairs_with_arcs
 from sitscad.physics.far_arcs import far_arcs, far_sides
 from sitscad.physics.legendre import gauss
+from sitscad.physics.sides import sides_with_sides
 from sitscad.physics.track_strands import bundle, track
 
 MM = 1e-3
@@ -143,3 +145,11 @@ def test_tracks_of_one_outline_that_lie_otherwise_are_told_apart():
     matrix = tracks.track_inductance_matrix([one, near, far])
     assert matrix[0, 0] == pytest.approx(matrix[2, 2], rel=1e-9)
     assert matrix[0, 1] < 1.2 * matrix[0, 2] < 0.0
+
+
+def test_far_above_each_other_thick_sides_are_at_one_height(monkeypatch):
+    one, other = (replace(rounded(8, 12, 6.0, 0.2, 0.3, z=z), thickness=0.05) for z in (0.0, 0.12))
+    found = sides_with_sides(one, other, (2, 2), smooth=True)
+    monkeypatch.setattr(sides, "EVEN", math.inf)
+    both = sides_with_sides(one, other, (2, 2), smooth=True)
+    assert found == pytest.approx(both, rel=1e-6) and found != both
