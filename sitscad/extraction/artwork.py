@@ -33,6 +33,7 @@ QUARTER_SEGMENTS = 16
 
 _FILE_FUNCTION = re.compile(r"(?:%|^;\s*#@!\s*)TF\.FileFunction,([^*%\r\n]*)", re.MULTILINE)
 
+_COVER = re.compile(r"Other,Tail_Coverlay_L(\d+)")
 _EXTENT = re.compile(r"Other,Extent_of_L(\d+)(?:_to_L(\d+))?")
 
 
@@ -68,7 +69,8 @@ class Artwork:
 
     ``copper`` holds the area of each layer, top first; ``openings`` the coverlay's openings by side (``Top``, ``Bot``),
     where a file says what they are; ``sources`` the copper files, in the order of ``copper``; ``extents`` the area that
-    layers have which are not all over the board, with the first and the last of them.
+    layers have which are not all over the board, with the first and the last of them; ``covers`` the coverlays that a
+    layer has where the layers below it end.
     """
 
     copper: tuple[BaseGeometry, ...]
@@ -77,6 +79,7 @@ class Artwork:
     openings: dict[str, BaseGeometry]
     sources: tuple[Path, ...]
     extents: tuple[tuple[int, int, BaseGeometry], ...] = ()
+    covers: tuple[tuple[int, BaseGeometry], ...] = ()
 
 
 def read_artwork(directory: Path) -> Artwork:
@@ -105,7 +108,12 @@ def read_artwork(directory: Path) -> Artwork:
         for path, fields in functions.items()
         if (found := _EXTENT.fullmatch(",".join(fields)))
     )
-    return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources, extents)
+    covers = tuple(
+        (int(found[1]), area_of(_gerber(path).objects))
+        for path, fields in functions.items()
+        if (found := _COVER.fullmatch(",".join(fields)))
+    )
+    return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources, extents, covers)
 
 
 def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:

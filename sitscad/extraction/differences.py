@@ -36,6 +36,7 @@ class Kind(StrEnum):
     COVERED = "covered-contact"
     DEAD_END = "dead-end"
     NO_LAYER = "no-layer"
+    BARE = "bare-copper"
 
 
 @record
@@ -67,6 +68,7 @@ def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
         *_covered(board),
         *_dead_ends(board),
         *_beyond_their_layers(board),
+        *_bare(board),
     )
 
 
@@ -187,6 +189,18 @@ def _beyond_their_layers(board: ExtractedBoard) -> Iterator[Difference]:
                 if hole.is_plated and layer in hole.layers and not shapely.covers(grown, hole.shape):
                     message = f"the hole at {_place(hole.x, hole.y, layer)} is drilled beyond the end of that layer"
                     yield Difference(Kind.NO_LAYER, message, (), hole.x, hole.y, layer)
+
+
+def _bare(board: ExtractedBoard) -> Iterator[Difference]:
+    """Copper of a tail's last layer that lies beyond the layers below it, and not under the tail's own coverlay."""
+    for layer, cover in board.artwork.covers:
+        below = [extent for first, _, extent in board.artwork.extents if first == layer + 1]
+        covered = shapely.union_all([cover, *below]).buffer(PAD_EDGE)
+        bare = board.artwork.copper[layer - 1].difference(covered)
+        if not bare.is_empty:
+            x, y = bare.representative_point().coords[0]
+            message = f"copper at {_place(x, y, layer)} is covered by nothing from below"
+            yield Difference(Kind.BARE, message, (), x, y, layer)
 
 
 def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:

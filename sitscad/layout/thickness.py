@@ -68,6 +68,24 @@ def tail_copper(layout: Layout) -> int:
     return min(tail.layers, layout.copper_layers) if tail is not None else layout.copper_layers
 
 
+def has_tail_coverlay(layout: Layout) -> bool:
+    """Whether the tail ends above the body's lower layers and has a bottom coverlay of its own, since the body's cannot
+    run over such a step.
+    """
+    layers = layout.spec.fpc.stackup.layers
+    return tail_copper(layout) < layout.copper_layers and layers[-1].kind is LayerKind.COVERLAY
+
+
+def lap_start(layout: Layout) -> float:
+    """Where along x (m) the tail's own bottom coverlay begins, inside the body."""
+    return layout.body[2] - layout.spec.fpc.rules.coverlay_lap
+
+
+def step_height(layout: Layout) -> float:
+    """How much thicker (m) the body is than the tail where lower layers end."""
+    return layout.spec.fpc.stackup.thickness - sum(layer.thickness for layer in tail_layers(layout))
+
+
 def tail_layers(layout: Layout) -> tuple[StackLayer, ...]:
     """The stack-up of the tail: down to its last copper layer, and the bottom coverlay."""
     layers = layout.spec.fpc.stackup.layers

@@ -35,7 +35,9 @@ class DesignRules:
     copper layers, the largest one listed standing for more; ``stiffened_tolerance`` (m) by the stiffener's material.
     Parts below ``part_size`` are not handled singly; ``panel_size`` is what a panel is filled up to; ``file_naming`` is
     how files are called in the archive that is sent; ``inside_radius`` is the smallest of inner edges of the outline.
-    A plug's fingers go on under the coverlay by ``finger_lap``; it covers the rims of solder pads by ``pad_lap``.
+    Where the tail has fewer layers than the body its own coverlay laps into the body by ``coverlay_lap``, and holes
+    keep ``hole_to_step`` from the body's end. A plug's fingers go on under the coverlay by ``finger_lap``; it covers
+    the rims of solder pads by ``pad_lap``.
     ``beyond`` names the figures that are taken for a thicker foil than any that they are stated for, and that thickness
     (m); ``unbound`` those minimums of coils that only warn although `coil_rule_binding` makes the others errors.
     """
@@ -66,6 +68,8 @@ class DesignRules:
     outline_tolerance: float = 0.1e-3
     registration: float = 0.1e-3
     inside_radius: float = 1e-3
+    coverlay_lap: float = 0.5e-3
+    hole_to_step: float = 0.5e-3
     finger_lap: float = 0.3e-3
     pad_lap: float = 0.125e-3
     thickness_tolerance: Mapping[int, float] = field(

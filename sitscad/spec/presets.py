@@ -69,7 +69,7 @@ def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
 _LENGTHS = (
     "trace_width", "trace_spacing", "via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge",
     "coverlay_web", "coverlay_opening_to_trace", "outline_tolerance", "registration", "inside_radius",
-    "finger_lap", "pad_lap",
+    "finger_lap", "pad_lap", "coverlay_lap", "hole_to_step",
 )  # fmt: skip
 
 

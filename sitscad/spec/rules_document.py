@@ -69,6 +69,8 @@ class RulesDocument(Section):
     outline_tolerance: Written = key(Tolerance, "plus and minus", None)
     registration: Written = key(Tolerance, "layer to layer", None)
     inside_radius: Written = key(Feature, "smallest radius of an inner edge of the outline", None)
+    coverlay_lap: Written = key(Feature, "how far the coverlay of a tail of fewer layers laps into the body", None)
+    hole_to_step: Written = key(Feature, "hole's edge to the body's end, where layers end there", None)
     finger_lap: Written = key(Feature, "how far a plug's fingers go on under the coverlay", None)
     pad_lap: Written = key(Feature, "how far the coverlay covers the rims of solder pads", None)
     part_size: Written = key(Sides, "smallest part that is handled singly", None)

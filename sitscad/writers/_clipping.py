@@ -42,6 +42,12 @@ def area_inside(path: Path, box: Box) -> Path | None:
     return closed_polygon([Point(*p) for p in points]) if len(points) > 2 else None
 
 
+def beyond(path: Path, x: float) -> Path:
+    """The part of a closed path's area beyond a place along x (m), arcs as chords within 2 um."""
+    points: list[tuple[float, float]] = [(p.x, p.y) for p in path.flattened(2e-6)[:-1]]
+    return closed_polygon([Point(*p) for p in _cut(points, 0, x, 1.0)])
+
+
 def _cut(points: list[tuple[float, float]], axis: int, bound: float, sign: float) -> list[tuple[float, float]]:
     """A polygon's part on one side of a line across an axis."""
     found: list[tuple[float, float]] = []

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from sitscad import __version__
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import tail_copper
+from sitscad.layout.thickness import has_tail_coverlay, tail_copper
 from sitscad.record import record
 from sitscad.spec.issue import UNNUMBERED, creation_date
 from sitscad.spec.stackup import LayerKind, Stackup
+from sitscad.units import show
 
 FOLDER = "fpc"
 CUTS = "Other,Part_Cuts"
@@ -94,11 +95,20 @@ def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
     if first > last:
         return ()
     names = f"L{first}" if first == last else f"L{first}_to_L{last}"
-    title = (
-        f"extent of copper {names.replace('_', ' ').replace('L', '')} and of what lies between (the tail is without)"
-    )
+    which = names.replace("_", " ").replace("L", "")
+    title = f"extent of copper {which} and of what lies between and below (the tail is without)"
     path = fabrication_path(layout, "Body_Layers.gbr")
     return (FabricationFile(path, f"Other,Extent_of_{names}", "Positive", title),)
+
+
+def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The bottom coverlay that a tail of fewer layers has for itself."""
+    if not has_tail_coverlay(layout):
+        return ()
+    last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
+    title = f"coverlay under copper {last} of the tail, {lap} into the body between its layers (drawn: covered)"
+    path = fabrication_path(layout, "Tail_Coverlay.gbr")
+    return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", "Positive", title),)
 
 
 def profile_file(layout: Layout) -> FabricationFile:
@@ -113,6 +123,7 @@ def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
         *coverlay_files(layout),
         *stiffener_files(layout),
         *body_files(layout),
+        *tail_coverlay_files(layout),
         profile_file(layout),
     )
 

@@ -9,7 +9,15 @@ from itertools import pairwise
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Bend, bend_of, bend_stretch
 from sitscad.layout.board import Layout, Pad
-from sitscad.layout.thickness import FinishedThickness, Where, finished_thickness, tail_copper
+from sitscad.layout.thickness import (
+    FinishedThickness,
+    Where,
+    finished_thickness,
+    has_tail_coverlay,
+    lap_start,
+    step_height,
+    tail_copper,
+)
 from sitscad.spec.presets import finish, names
 from sitscad.spec.stackup import LayerKind, StackLayer
 from sitscad.units import show
@@ -57,6 +65,20 @@ def holes_text(layout: Layout) -> str:
 
 def _layers(count: int) -> str:
     return f"{count} layer{'s' * (count > 1)}"
+
+
+def step_text(layout: Layout) -> str:
+    """How the bottom is covered where the tail has fewer layers than the body; empty where it has not."""
+    if not has_tail_coverlay(layout):
+        return ""
+    last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
+    film = layer_text(layout.spec.fpc.stackup.layers[-1])
+    return (
+        f"The bottom coverlay cannot run over the step of {show(step_height(layout), 'm')} at the body's end and ends "
+        f"there. The tail has a coverlay of its own under copper {last}, of the same film ({film}), laid before the "
+        f"layers below are laminated on: it laps {lap} into the body, from x = {show(lap_start(layout), 'm')} on, "
+        "where the bond takes up its thickness."
+    )
 
 
 def bend_text(layout: Layout) -> str:

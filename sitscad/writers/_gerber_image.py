@@ -14,6 +14,8 @@ from itertools import groupby
 from sitscad.geometry.path import Arc, Path, Point, Segment, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout, Pad, Trace, Via
+from sitscad.layout.thickness import lap_start
+from sitscad.writers._clipping import beyond
 from sitscad.writers._fabrication_files import (
     FabricationFile,
     body_files,
@@ -22,6 +24,7 @@ from sitscad.writers._fabrication_files import (
     profile_file,
     project_attributes,
     stiffener_files,
+    tail_coverlay_files,
 )
 
 UNIT = 1e-9
@@ -49,6 +52,9 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
         files[file.path] = document(layout, file, regions((layout.stiffener.outline,)))
     for file in body_files(layout):
         files[file.path] = document(layout, file, regions((Region(rectangle(*layout.body)),)))
+    for file in tail_coverlay_files(layout):
+        covered = Region(beyond(layout.outline, lap_start(layout)))
+        files[file.path] = document(layout, file, regions((covered,)))
     outline = profile_file(layout)
     files[outline.path] = document(layout, outline, profile(layout.outline))
     return files

@@ -49,6 +49,7 @@ from sitscad.writers._flex_facts import (
     finish_text,
     holes_text,
     outline_text,
+    step_text,
     stiffener_text,
     tail_holes,
     thickness_texts,
@@ -322,6 +323,8 @@ def notes(layout: Layout) -> Iterator[str]:
     yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
         yield f"{next(number)}. Holes: {holes_text(layout)}."
+    if step := step_text(layout):
+        yield f"{next(number)}. {step}"
     if layout.stiffener is not None:
         yield f"{next(number)}. Stiffener below the contacts: {stiffener_text(layout)}."
     if chips := chip_text(layout):

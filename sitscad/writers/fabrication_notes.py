@@ -23,6 +23,7 @@ from sitscad.writers._fabrication_files import (
     has_coverlay,
     panel_path,
     stack_names,
+    tail_coverlay_files,
 )
 from sitscad.writers._fingerprint import board_images, fingerprint, shell_line
 from sitscad.writers._flex_facts import (
@@ -36,6 +37,7 @@ from sitscad.writers._flex_facts import (
     outline_text,
     plug_text,
     quantity_text,
+    step_text,
     stiffener_text,
     thickness_text,
     thickness_texts,
@@ -190,9 +192,11 @@ def _thin_tail(layout: Layout) -> str:
     (extent,) = body_files(layout)
     return (
         f"beyond x = {show(layout.body[2], 'm')} the board has only its first {first - 1} copper "
-        f"layer{'s' * (first > 2)}: {lower} and what lies between end there (file {extent.name}), the bottom coverlay "
-        f"goes on; the tail is {show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
-        "Holes in the tail go through its own layers only and have a drill file of their own."
+        f"layer{'s' * (first > 2)}: {lower} and what lies between end there (file {extent.name}); the tail is "
+        f"{show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
+        + "".join(f"{step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(layout))
+        + "Holes in the tail go through its own layers only, are plated before the rest is laminated on, and have a "
+        "drill file of their own."
     )
 
 

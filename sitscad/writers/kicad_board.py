@@ -11,7 +11,9 @@ from collections.abc import Iterator, Mapping
 from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
 from sitscad.layout.bending import bend_of
 from sitscad.layout.board import Layout, Role, Trace, Via
-from sitscad.writers._fabrication_files import body_files
+from sitscad.layout.thickness import lap_start
+from sitscad.writers._clipping import beyond
+from sitscad.writers._fabrication_files import body_files, tail_coverlay_files
 from sitscad.writers._flex_facts import bend_words
 from sitscad.writers.kicad_capacitor import placed_capacitors
 from sitscad.writers.kicad_footprint import board_footprint, contact_openings, filled
@@ -34,6 +36,7 @@ from sitscad.writers.kicad_stackup import (
     BEND_LAYER,
     BODY_LAYER,
     STIFFENER_LAYER,
+    TAIL_LAYER,
     copper_names,
     layer_table,
     stackup_section,
@@ -143,6 +146,9 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
             yield from stroked("gr", path, STIFFENER_LAYER, 0.1e-3, (name, "stiffener", i), sheet)
     if body_files(layout):
         yield from stroked("gr", rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
+    if tail_coverlay_files(layout):
+        covered = beyond(layout.outline, lap_start(layout))
+        yield from stroked("gr", covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay"), sheet)
     if (bend := bend_of(layout)) is not None:
         y0, y1 = layout.reach_at(bend.line)
         line = polyline([Point(bend.line, y0 - _BEYOND), Point(bend.line, y1 + _BEYOND)])
@@ -181,6 +187,7 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
         plate = layout.stiffener
         lines.append((STIFFENER_LAYER, f"stiffener on the bottom: {plate.material}, {length(plate.thickness)} mm"))
     lines += [(BODY_LAYER, file.title) for file in body_files(layout)]
+    lines += [(TAIL_LAYER, file.title) for file in tail_coverlay_files(layout)]
     if (bend := bend_of(layout)) is not None:
         kind = "dynamic" if bend.is_dynamic else "static"
         radius = "" if bend.radius is None else f", inside radius at least {length(bend.radius)} mm"

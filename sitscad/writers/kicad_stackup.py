@@ -10,6 +10,7 @@ from sitscad.writers.kicad_sexpr import length, node, quoted
 STIFFENER_LAYER = "User.1"
 BEND_LAYER = "User.2"
 BODY_LAYER = "User.3"
+TAIL_LAYER = "User.4"
 """Where the copper layers are that the tail is without."""
 
 FINISHES = {
@@ -50,6 +51,7 @@ _TECHNICAL = (
     (39, STIFFENER_LAYER, "Stiffener"),
     (41, BEND_LAYER, "Bend"),
     (43, BODY_LAYER, "Body.Layers"),
+    (45, TAIL_LAYER, "Tail.Coverlay"),
 )
 
 

@@ -180,7 +180,7 @@ def _notes(panel: Panel) -> Iterator[str]:
     if body_files(panel.layout):
         where = "the parts' bodies, the coupons and the rails" if panel.coupons else "the parts' bodies and the rails"
         lower = f"{tail_copper(panel.layout) + 1} to {panel.layout.copper_layers}"
-        yield f"{number}. Copper {lower} and what lies between: {where} only, not the parts' tails."
+        yield f"{number}. Copper {lower} and what lies between and below: {where} only, not the parts' tails."
 
 
 def _bridge(panel: Panel) -> float:

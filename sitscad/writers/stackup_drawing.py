@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import is_opened, tail_layers
+from sitscad.layout.thickness import has_tail_coverlay, is_opened, tail_layers
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 from sitscad.writers._drawing import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
@@ -24,6 +24,8 @@ TOP, ROOM = 182.0, 92.0
 """Where the sections begin on paper, and the height that they may take (mm)."""
 CAPTION, CAPTIONS = 116.0, 140.0
 """Width of a layer's caption and height of all of them (mm)."""
+LAP = 10.0
+"""Length of the lap of the tail's own coverlay in the body's section (mm)."""
 OPEN = 30.0
 """Length of the contacts in the tail's section (mm)."""
 
@@ -45,8 +47,8 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     scale = ROOM / max(stackup.thickness, _tail_height(layout))
     words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
     sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced)
-    _tail_section(sheet, layout, scale)
     _body_section(sheet, layout, scale)
+    _tail_section(sheet, layout, scale)
     rows = [["place", "finished thickness (least to most)"], *map(list, thickness_texts(layout).items())]
     low = table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
     fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, list(_notes(layout)), 2.3)
@@ -92,7 +94,13 @@ def _tail_section(sheet: Sheet, layout: Layout, scale: float) -> None:
     y = TOP
     for i, layer in enumerate(tail_layers(layout)):
         height, start = layer.thickness * scale, TAIL + (OPEN if is_opened(layout, i, layer) else 0.0)
-        _bar(sheet, start, y, JOINT - start, height, COLOURS[layer.kind])
+        is_own = has_tail_coverlay(layout) and i + 1 == len(tail_layers(layout))
+        _bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
+        if is_own:
+            lap = show(layout.spec.fpc.rules.coverlay_lap, "m")
+            caption = wrapped(f"the tail's own coverlay laps {lap} into the body", JOINT - TAIL - OPEN - 18.0, 2.3)
+            for row, line in enumerate(caption):
+                sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
         if start > TAIL:
             sheet.text(TAIL, y - height / 2 - 0.9, "open at the contacts", 2.3)
         y -= height

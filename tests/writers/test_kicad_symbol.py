@@ -162,5 +162,5 @@ def test_the_extent_of_layers_that_end_at_the_body_is_on_a_layer_of_its_own():
     dx, dy = (c / 1e6 for c in corner)
     wanted = {(x - dx, -y - dy) for x in (x0, x1) for y in (y0, y1)}
     assert len(points) == 4 and all(min(abs(a - c) + abs(b - d) for c, d in wanted) < 2e-6 for a, b in points)
-    assert "extent of copper 3 to 4 and of what lies between (the tail is without)" in text
+    assert "extent of copper 3 to 4 and of what lies between and below (the tail is without)" in text
     assert '"User.3"' not in kicad_board.board(spec_board()).partition("(setup")[2]

@@ -130,7 +130,7 @@ def test_layers_that_tails_are_without_are_wherever_else_the_panel_has_copper():
         cell = area(layout, at)
         assert extent.intersection(cell).symmetric_difference(moved(own, at).intersection(cell)).area < 1e-3
     said = files["fpc/panel/small-part-panel-readme.txt"].decode()
-    assert "Copper 3 to 4 and what lies between: the parts' bodies, the coupons and the rails only" in said
+    assert "Copper 3 to 4 and what lies between and below: the parts' bodies, the coupons and the rails only" in said
 
 
 def test_holes_are_those_of_all_copies_and_the_tooling_holes_are_not_plated(small):

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
-from gerber_shapes import read
+from gerber_shapes import image, read
 from gerbonara import ExcellonFile
 from kicad_oracle import needs_kicad, rule_check, write
 from layouts import order_set, thin_tail, two_coils
+from shapely import Polygon
+from shapely import box as shapely_box
 
+import sitscad
 from sitscad.extraction import compare, extract
+from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.panel import plan
+from sitscad.layout.thickness import tail_layers
 from sitscad.spec.load import load_text
 from sitscad.writers import excellon, gerber, kicad
+
+MM = 1e-3
 
 SPEC = """
 sitscad: 1
@@ -115,3 +123,53 @@ def test_kicad_takes_them_for_blind_vias_and_finds_nothing(thin, tmp_path):
     assert text.count("(via blind ") == len(thin.coils)
     assert f'(layers "F.Cu" "In{thin.spec.fpc.tail.layers - 1}.Cu")' in text
     assert rule_check(write(files, tmp_path)) == ([], [])
+
+
+def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
+    """Drawn from the lap on over all of the tail, named in the papers; the body's ends at the step."""
+    files, lap = order_set(thin), thin.spec.fpc.rules.coverlay_lap
+    last = thin.spec.fpc.tail.layers
+    text = files["fpc/thin-Tail_Coverlay.gbr"]
+    assert f"TF.FileFunction,Other,Tail_Coverlay_L{last}*".encode() in text
+    area, box = image(read(text)), bounding_box([thin.outline])
+    x0, _, x1, _ = area.bounds
+    assert (x0, x1) == pytest.approx(((thin.body[2] - lap) / MM, box[2] / MM), abs=1e-5)
+    whole = Polygon([(p.x / MM, p.y / MM) for p in thin.outline.flattened(1e-6)])
+    assert area.area == pytest.approx(whole.intersection(shapely_box(x0, -1e3, 1e3, 1e3)).area, rel=1e-4)
+    words = " ".join(files["fpc/readme.txt"].decode().split())
+    assert f"The tail has a coverlay of its own under copper {last}" in words
+    assert "laps 500 um into the body" in words and "the bottom coverlay goes on" not in words
+    for name in ("drawing.svg", "stackup.svg"):
+        drawn = " ".join(re.sub(r"<[^>]*>", " ", files[f"fpc/thin-{name}"].decode()).split())
+        assert "coverlay" in drawn and re.search(r"laps\s+500 um\s+into", drawn), name
+    step = thin.spec.fpc.stackup.thickness - sum(layer.thickness for layer in tail_layers(thin))
+    assert f"the step of {step * 1e6:.4g} um" in words
+
+
+def test_copper_of_the_tail_that_nothing_covers_from_below_is_found(thin, tmp_path):
+    for path, content in order_set(thin).items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_bytes(content)
+    path = tmp_path / "fpc/thin-Tail_Coverlay.gbr"
+    little = "G36*\nX0Y0D02*\nG01*\nX1000Y0D01*\nX1000Y1000D01*\nX0Y0D01*\nG37*"
+    path.write_text(re.sub(r"G36\*.*G37\*", little, path.read_text(), flags=re.DOTALL))
+    assert "bare-copper" in {difference.kind.value for difference in compare(extract(tmp_path))}
+
+
+def test_a_hole_near_the_step_is_found_and_the_margin_that_is_named_mends_it(thin):
+    found = [f for f in sitscad.check(thin.spec, thin).findings if f.rule == "SIT130"]
+    gaps = [thin.body[2] - via.centre.x - via.drill / 2 for via in thin.vias if via.lowest is None]
+    holes = [f for f in found if "a hole of" in f.message]
+    assert bool(holes) == (min(gaps) < thin.spec.fpc.rules.hole_to_step)
+    for finding in found:
+        assert finding.severity.value == "warning"
+        x, y = re.search(r"fpc.margin: \[([\d.]+), ([\d.]+)\]", finding.hint).groups()
+        changed = replace(thin.spec, fpc=replace(thin.spec.fpc, margin=(float(x) * MM, float(y) * MM)))
+        left = {f.message.split(" ")[1] for f in sitscad.check(changed).findings if f.rule == "SIT130"}
+        assert finding.message.split(" ")[1] not in left
+
+
+def test_a_tail_of_all_layers_has_no_step():
+    whole = board(tail=4)
+    assert {path for path in order_set(whole) if "Tail_Coverlay" in path} == set()
+    assert "SIT130" not in {f.rule for f in sitscad.check(whole.spec, whole).findings}
