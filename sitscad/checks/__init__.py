@@ -88,6 +88,8 @@ def check(
         found, undecided = outcomes(rule, subject)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
+    if not any(outcome.finding.severity is Severity.ERROR for outcome in said):
+        budget = budget.for_warnings()
     findings = Trials(subject, RULES, said, not_checked, budget).advised()
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 

@@ -14,7 +14,7 @@ HINTS = ("none", "decisive", "full")
 
 DECISIVE = "decisive"
 
-LEAST, MOST, WHOLE = 600.0, 1500.0, 4000.0
+LEAST, MOST, WHOLE = 600.0, 1000.0, 4000.0
 """Units for hints: at least, at most, and together with the check itself at most."""
 
 FULL = 400_000.0
@@ -87,6 +87,10 @@ class Budget:
             return False
         self.left -= units
         return True
+
+    def for_warnings(self) -> Budget:
+        """What is left of it where nothing was refused: a design that passes is not to be held up long."""
+        return self if self.is_long else Budget(min(self.left, LEAST))
 
     @property
     def is_long(self) -> bool:

@@ -74,6 +74,12 @@ def test_the_budget_goes_to_errors_before_warnings():
     assert error.severity is Severity.ERROR and "(it was tried)" in error.hint
 
 
+def test_a_design_that_passes_is_not_held_up_by_hints_for_its_warnings():
+    assert Budget(900.0).for_warnings().left == budget.LEAST
+    assert Budget(100.0).for_warnings().left == 100.0
+    assert Budget(budget.FULL).for_warnings().left == budget.FULL
+
+
 @pytest.mark.parametrize("hints", ["", "all", "FULL"])
 def test_another_choice_of_hints_is_an_error(hints):
     with pytest.raises(ValueError, match="hints are one of none, decisive, full"):
