@@ -43,7 +43,8 @@ def undeclared(files: Iterable[Path], known: set[str]) -> dict[str, str]:
     found = {}
     for file in files:
         for name in imported(ast.parse(file.read_text(encoding="utf-8"))):
-            if name in brought and not {canonical(each) for each in brought[name]} & known:
+            is_ours = (ROOT / name).is_dir()
+            if name in brought and not is_ours and not {canonical(each) for each in brought[name]} & known:
                 found[name] = str(file.relative_to(ROOT))
     return found
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import json
 import math
 import os
 import random
@@ -20,8 +21,6 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-
-import yaml
 
 SHAPES = ("circle", "circle", "circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 PARTS = {"circle": 4, "square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}
@@ -208,7 +207,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         files = list(chosen.files)
         for seed in range(chosen.first, chosen.first + chosen.n) if not files else ():
             files.append(Path(folder) / f"{seed}.yaml")
-            files[-1].write_text(yaml.safe_dump(design(seed), sort_keys=False, default_flow_style=None), "utf-8")
+            sections = (f"{key}: {json.dumps(value)}\n" for key, value in design(seed).items())
+            files[-1].write_text("".join(sections), "utf-8")
         for cost in costs(files, unit, ["--hints", chosen.hints] if chosen.hints else []):
             found.append(cost)
             print(f"{cost.seed:>5} {cost.outcome:<9} {cost.seconds:7.2f} s {cost.numpies:7.1f} x "

@@ -7,6 +7,7 @@ from itertools import combinations, pairwise
 
 import pytest
 
+from sitscad.checks import check
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import Role, Trace, Via, lay_out
 from sitscad.spec import positions, presets
@@ -171,9 +172,10 @@ def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
 
 
 def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(sensor):
-    layout = lay_out(sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8))
-    (finding,) = layout.findings
-    assert finding.name == "lead-room" and finding.key == "array.pitch" and "missing" in finding.message
+    spec = sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8)
+    assert [finding.name for finding in lay_out(spec).findings] == ["lead-room"]
+    (finding,) = (found for found in check(spec, hints="full").findings if found.rule == "SIT113")
+    assert finding.key == "array.pitch" and "missing" in finding.message
 
 
 @pytest.mark.slow
