@@ -40,7 +40,7 @@ ALONE, ROUNDED, RACETRACK, LONG = 0.017, 0.017, 0.003, 0.009
 """Of the added loss of polygons of one layer and with rounded corners; of racetracks, and of those of which one half
 stands for both (ALIKE_ROUNDED turns and more)."""
 
-CROSSING = {"square": (0.055, 0.02), "rectangle": (0.055, 0.02), "hexagon": (0.03, 0.016), "octagon": (0.024, 0.013)}
+CROSSING = {"square": (0.055, 0.02), "rectangle": (0.055, 0.02), "hexagon": (0.038, 0.016), "octagon": (0.036, 0.013)}
 """Of the added loss of polygons of several layers, of fewer than FEW turns and of more: near corners, where the layers'
 sides do not lie face to face, they are cut at few places."""
 
