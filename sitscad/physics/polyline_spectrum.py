@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -146,8 +147,16 @@ class _Figures:
     places: Array
     begins: Index
 
+    @cached_property
+    def sizes(self) -> Index:
+        """How many points each figure has."""
+        return np.diff(np.append(self.first, len(self.kinds)))
+
     def sums(self, wave: Array, factors: Array) -> ComplexArray:
         """Sum of factors (..., kinds, directions) times exp(-i k.r) over all points; `wave` (2, directions) in 1/m."""
+        if len(self.places) == len(self.begins):  # none repeats: all points one by one
+            turned = _turned((self.inner + np.repeat(self.places, self.sizes, axis=0)) @ wave)
+            return np.asarray(np.einsum("...kd,kd->...d", factors, turned))
         figure = np.add.reduceat(factors * _turned(self.inner @ wave), self.first, axis=-2)
         return np.asarray(np.sum(figure * np.add.reduceat(_turned(self.places @ wave), self.begins, axis=0), axis=-2))
 
