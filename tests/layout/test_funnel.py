@@ -93,7 +93,7 @@ def test_few_wide_turns_in_line(coil, count, pitch, fpc):
     layout = assert_accepted_by_its_own_check(
         spec_of(coil, f"{{pattern: line, count: {count}, pitch: {pitch}}}", f"{{{fpc}}}")
     )
-    assert len(layout.pads) == 2 * count
+    assert sum(bool(pad.net) for pad in layout.pads) == 2 * count
 
 
 def test_what_comes_too_near_at_the_contacts_is_not_drawn():
