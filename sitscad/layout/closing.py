@@ -46,8 +46,12 @@ def closing_turns(coil: CoilSpec, sweep_a: Values, sweep_b: Values) -> Values:
 
 def closing_cost(turns: Values, radius: float) -> NDArray[np.float64]:
     """What a closing arc of some turns on a ring of some radius (m) costs, as a length (m) of lead."""
-    counted = np.where(np.asarray(turns) > 0.0, RUNNING_ON * np.asarray(turns), np.abs(turns))
-    return WEIGHT * TWO_PI * radius * counted
+    return WEIGHT * TWO_PI * radius * counted(turns)
+
+
+def counted(turns: Values) -> NDArray[np.float64]:
+    """The turns that closing arcs count for: less than they are where they run on."""
+    return np.where(np.asarray(turns) > 0.0, RUNNING_ON * np.asarray(turns), np.abs(turns))
 
 
 def least_closing(coil: CoilSpec) -> float:

@@ -17,7 +17,7 @@ from sitscad.geometry.path import TWO_PI, Point, polyline
 from sitscad.layout.branch_table import BranchTable, branch_table
 from sitscad.layout.branches import Branch, Leg, OuterEnd, Surroundings
 from sitscad.layout.clearance import Hole, Obstacles
-from sitscad.layout.closing import closing_cost, closing_turns, least_closing
+from sitscad.layout.closing import closing_cost, closing_turns, counted, least_closing
 from sitscad.layout.lanes import Exit
 from sitscad.layout.patience import Patience
 from sitscad.record import record
@@ -28,7 +28,7 @@ TRIALS = 2_000
 QUICK = 100
 """Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
 
-SPARED = 0.05
+SPARED = 0.04
 """Leads that run so little farther round their coil than they must (turns) are as good as any."""
 
 INSIDE = 0.1
@@ -79,10 +79,10 @@ class Escape:
 
     @property
     def excess(self) -> float:
-        """How much farther that is than it had to be (turns)."""
+        """How much more that counts for than it had to (turns)."""
         coil = self.lead_a.legs[0].around.spec.coil
-        least = INSIDE if len(coil.layers) % 2 else abs(least_closing(coil))
-        return max(0.0, abs(self.closing) - least)
+        least = INSIDE if len(coil.layers) % 2 else float(counted(least_closing(coil)))
+        return max(0.0, float(counted(self.closing)) - least)
 
     @property
     def cost(self) -> float:

@@ -82,11 +82,12 @@ def test_what_leads_add_follows_how_far_they_must_run_round(name, turns):
 
 
 @pytest.mark.parametrize("array", ["", "pattern: line, count: 2, pitch: 11.5"])
-def test_a_square_turned_by_its_start_angle_keeps_its_inductance(array):
-    """Once the leads of two of the four closed round the coil: 8.8 % of the inductance at the contacts."""
-    coil = "shape: square, outer_diameter: 10, turns: 10, layers: 2, start_angle: {} deg"
+@pytest.mark.parametrize("layers, turns", [(1, 10), (2, 10), (2, 10.25), (3, 8), (4, 6.25)])
+def test_a_square_turned_by_its_start_angle_keeps_its_inductance(layers, turns, array):
+    """Once a lead ran half a turn on or back as the start angle had it: 8.8 % of the inductance at the contacts."""
+    coil = f"shape: square, outer_diameter: 10, turns: {turns}, layers: {layers}, start_angle: {{}} deg"
     shares = [share for angle in (0, 90, 180, 270) for share in shares_of(laid_out(coil.format(angle), array))]
-    assert max(shares) - min(shares) < 0.01
+    assert max(shares) - min(shares) < 0.02
 
 
 @pytest.mark.parametrize("layers, turns, least", [(2, 8.0, 0.0), (2, 8.1, -0.2), (2, 8.4, 0.2), (2, 8.25, 0.5),
