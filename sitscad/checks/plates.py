@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from sitscad.checks.fit import ROUNDING
+from sitscad.checks.plate_places import pair
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
+from sitscad.geometry.convex import beyond
+from sitscad.geometry.path import Point
 from sitscad.remedy.fix import fail
 from sitscad.remedy.moves import larger_target
 from sitscad.remedy.search import Left, broken_by, first_that_mends
+from sitscad.spec.places import footprint
 from sitscad.spec.sensor import Target
 from sitscad.units import show
 
@@ -50,11 +55,41 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
                 "m",
                 advice=advice,
             )
+    if any(target.offset):
+        yield from _aside(subject, coil)
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
             "the target's best length is known for two coils in a line only; of this array it was checked only that "
             "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
             "coil feels where a normal force is required)"
+        )
+
+
+def _aside(subject: Subject, coil: tuple[float, float]) -> Iterator[Verdict]:
+    """What a target covers less of the coils because it is offset: of a single coil all, of several their centres."""
+    spec, target = subject.spec, subject.spec.target
+    assert target is not None
+    here, middle = footprint(spec, target), footprint(spec, replace(target, offset=(0.0, 0.0)))
+    if len(spec.array.placements) == 1:
+        place = here.place_of(Point(*spec.array.middle))
+        over = max(abs(place[k]) + 0.5 * (coil[k] - max(target.size[k], coil[k])) for k in (0, 1))
+        names = [spec.array.placements[0].name] if over > ROUNDING else []
+        words = f"up to {show(min(over, coil[0], coil[1]), 'm', 3)} of coil"
+    else:
+        outlines, slack = (here.outline(), middle.outline()), 0.5 * TARGET_LENGTH_TOLERANCE * min(coil)
+        beside = {p.name: [beyond(o, Point(*p.centre)) for o in outlines] for p in spec.array.placements}
+        lost = {name: now for name, (now, before) in beside.items() if now > max(before, 0.0) + slack}
+        names, over, words = list(lost), max(lost.values(), default=0.0), "the middle of coil"
+    if names:
+        yield Complaint(
+            f"the target is offset by {pair(target.offset)} mm: {words}{'s' * (len(names) > 1)} {', '.join(names)} "
+            "lies beside it, and so does the field there",
+            "target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with it), or make the "
+            "target larger",
+            "target.offset",
+            over,
+            0.0,
+            "m",
         )
 
 
@@ -103,7 +138,8 @@ def _largest_coil(subject: Subject, turn: float) -> tuple[float, float]:
 PROPORTIONS = Rule(
     "SIT306", "target-proportions", Severity.WARNING,
     "Over two coils in a line the target is as long as their distance (within 20 %) and at least as wide as a "
-    "coil; over any other array it is at least as large as a coil both ways, and its best length is not judged.",
+    "coil; over any other array it is at least as large as a coil both ways, and its best length is not judged. An "
+    "offset (target.offset) leaves a single coil wholly under it, and of several their middles.",
     "Two coils: shear falls to less than a third when the target is much longer or shorter. Any coil: what does "
     "not cover it loses normal signal. For other arrays no measured best size is known.",
     "Over two coils set target.size to their distance; else make the target at least as large as a coil.",

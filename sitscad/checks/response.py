@@ -72,7 +72,7 @@ def coil_response(subject: Subject) -> Iterator[Verdict]:
         f"{show(subject.spec.requirements.normal_force or 0.0, 'N')} {_changes(deaf)}"
         + (f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "")
         + f". Asked are {FEWEST_STEPS:.0f} steps and {100.0 * LEAST_SHARE:.0f} % of the best coil's change",
-        _under_the_target(subject.spec, deaf) if beside else _more_change(),
+        _under_the_target(subject.spec, deaf) if beside else _more_change(subject.spec),
         "target.size" if beside else "elastomer.thickness",
         worst.steps,
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
@@ -109,16 +109,23 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
         else ""
     )
     return (
-        f"{where}a target of {show(whole[0], 'm')} by {show(whole[1], 'm')}, on a pad as large, covers every coil; or "
+        f"{where}{_back_over_the_coils(spec)}"
+        f"a target of {show(whole[0], 'm')} by {show(whole[1], 'm')}, on a pad as large, covers every coil; or "
         "move the coils together, or leave those out that the target does not reach"
     )
 
 
-def _more_change() -> str:
+def _more_change(spec: SensorSpec) -> str:
     return (
-        "no coil feels it enough: a softer or thinner elastomer or a target nearer to the coils gives more change, "
+        f"no coil feels it enough: {_back_over_the_coils(spec)}"
+        "a softer or thinner elastomer or a target nearer to the coils gives more change, "
         "fewer scans a second (readout.scan_rate) a finer step"
     )
+
+
+def _back_over_the_coils(spec: SensorSpec) -> str:
+    """The way back for a target that is offset: before everything else."""
+    return "target.offset: [0, 0] over the middle of the coils; " if spec.target and any(spec.target.offset) else ""
 
 
 def small_signal(subject: Subject) -> Iterator[Verdict]:
@@ -143,7 +150,8 @@ def small_signal(subject: Subject) -> Iterator[Verdict]:
         f"{100.0 * abs(best.share):.2g} % of itself{steps} ({show(best.per_newton, 'H', 3)}/N, its frequency by "
         f"{100.0 * best.frequency_share:+.2g} %). Ten degrees of warming move it by about {100.0 * drift:.2g} %, "
         f"{scale}",
-        "a softer or thinner elastomer, a target nearer to the coils or larger, or more distance from metal behind "
+        f"{_back_over_the_coils(subject.spec)}a softer or thinner elastomer, a target nearer to the coils or larger, "
+        "or more distance from metal behind "
         "them; else plan for temperature: a reference coil without a target, or a tare before each grasp",
         "elastomer.thickness",
         abs(best.share),

@@ -177,6 +177,25 @@ def test_target_of_a_single_coil_covers_it(judge, design):
     assert judge("SIT306", design(array=None, target__size=6)) == []
 
 
+def test_a_target_offset_beside_its_coil_is_told(judge, design):
+    """Only its size was held against the coil: with no force required, a target beside every coil passed in silence."""
+    for offset, over in (([12, 0], 12e-3), ([0, 1.5], 1.5e-3), ([-2, 1.2], 2e-3)):
+        (found,) = judge("SIT306", design(array=None, target__size=4, target__offset=offset))
+        assert found.key == "target.offset" and found.measured == pytest.approx(over)
+        assert "of coil C1 lies beside it" in found.message and "target.offset: [0, 0]" in found.hint
+    assert judge("SIT306", design(array=None, target__size=8, target__offset=[1.9, -1.9])) == []
+    assert len(judge("SIT306", design(array=None, target__size=8, target__offset=[2.1, 0]))) == 1
+
+
+def test_a_target_offset_from_coils_that_it_would_reach_is_told(judge, design):
+    (found,) = judge("SIT306", design(target__size=4.5, target__offset=[4, 0]))
+    assert "the middle of coil C1 lies beside it" in found.message and found.measured == pytest.approx(4e-3)
+    assert judge("SIT306", design(target__size=4.5, target__offset=[0.3, 0.2])) == []
+    grid = {"pattern": "grid", "count": [2, 2], "pitch": 5}
+    (found,) = judge("SIT306", design(array=grid, target__size=8, target__offset=[0, -3]))
+    assert "the middle of coils C2, C4 lies beside it" in found.message
+
+
 def test_target_of_a_long_coil_covers_it_both_ways(judge, design):
     """The lesser side was held against the lesser side: a short target over a racetrack passed."""
     long = {"shape": "racetrack", "outer_diameter": [10, 4], "turns": 6.5}

@@ -46,6 +46,24 @@ def test_coils_beside_the_target_are_named_with_what_mends_them():
     assert "not that it stands over all of them" in left.reason and "SIT215" in left.reason
 
 
+def test_a_target_that_is_offset_is_told_the_way_back():
+    """The hints asked for a softer pad over a coil that the target does not reach."""
+    aside = """sitscad: 1
+name: aside
+coil: {shape: circle, outer_diameter: 10, turns: 13, layers: 2, trace_width: 0.16, trace_spacing: 0.16}
+fpc: {margin: [20, 0]}
+target: {size: 10, offset: [12, 0]}
+elastomer: {size: 10, thickness: 2, offset: [12, 0], material: ecoflex-00-30}
+requirements: {normal_force: 2 N}
+"""
+    result = sitscad.check(sitscad.load_text(aside, "aside.yaml"))
+    for rule in ("SIT215", "SIT217"):
+        (found,) = [f for f in result.findings if f.rule == rule]
+        assert "target.offset: [0, 0] over the middle of the coils" in found.hint
+    back = sitscad.check(sitscad.load_text(aside.replace("[12, 0]", "[0, 0]"), "back.yaml"))
+    assert not {f.rule for f in back.findings} & {"SIT215", "SIT217", "SIT306"}
+
+
 def test_the_target_that_is_advised_reaches_every_coil():
     wide = FOUR.replace("size: [11, 10]", "size: [44.5, 10]")
     spec = sitscad.load_text(wide, "line4.yaml")
