@@ -11,11 +11,18 @@ from shapely.geometry.base import BaseGeometry
 
 from sitscad.extraction.artwork import Hole
 from sitscad.extraction.intent import Source
-from sitscad.extraction.nets import ExtractedBoard, ExtractedNet
+from sitscad.extraction.nets import Contact, ExtractedBoard, ExtractedNet
 from sitscad.record import record
 
 PAD_EDGE = 1e-6
 """How far (m) round a flashed pad copper counts as the pad's own."""
+
+OPEN_RIM = 0.3e-3
+"""How far (m) round a contact the coverlay's opening may bare copper: openings are larger than what they open by the
+registration of the coverlay, which is 0.05 to 0.2 mm."""
+
+HELD = 0.5
+"""The share of a contact that may be under the coverlay: rims of solder pads and the ends of fingers are held so."""
 
 SMALLEST_TRACK = 1e-9
 """Copper beyond the pads that is no more than this (m2) is no track: a square of 30 um."""
@@ -37,6 +44,7 @@ class Kind(StrEnum):
     DEAD_END = "dead-end"
     NO_LAYER = "no-layer"
     BARE = "bare-copper"
+    EXPOSED = "exposed-copper"
 
 
 @record
@@ -66,6 +74,7 @@ def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
         *_vias_without_hole(board),
         *_netlists(board),
         *_covered(board),
+        *_exposed(board),
         *_dead_ends(board),
         *_beyond_their_layers(board),
         *_bare(board),
@@ -145,14 +154,33 @@ def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
         yield Difference(Kind.NETLISTS, f"{name} is named by the {where} only", (name,))
 
 
+def _openings(board: ExtractedBoard) -> Iterator[tuple[int, BaseGeometry, list[Contact]]]:
+    """The outer layers whose coverlay has a file: the openings, and the contacts of that layer."""
+    contacts = [contact for net in board.nets for contact in net.contacts]
+    for side, layer in (("Top", 1), ("Bot", len(board.artwork.copper))):
+        if side in board.artwork.openings:
+            yield layer, board.artwork.openings[side], [contact for contact in contacts if contact.layer == layer]
+
+
 def _covered(board: ExtractedBoard) -> Iterator[Difference]:
-    sides = {len(board.artwork.copper): "Bot", 1: "Top"}
-    for contact in (contact for net in board.nets for contact in net.contacts):
-        opening = board.artwork.openings.get(sides.get(contact.layer, ""))
-        if opening is not None and not shapely.intersects(opening, contact.shape):
-            place = _place(contact.x, contact.y, contact.layer)
-            message = f"contact {contact.pin} at {place} is under the coverlay"
-            yield Difference(Kind.COVERED, message, (contact.net,), contact.x, contact.y, contact.layer)
+    for layer, opening, contacts in _openings(board):
+        for contact in contacts:
+            open_share = shapely.intersection(opening, contact.shape).area / contact.shape.area
+            if open_share < 1.0 - HELD:
+                how = f"with {100.0 * (1.0 - open_share):.0f} % of it under" if open_share else "under"
+                message = f"contact {contact.pin} at {_place(contact.x, contact.y, layer)} is {how} the coverlay"
+                yield Difference(Kind.COVERED, message, (contact.net,), contact.x, contact.y, layer)
+
+
+def _exposed(board: ExtractedBoard) -> Iterator[Difference]:
+    """Copper in an opening of the coverlay that is no contact: an opening that is not where it belongs."""
+    for layer, opening, contacts in _openings(board):
+        near = shapely.union_all([contact.shape for contact in contacts]).buffer(OPEN_RIM)
+        bare = shapely.intersection(board.artwork.copper[layer - 1], opening).difference(near)
+        if not bare.is_empty:
+            x, y = bare.representative_point().coords[0]
+            message = f"copper at {_place(x, y, layer)} lies bare in an opening of the coverlay and is no contact"
+            yield Difference(Kind.EXPOSED, message, (), x, y, layer)
 
 
 def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:

@@ -141,6 +141,23 @@ def test_a_contact_under_the_coverlay_is_found(two_nets, tmp_path):
     assert (difference.kind, difference.nets) == (Kind.COVERED, ("C2",))
 
 
+def test_a_contact_mostly_under_the_coverlay_is_found(two_nets, tmp_path):
+    """An opening that only touched a contact was taken for one that opens it."""
+    whole = ((0, 0), (0, 2), (0, 3))
+    two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in (*whole, (5.4, 3)))
+    (difference,) = compare(extract(two_nets.write(tmp_path)))
+    assert difference.kind is Kind.COVERED and "% of it under the coverlay" in difference.message
+    two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in (*whole, (5.1, 3)))
+    assert kinds(two_nets, tmp_path) == []
+
+
+def test_an_opening_over_copper_that_is_no_contact_is_found(two_nets, tmp_path):
+    whole = ((0, 0), (0, 2), (0, 3), (5, 3))
+    two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in (*whole, (2.5, 3)))
+    (difference,) = compare(extract(two_nets.write(tmp_path)))
+    assert (difference.kind, difference.x) == (Kind.EXPOSED, pytest.approx(2.5e-3, abs=0.3e-3))
+
+
 def test_the_netlist_must_name_the_same_nets(two_nets, tmp_path):
     two_nets.netlist = two_nets.netlist.replace("327C2  ", "327C9  ")
     assert kinds(two_nets, tmp_path) == [Kind.SHORT, Kind.NETLISTS, Kind.NETLISTS]
