@@ -59,13 +59,13 @@ def _room_inside(subject: Subject, plain: Complaint, left: Left) -> Complaint:
         return plain
     assert plain.measured is not None and plain.limit is not None
     first = max(plain.limit - plain.measured, 0.5 * spec.fpc.rules.via_pad)
-    found = room.least(spec, room.larger_coils, lambda changed: _vias_fit(changed, left), first)
+    found = room.least(spec, room.larger_coils, lambda changed: _vias_fit(changed, left), first, left.wants_another)
     if found is None:
         return plain
     more, fix = found
     return replace(
         plain,
-        message=f"{plain.message}: {more * 1e6:.0f} um are missing",
+        message=f"{plain.message}: at most {more * 1e6:.0f} um are missing",
         hint=f"{fix.words} makes room{tried(fix, left)}; or {plain.hint}",
         limit=plain.measured + more,
     )
@@ -87,7 +87,7 @@ def _room_between(subject: Subject, plain: Complaint, left: Left) -> Complaint |
         return next((fix for fix in room.other_start_angles(of) if routes(fix.spec)), None)
 
     near, first = room.nearest_distance(spec), room.lead_room(spec)
-    found = None if near is None else room.least(spec, room.coils_apart, routes, first)
+    found = None if near is None else room.least(spec, room.coils_apart, routes, first, left.wants_another)
     if near is not None and found is not None:
         more, fix = found
         words = f"{fix.words} lets them pass{tried(fix, left)}, or perhaps another coil.start_angle"
@@ -110,7 +110,7 @@ def _too_near(subject: Subject, plain: Complaint, near: float, more: float, hint
     return replace(
         plain,
         message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: "
-        f"{more * 1e6:.0f} um are missing",
+        f"at most {more * 1e6:.0f} um are missing",
         hint=hint,
         key="array.centres" if subject.spec.array.pattern == "explicit" else "array.pitch",
         measured=near,

@@ -22,6 +22,9 @@ from sitscad.spec.sensor import SensorSpec
 GROWTH, MOST = 1.7, 5
 """What is missing is tried, then so many times as much, at most so often."""
 
+HALVINGS, FINE_HALVINGS = 2, 5
+"""Tries between what failed last and what worked first; and where the search may be long."""
+
 GRAIN = 10e-6
 """Amounts are rounded up to this (m)."""
 
@@ -81,21 +84,27 @@ def lead_room(spec: SensorSpec) -> float:
     return max(2.0 * hole_keep_out(hole, rules, rules.trace_spacing) + pitch - gap, pitch)
 
 
-def least(spec: SensorSpec, move: Move, works: Works, first: float) -> tuple[float, Fix] | None:
-    """The least amount (m), as far as a few trials tell, with which the changed spec works; None where none does."""
+def least(
+    spec: SensorSpec, move: Move, works: Works, first: float, is_fine: Callable[[], bool] = lambda: False
+) -> tuple[float, Fix] | None:
+    """The least amount (m), as far as a few trials tell, with which the changed spec works; None where none does.
+
+    `is_fine` says, when one was found, whether more may be tried: also below `first`, where that works at once.
+    """
     failed, amount = 0.0, _rounded(first)
     for _ in range(MOST):
         if works(move(spec, amount).spec):
-            found = _between(spec, move, works, failed, amount)
+            halvings = FINE_HALVINGS if is_fine() else HALVINGS if failed > 0.0 else 0
+            found = _between(spec, move, works, failed, amount, halvings)
             return found, move(spec, found)
         failed, amount = amount, _rounded(GROWTH * amount)
     return None
 
 
-def _between(spec: SensorSpec, move: Move, works: Works, low: float, high: float) -> float:
-    for _ in range(2):
+def _between(spec: SensorSpec, move: Move, works: Works, low: float, high: float, halvings: int) -> float:
+    for _ in range(halvings):
         middle = _rounded(0.5 * (low + high))
-        if low == 0.0 or middle >= high:
+        if middle >= high - 0.5 * GRAIN:
             break
         if works(move(spec, middle).spec):
             high = middle

@@ -16,6 +16,7 @@ from sitscad.remedy import room
 from sitscad.remedy.budget import Budget
 from sitscad.remedy.fix import Fix
 from sitscad.spec import presets
+from sitscad.spec.load import load_text
 
 
 def advised(spec):
@@ -87,6 +88,24 @@ def test_the_least_amount_is_found_between_what_failed_and_what_works():
     assert works(found) and found == min(a for a in asked if a >= 0.73e-3)
     assert found - max(a for a in asked if a < 0.73e-3) < 0.15e-3
     assert room.least(spec, lambda _, amount: Fix((), amount), lambda _: False, 0.2e-3) is None
+
+
+@pytest.mark.parametrize(("is_fine", "within"), [(lambda: True, 0.03e-3), (lambda: False, 0.61e-3)])
+def test_a_first_amount_that_is_enough_is_halved_where_the_search_may_be_long(is_fine, within):
+    more, _ = room.least(object(), lambda _, amount: Fix((), amount), lambda a: a >= 0.08e-3, 0.61e-3, is_fine)
+    assert 0.08e-3 <= more <= 0.08e-3 + within
+    assert is_fine() or more == pytest.approx(0.61e-3)
+
+
+def test_a_gap_that_lacks_little_is_not_said_to_lack_what_leads_want_of_it(sensor):
+    """Four coils in a grid that are led out 0.1 mm farther apart: what was tried first is six times that."""
+    text = (
+        "sitscad: 1\nname: grid\narray: {pattern: grid, count: [2, 2], pitch: 7.3}\nfpc: {tail: {length: 30}}\n"
+        "coil: {shape: circle, outer_diameter: 7, turns: 9, layers: 2, trace_width: 0.1524, trace_spacing: 0.1524}"
+    )
+    (finding,) = advised(load_text(text))
+    assert finding.rule == "SIT113" and "at most" in finding.message and "it was tried" in finding.hint
+    assert micrometres(finding) < 0.12e-3
 
 
 def test_start_angles_of_polygons_are_their_corners(sensor):
