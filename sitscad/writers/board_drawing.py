@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
-from sitscad.layout.bending import bend_of, bend_stretch
+from sitscad.layout.bending import Bend, bend_of, bend_stretch
 from sitscad.layout.board import Coil, Layout
 from sitscad.units import show
 from sitscad.writers._board_end import tail_width
@@ -220,12 +220,23 @@ def _bend(sheet: Sheet, layout: Layout, view: View) -> float:
     if is_above:
         low, high = low + 1.5, high + 8.0
     sheet.line(at, high, at, low, BEND_LINE)
-    radius = "" if bend.radius is None else f", R min {mm(bend.radius)} inside"
-    words = f"bend {math.degrees(bend.angle):g} deg {bend.direction}{radius}"
-    fits = at + 1.0 + text_width(words, 2.3) < view.x(bounding_box([layout.outline])[2])
+    room = view.x(bounding_box([layout.outline])[2]) - at - 1.0
+    lines = _bend_words(bend, room)
+    fits = max(text_width(words, 2.3) for words in lines) < room
     place, anchor = (at + 1.0, "start") if fits else (at - 1.0, "end")
-    sheet.text(place, high - 2.0 if is_above else low, words, 2.3, anchor, colour=BEND_LINE.colour)
+    for row, words in enumerate(lines):
+        sheet.text(place, (high - 2.0 if is_above else low) - 3.2 * row, words, 2.3, anchor, colour=BEND_LINE.colour)
     return high
+
+
+def _bend_words(bend: Bend, room: float) -> tuple[str, ...]:
+    """How the tail is bent, in two lines where one is wider than so much (mm of paper): to the left lies the body."""
+    words = f"bend {math.degrees(bend.angle):g} deg {bend.direction}"
+    if bend.radius is None:
+        return (words,)
+    radius = f"R min {mm(bend.radius)} inside"
+    one = f"{words}, {radius}"
+    return (one,) if text_width(one, 2.3) < room else (words, radius)
 
 
 def _copper(sheet: Sheet, layout: Layout, view: View, limit: float) -> None:

@@ -252,6 +252,22 @@ def test_a_bend_written_out_is_drawn_where_and_as_it_is_said():
     assert ">bend 45 deg up<" in board_picture.picture(layout)
 
 
+def test_words_of_a_bend_lie_beside_the_tail_and_not_on_a_wide_body():
+    """A wide body lies to the left of the line, at the height of the words: they are written in two lines then."""
+    text = (
+        "sitscad: 1\nname: wide\narray: {pattern: grid, count: [2, 2], pitch: 9}\n"
+        "coil: {shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 0.1524, trace_spacing: 0.1524}\n"
+        "fpc: {tail: {length: 30}}\n"
+    )
+    drawing = board_drawing.drawing(lay_out(load_text(text)), "")
+    colour = board_drawing.BEND_LINE.colour
+    ((path,),) = [i.paths for i in drawing.items if isinstance(i, Shape) and i.pen == board_drawing.BEND_LINE]
+    labels = [item for item in drawing.items if isinstance(item, Label) and item.colour == colour]
+    assert [label.text for label in labels] == ["bend 90 deg down", "R min 1.16 inside"]
+    assert all(label.anchor == "start" and label.at.x > path.start.x for label in labels)
+    assert labels[0].at.y - labels[1].at.y > labels[0].size
+
+
 def test_kicad_has_the_bend_as_a_line_across_the_tail():
     layout = bent("{at: 12}")
     rows = re.findall(
