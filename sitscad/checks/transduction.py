@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from sitscad.checks.fit import ROUNDING, pad_of
 from sitscad.checks.own_limits import own_limits
@@ -12,6 +12,8 @@ from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
 from sitscad.remedy.moves import stiffer_pad
 from sitscad.remedy.search import Left, tried
+from sitscad.spec.presets import elastomer as elastomer_preset
+from sitscad.spec.presets import names
 from sitscad.units import show
 
 STRAIN_ERROR = 0.5
@@ -93,7 +95,7 @@ def target_rotation(subject: Subject) -> Iterator[Verdict]:
         yield Complaint(
             f"the elastomer is {ratio:.2g} times as thick as "
             f"{'wide' if width == min(pad.size) else 'the target is wide'}: the target tilts easily, and tilt reads "
-            "as shear",
+            f"as {'force' if len(subject.spec.array.placements) == 1 else 'shear'}",
             f"{show(SLENDERNESS * width, 'm', 3)} is as slender as the bench pad that stayed level (8 x 8 x "
             "2 mm; Jones, thesis, Leeds); thinner is steadier still",
             "elastomer.thickness",
@@ -141,8 +143,9 @@ def _shear_strain(subject: Subject, force: float, strain: float) -> Iterator[Ver
         f"({100.0 * strain / softest:.0f} % with a modulus one sigma softer); beyond {100.0 * limit:.0f} % (a "
         "conservative figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
         f"a shear modulus of {show(enough, 'Pa', 3)} or more known as well as this one"
-        f"{_larger_area(subject, area, area * strain / softest / limit)} keeps the softest case within it; a thinner "
-        "pad shortens the travel, not this share",
+        f"{_larger_area(subject, area, area * strain / softest / limit)} keeps the softest case within it"
+        f"{_softest_preset(lambda _: material.shear_modulus * strain / limit)}; a thinner pad shortens the travel, "
+        "not this share",
         "elastomer.material",
         strain if beyond else strain / softest,
         limit,
@@ -209,17 +212,34 @@ def _stiffer(subject: Subject, force: float, left: Left | None = None) -> str:
     pad, face = pad_of(subject), _loaded(subject)
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     size = (face.width_x, face.width_y, pad.thickness)
-    # Ea is proportional to G until the bulk modulus counts: 1/Ea = 1/(k G) + 1/B, so G = 1 / (k (1/Ea - 1/B)).
     stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, face.round)
     slope = elastomer.apparent_modulus(elastomer.shape_factor(*size, face.round), 1.0)
-    compliance = 1.0 / (stiffness * slope) - 1.0 / pad.material.bulk_modulus
-    if compliance <= 0.0:
+
+    def least(bulk_modulus: float) -> float:
+        # Ea is proportional to G until the bulk modulus counts: 1/Ea = 1/(k G) + 1/B, so G = 1 / (k (1/Ea - 1/B)).
+        compliance = 1.0 / (stiffness * slope) - 1.0 / bulk_modulus
+        return 1.0 / (slope * compliance) if compliance > 0.0 else math.inf
+
+    enough = least(pad.material.bulk_modulus)
+    if enough == math.inf:
         return ""
-    wanted = _rounded_up(1.0 / (slope * compliance) / _softest(sigma))
-    change = stiffer_pad(subject.spec, wanted)
+    change = stiffer_pad(subject.spec, _rounded_up(enough / _softest(sigma)))
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    return f"{change.words}{known} {result}{tried(change, left) if left else ''}; "
+    return f"{change.words}{known} {result}{tried(change, left) if left else ''}{_softest_preset(least)}; "
+
+
+def _softest_preset(least: Callable[[float], float]) -> str:
+    """In words, the softest silicone with a preset that is stiff enough a sigma softer, too: by its bulk modulus (Pa)
+    `least` tells what shear modulus (Pa) is. Nothing where none is.
+    """
+    presets = (elastomer_preset(name) for name in names("elastomer"))
+    enough = [m for m in presets if m.shear_modulus * _softest(m.shear_modulus_sigma) >= least(m.bulk_modulus)]
+    if not enough:
+        return ""
+    found = min(enough, key=lambda material: (material.shear_modulus, material.name))
+    known = f"{show(found.shear_modulus, 'Pa', 3)} +- {100.0 * found.shear_modulus_sigma:.0f} %"
+    return f" (the softest preset that does is {found.name}, {known})"
 
 
 def _rounded_up(value: float) -> float:

@@ -13,6 +13,7 @@ from sitscad.checks.rules import Subject
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
+from sitscad.spec import presets
 from sitscad.units import parse_quantity
 
 
@@ -133,6 +134,24 @@ def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus
     for factor, count in ((1.0, 0), (0.98, 1)):
         enough = replace(soft, shear_modulus=wanted * factor)
         assert len(judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=enough)))) == count
+
+
+@pytest.mark.parametrize("rule", ["SIT304", "SIT312"])
+@pytest.mark.parametrize("force", [3.0, 4.8, 9.0])
+def test_the_preset_that_is_named_is_the_softest_one_that_is_stiff_enough(rule, force, judge, advised, design):
+    soft = {"material": "ecoflex-00-10", "shape": "square", "size": 4, "thickness": 1, "kerf": 0.15}
+    wanted = {"requirements__normal_force": f"{force} N", "requirements__shear_force": f"{force / 5} N"}
+    wanted |= {"target__size": 4, "array": None}
+    found, *_ = advised(rule, design(elastomer=soft, **wanted))
+    named = re.search(r"the softest preset that does is ([\w-]+), ", found.hint).group(1)
+    moduli = {name: presets.elastomer(name).shear_modulus for name in presets.names("elastomer")}
+    enough = {name for name in moduli if not judge(rule, design(elastomer=soft | {"material": name}, **wanted))}
+    assert named == min(enough, key=lambda name: (moduli[name], name))
+
+
+def test_no_preset_is_named_where_none_is_stiff_enough(advised, design):
+    found, *_ = advised("SIT304", design(target__size=4, elastomer__size=4, requirements__normal_force="400 N"))
+    assert "shear modulus of" in found.hint and "preset" not in found.hint
 
 
 def test_message_and_measured_of_the_strain_agree(judge, design):
@@ -269,6 +288,13 @@ def test_target_rotation(judge, design):
     assert judge("SIT310", design(elastomer__size=8, elastomer__thickness=2, target__size=8)) == []
     (small,) = judge("SIT310", design(elastomer__size=8, elastomer__thickness=2))
     assert small.measured == pytest.approx(2 / 4.5) and "the target is wide" in small.message
+
+
+def test_one_coil_alone_reads_tilt_as_force(judge, design):
+    """It has no other coil to tell shear by."""
+    (one,) = judge("SIT310", design(elastomer__thickness=3, array=None))
+    (two,) = judge("SIT310", design(elastomer__thickness=3))
+    assert "tilt reads as force" in one.message and "tilt reads as shear" in two.message
 
 
 def test_bare_metal(judge, design):
