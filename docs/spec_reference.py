@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 from sitscad.spec import presets
@@ -28,6 +29,8 @@ from sitscad.spec.kinds import (
     Truth,
 )
 from sitscad.spec.section import Key, ListOf, NameOr, Part, Section, section_of
+from sitscad.spec.stackup import LayerKind, Stackup
+from sitscad.units import show
 
 PAGE = Path(__file__).with_name("spec.md")
 MARK = "<!-- Below this line the page is written by docs/spec_reference.py. -->\n"
@@ -43,7 +46,45 @@ def reference() -> str:
     places = _places(SpecDocument, "")
     parts = [f"## {_title(section, places)}\n\n{_about(section, paths)}\n\n{_table(section, places)}\n"
              for section, paths in places.items()]  # fmt: skip
-    return "\n".join(parts)
+    return "\n".join((*parts, *_presets_in_figures()))
+
+
+def _presets_in_figures() -> Iterator[str]:
+    """What the names of silicones, stack-ups and jaws stand for, one table each."""
+    silicones = [presets.elastomer(name) for name in presets.names("elastomer")]
+    yield _figures(
+        "Silicones with a preset",
+        "The mean of data sheet and measurement where both were found, the softest first. For `elastomer.material` and "
+        "`encapsulation.material`.",
+        ("name", "shear modulus", "one sigma", "Shore hardness"),
+        [(m.name, show(m.shear_modulus, "Pa", 3), f"{100.0 * m.shear_modulus_sigma:.0f} %", m.hardness)
+         for m in sorted(silicones, key=lambda m: (m.shear_modulus, m.name))],
+    )  # fmt: skip
+    stackups = [presets.stackup(name) for name in presets.names("stackup")]
+    yield _figures(
+        "Stack-ups with a preset",
+        "Finished thicknesses from the top, the outer copper with its plating. For `fpc.stackup`.",
+        ("name", "copper", "dielectric between", "in all"),
+        [(s.name, _thicknesses(s, LayerKind.COPPER), _thicknesses(s, LayerKind.DIELECTRIC), show(s.thickness, "m", 4))
+         for s in stackups],
+    )  # fmt: skip
+    jaws = [presets.jaw(name) for name in presets.names("jaw")]
+    yield _figures(
+        "Jaws with a preset",
+        "Usual figures, not those of yours: measure it. For `mount.jaw`.",
+        ("name", "width", "length", "height", "port", "metal"),
+        [(j.name, *(show(size, "m") for size in (j.width, j.length, j.height, j.port_diameter)), j.material.name)
+         for j in jaws],
+    )  # fmt: skip
+
+
+def _figures(title: str, about: str, heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [heads, ("---",) * len(heads), *rows]
+    return f"## {title}\n\n{about}\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def _thicknesses(stackup: Stackup, kind: LayerKind) -> str:
+    return ", ".join(f"{layer.thickness * 1e6:g}" for layer in stackup.layers if layer.kind is kind) + " um"
 
 
 Places = dict[type[Section], list[str]]

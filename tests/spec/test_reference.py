@@ -10,6 +10,7 @@ import pytest
 
 from sitscad.checks import check
 from sitscad.finding import Severity
+from sitscad.spec import presets
 from sitscad.spec.load import SpecError, load_text
 from sitscad.spec.schema import json_schema
 
@@ -50,6 +51,15 @@ def test_the_tables_are_what_the_script_writes():
     script = importlib.util.module_from_spec(place)
     place.loader.exec_module(script)
     assert script.whole_page(TEXT) == TEXT, "run python docs/spec_reference.py"
+
+
+@pytest.mark.parametrize("kind", ["elastomer", "stackup", "jaw"])
+def test_every_preset_that_a_user_chooses_by_its_figures_has_a_row_with_them(kind):
+    rows = {line.split("|")[1].strip(): line for line in TEXT.splitlines() if line.startswith("| ")}
+    for name in presets.names(kind):
+        assert re.search(r"\d", rows[name].removeprefix(f"| {name} |")), name
+    assert "30.5 kPa | 44 %" in rows["ecoflex-00-50"] and "30, 18, 18, 30 um" in rows["flex-4l"]
+    assert "4.8 mm | 20 mm" in rows["generic-5mm"]
 
 
 def test_every_link_leads_to_a_heading():
