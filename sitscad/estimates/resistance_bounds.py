@@ -48,8 +48,12 @@ LEADS = 0.01
 """Of the leads' resistance: 0.02 to 0.6 % against triangles over copper read back (tests/extraction)."""
 
 METAL, NEAR, NEAR_DISTANCE = 0.03, 0.04, 0.2e-3
-"""Of the resistance with metal about, and with metal nearer than that (m): round coils over and between copper, steel
+"""Of the resistance with metal about, and with metal nearer than that (m), from where the one goes over into the other
+as distance over NEAR_DISTANCE rises to FADED: round coils over and between copper, steel
 and mirrors by filaments (tests/validation/test_near_metal.py); for other shapes POLYGONS_NEAR_METAL comes on top."""
+
+FADED = 1.5
+"""Times a distance up to which a share holds: so far it falls to the next one, that a sweep may not make it jump."""
 
 FEW = 4.0
 """Turns of a layer below which corners are a large part of a polygon."""
@@ -96,10 +100,15 @@ def state_error(bound: ResistanceBound, circuit: CoilCircuit, state: StateEstima
 
 def near_metal_error(spec: CoilSpec, nearest: float) -> float:
     """Relative error, at most, that metal no nearer than `nearest` (m) to the copper's middle adds to a resistance."""
-    found = NEAR if nearest < NEAR_DISTANCE else METAL
+    found = METAL + (NEAR - METAL) * _faded(nearest / NEAR_DISTANCE)
     if spec.shape != "circle":
-        found += max((row[2] for row in POLYGONS_NEAR_METAL if nearest < row[0] * spec.trace_width), default=0.0)
+        found += max(row[2] * _faded(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
     return found
+
+
+def _faded(reach: float) -> float:
+    """1 up to a reach of 1, 0 from FADED on, and straight between."""
+    return min(1.0, max(0.0, (FADED - reach) / (FADED - 1.0)))
 
 
 def _round(spirals: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> float:

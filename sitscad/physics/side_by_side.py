@@ -45,6 +45,9 @@ STACKED = 5e-3
 """Spread of the heights through both coppers times the height of the stack, over the least squared distance, from which
 one copper is taken at two heights. Below it the spread's square is added to all squared distances."""
 
+DISTANCES = 1 << 16
+"""Distances of points and pieces that are worked on at once: a few megabytes."""
+
 HALVINGS = 14
 """A part is halved so often at most: windings that cross are not what this is for."""
 
@@ -102,9 +105,10 @@ class Pieces:
         """Least distance (m) in the plane of points (k, 2) from the centre lines."""
         if not len(self.rows):
             return np.full(len(where), np.inf)
-        p = where[:, None, :]
-        found = self._from_curves(p) if self.is_curved else self._from_sides(p)
-        return np.asarray(found.min(axis=1))
+        from_one = self._from_curves if self.is_curved else self._from_sides
+        step = max(1, DISTANCES // len(self.rows))
+        parts = (where[begin : begin + step, None, :] for begin in range(0, max(1, len(where)), step))
+        return np.concatenate([from_one(part).min(axis=1) for part in parts])
 
     def _from_sides(self, p: Array) -> Array:
         start, step = self.rows[:, :2], self.rows[:, 2:4] - self.rows[:, :2]

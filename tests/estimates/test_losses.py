@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from sitscad.estimates import estimate
 from sitscad.estimates.leads import estimate_leads
 from sitscad.estimates.losses import Strip, near_metal_notes, winding_losses, winding_resistance
+from sitscad.estimates.resistance_bounds import near_metal_error
 from sitscad.estimates.windings import bent_track, winding_geometry
 from sitscad.geometry.path import Point, rounded_polyline
 from sitscad.layout import lay_out
@@ -21,6 +23,7 @@ from sitscad.physics.proximity import Resolution, winding_loss
 from sitscad.physics.resistance import bend_squares, conductivity_at
 from sitscad.physics.track_modes import ModeSet
 from sitscad.spec.load import load_text
+from sitscad.spec.sensor import CoilSpec
 
 COPPER = 58e6
 SPEC = """
@@ -255,3 +258,15 @@ def test_a_short_side_between_two_arcs_leaves_no_arc_tighter_than_the_track(radi
     coil = coil.replace("R}", f"{radius}}}")
     found = estimate(lay_out(load_text(f"sitscad: 1\nname: short\ncoil: {coil}", "test.yaml"))).coils[0]
     assert found.winding_inductance == pytest.approx(10.35e-9, rel=0.01) and 0.03 < found.resistance_ac < 0.06
+
+
+@pytest.mark.parametrize("shape", ["circle", "square"])
+def test_the_error_that_metal_adds_does_not_jump_with_its_distance(shape):
+    """A target of a little more or less size moved the pad under it past 0.2 mm, and the stated error by a quarter."""
+    spec = CoilSpec(shape, (10e-3, 10e-3), 10.0, (1, 2), 0.2e-3, 0.2e-3)
+    gaps = [0.02e-3 * 1.005**k for k in range(1000)]
+    errors = [near_metal_error(spec, gap) for gap in gaps]
+    assert all(0.0 <= before - after < 1e-3 for before, after in pairwise(errors))
+    assert errors[-1] == pytest.approx(0.03)
+    assert errors[0] == pytest.approx(0.04 if shape == "circle" else 0.06)
+    assert near_metal_error(spec, 0.2e-3) >= 0.04
