@@ -136,7 +136,7 @@ def test_ferrite_is_not_judged_by_skin_depths(tmp_path):
     (coil,) = found.coils
     assert coil.states["rest"].inductance > coil.states["free"].inductance
     (note,) = [note for note in found.notes if note.startswith("the target counts as")]
-    assert "magnetic" in note and "within 22 % of itself" in note
+    assert "magnetic" in note and "within 55 % of itself" in note
 
 
 def test_a_magnetic_steel_is_less_sure_than_copper(tmp_path):
