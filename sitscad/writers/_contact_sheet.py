@@ -116,7 +116,8 @@ def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     if abs(before.x - x) > abs(before.y - y):
         _along_x(sheet, (view.x(before.x), view.x(x)), ys[0], low - STAND, f"pitch {mm(pitch)}")
     else:
-        _along_y(sheet, (view.y(before.y), view.y(y)), xs[1], right + STAND, f"pitch {mm(pitch)}")
+        # Before it are the other contacts; beyond it the words would lie on the dimension of the edge.
+        _along_y(sheet, (view.y(before.y), view.y(y)), xs[1], right + STAND, f"pitch {mm(pitch)}", is_before=True)
 
 
 def _end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
@@ -183,12 +184,16 @@ def _along_x(sheet: Sheet, ends: tuple[float, float], start: float, level: float
     (span if is_wide else outer_span)(sheet, (ends[0], level), (ends[1], level), text)
 
 
-def _along_y(sheet: Sheet, ends: tuple[float, float], start: float, level: float, text: str) -> None:
-    """The same along y at an x of the paper."""
+def _along_y(
+    sheet: Sheet, ends: tuple[float, float], start: float, level: float, text: str, is_before: bool = False
+) -> None:
+    """The same along y at an x of the paper; words that do not fit between its ends stand above, or below them."""
     for y in ends:
         sheet.line(start, y, level + math.copysign(1.0, level - start), y, THIN)
-    is_wide = ends[1] - ends[0] > text_width(text, TEXT) + 5.0
-    (span if is_wide else outer_span)(sheet, (level, ends[0]), (level, ends[1]), text)
+    if ends[1] - ends[0] > text_width(text, TEXT) + 5.0:
+        span(sheet, (level, ends[0]), (level, ends[1]), text)
+    else:
+        outer_span(sheet, (level, ends[0]), (level, ends[1]), text, is_before=is_before)
 
 
 def _number(sheet: Sheet, pad: Pad, view: View) -> None:

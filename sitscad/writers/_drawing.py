@@ -190,10 +190,15 @@ def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], tex
 
 
 def outer_span(
-    sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, upright: bool = False
+    sheet: Sheet,
+    one: tuple[float, float],
+    other: tuple[float, float],
+    text: str,
+    upright: bool = False,
+    is_before: bool = False,
 ) -> None:
-    """A dimension of a short stretch, from the lower or left point on: arrows from outside, the text beyond them;
-    `upright` text stands level beside the upper arrow.
+    """A dimension of a short stretch, from the lower or left point on: arrows from outside, the text beyond them, or
+    before the first where `is_before`; `upright` text stands level beside the upper arrow.
     """
     reach, tip = 5.0, 2.0
     level = abs(other[1] - one[1]) < 1e-9
@@ -207,8 +212,9 @@ def outer_span(
         corners = [at(point, 0.0), at(point, way * tip, 0.4), at(point, way * tip, -0.4)]
         sheet.draw(closed_polygon(corners), None, BLACK)
     if level or not upright:
-        place = at(other, reach + 1.0, -0.35 * TEXT if level else 0.35 * TEXT)
-        sheet.text(place.x, place.y, text, TEXT, "start", 0.0 if level else 90.0)
+        aside = -0.35 * TEXT if level else 0.35 * TEXT
+        place = at(one, -reach - 1.0, aside) if is_before else at(other, reach + 1.0, aside)
+        sheet.text(place.x, place.y, text, TEXT, "end" if is_before else "start", 0.0 if level else 90.0)
     else:
         sheet.text(end.x + 1.0, end.y - 0.7 * TEXT, text, TEXT)
 

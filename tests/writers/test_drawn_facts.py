@@ -26,7 +26,7 @@ from sitscad.writers._board_end import board_end, tail_width
 from sitscad.writers._coil_outline import coil_extent
 from sitscad.writers._contact_sheet import COPPER, contact_sheet
 from sitscad.writers._flex_facts import bare_size, end_tolerance
-from sitscad.writers._sheet import Label, Shape
+from sitscad.writers._sheet import Label, Shape, text_width
 
 COIL = (
     "{{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: 2, trace_width: 0.1, trace_spacing: 0.1{more}}}"
@@ -250,6 +250,19 @@ def test_a_bend_written_out_is_drawn_where_and_as_it_is_said():
     ((path,),) = [item.paths for item in lines]
     assert abs(path.start.x - path.end.x) < 1e-9 and isinstance(path.segments[0], Line)
     assert ">bend 45 deg up<" in board_picture.picture(layout)
+
+
+@pytest.mark.parametrize("name", ["straight", "fine", "left", "capacitors"])
+def test_words_of_the_pitch_do_not_lie_on_the_dimension_of_the_edge(name):
+    """They are as long as two pitches or more, and the edge lies half a millimetre beyond the last contact."""
+    layout = board_of(name)
+    labels = [item for item in contact_sheet(layout, "").items if isinstance(item, Label)]
+    (pitch,) = [item for item in labels if item.text.startswith("pitch ")]
+    (edge,) = [item for item in labels if item.text.startswith("edge to 1")]
+    if pitch.angle != 90.0:
+        assert pitch.angle == edge.angle == 0.0
+        return
+    assert pitch.anchor == "end" and pitch.at.y < edge.at.y - text_width(edge.text, edge.size) / 2
 
 
 def test_words_of_a_bend_lie_beside_the_tail_and_not_on_a_wide_body():
