@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import islice
 
@@ -17,10 +18,13 @@ from sitscad.remedy.moves import calmer_tail, narrower, other_ends
 from sitscad.remedy.search import Left, in_vain, named, ways
 from sitscad.scene.slabs import Slab, slabs
 from sitscad.scene.stack import shield_size
-from sitscad.spec.sensor import ElastomerPad, Jaw
+from sitscad.spec.sensor import ElastomerPad, Jaw, SensorSpec
 from sitscad.units import show
 
 ROUNDING = 1e-9
+
+GRAIN = 10e-6
+"""Sizes and margins that are named are whole multiples of it (m): nobody cuts finer."""
 
 SMALLEST_MEASURED_PORT = 1.1
 """5 mm trocars measure 5.5 mm inside at the least (Limperg 2024): that much more than the nominal port."""
@@ -30,15 +34,16 @@ def sensor_width(subject: Subject) -> Iterator[Verdict]:
     """Board, elastomer and target across the jaw, whose middle lies under the body's."""
     jaw, body = _jaw(subject), subject.layout.body_size[1]
     if body > jaw.width + ROUNDING:
+        less = _less_margin(subject.spec, 1, body - jaw.width)
         yield Complaint(
             f"the board's body is {show(body, 'm')} wide{_shares(subject)}, the jaw "
             f"{show(jaw.width, 'm')}{_unverified(jaw)}",
-            f"{show(body - jaw.width, 'm')} too much: a smaller part, or a wider jaw",
-            "coil.outer_diameter",
+            f"{show(body - jaw.width, 'm')} too much: {less or 'a smaller part'}, or a wider jaw",
+            "fpc.margin" if less else "coil.outer_diameter",
             body,
             jaw.width,
             "m",
-            advice=lambda left: _narrower_body(subject, left),
+            advice=None if less else lambda left: _narrower_body(subject, left),
         )
     for slab in slabs(subject.spec):
         yield from _across_jaw(subject, jaw, slab)
@@ -70,11 +75,21 @@ def _shares(subject: Subject) -> str:
     spec, width = subject.spec, subject.layout.body_size[1]
     coils = 2.0 * max(abs(p.centre[1]) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
     edges = 2.0 * spec.fpc.rules.copper_to_edge
-    beside = width - coils - edges
-    if beside <= ROUNDING:
-        return ""
-    parts = f"coils {show(coils, 'm')}, board's edges {show(edges, 'm')}"
-    return f" ({parts}, and {show(beside, 'm')} for leads and vias that pass beside the coils)"
+    margin = 2.0 * spec.fpc.margin[1]
+    beside = width - coils - edges - margin
+    parts = [f"coils {show(coils, 'm')}", f"board's edges {show(edges, 'm')}"]
+    if margin:
+        parts.append(f"fpc.margin {show(margin, 'm')}")
+    if beside > ROUNDING:
+        parts.append(f"and {show(beside, 'm')} for leads and vias that pass beside the coils")
+    return f" ({', '.join(parts)})" if len(parts) > 2 else ""
+
+
+def _less_margin(spec: SensorSpec, axis: int, excess: float) -> str:
+    """The margin with which the body is so much (m) smaller along an axis; nothing where it has too little."""
+    margin = list(spec.fpc.margin)
+    margin[axis] = GRAIN * math.floor((margin[axis] - 0.5 * excess + ROUNDING) / GRAIN)
+    return f"fpc.margin: [{margin[0] * 1e3:.6g}, {margin[1] * 1e3:.6g}]" if margin[axis] >= 0.0 else ""
 
 
 def _narrower_body(subject: Subject, left: Left) -> str:
@@ -123,11 +138,13 @@ def sensor_length(subject: Subject) -> Iterator[Verdict]:
     """The board's body along the jaw."""
     jaw, length = _jaw(subject), subject.layout.body_size[0]
     if length > jaw.length + ROUNDING:
+        less = _less_margin(subject.spec, 0, length - jaw.length)
+        many = len(subject.spec.array.placements) > 1
         yield Complaint(
             f"the board's body is {show(length, 'm')} long, the jaw {show(jaw.length, 'm')}{_unverified(jaw)}",
-            f"{show(length - jaw.length, 'm')} too much: fewer or smaller coils"
-            + (", or a smaller pitch" if len(subject.spec.array.placements) > 1 else ""),
-            subject.distance_key,
+            f"{show(length - jaw.length, 'm')} too much: "
+            + (less or f"fewer or smaller coils{', or a smaller pitch' if many else ''}"),
+            "fpc.margin" if less else subject.distance_key,
             length,
             jaw.length,
             "m",

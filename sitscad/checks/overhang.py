@@ -6,9 +6,8 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.fit import FIT_RULES, ROUNDING
+from sitscad.checks.fit import FIT_RULES, GRAIN, ROUNDING
 from sitscad.checks.plate_places import (
-    GRAIN,
     MOST_MARGIN,
     carried,
     cut_to_board,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from sitscad.checks.fit import ROUNDING
+from sitscad.checks.fit import GRAIN, ROUNDING
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Path, rectangle
@@ -19,9 +19,6 @@ from sitscad.spec.sensor import SensorSpec
 
 MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 """The largest margin and the longest side (m) that a spec takes."""
-
-GRAIN = 10e-6
-"""Sizes and margins that are named are whole multiples of it (m): nobody cuts finer."""
 
 
 def lowest(spec: SensorSpec) -> Slab | None:

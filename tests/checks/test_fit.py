@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import re
 from dataclasses import replace
@@ -160,6 +161,22 @@ def test_message_and_measured_of_the_strain_agree(judge, design):
         material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
         (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
         assert f"{100 * found.measured:.1f} %, is more than {100 * found.limit:.0f} %" in found.message
+
+
+def test_a_body_too_large_by_its_margin_is_told_to_take_less_of_it(judge, design):
+    """The margin was called room for leads and vias, and smaller coils were asked for."""
+    spec = design(fpc__margin=[10, 0.5])
+    layout = lay_out(spec)
+    (wide,), (long,) = (
+        [f for f in judge(rule, spec, layout) if f.key == "fpc.margin"] for rule in ("SIT301", "SIT302")
+    )
+    assert "fpc.margin 1 mm" in wide.message
+    margins = [re.search(r"fpc.margin: (\[.*?\])", found.hint)[1] for found in (wide, long)]
+    narrow, short = (ast.literal_eval(text) for text in margins)
+    assert narrow[0] == 10 and short[1] == 0.5
+    less = design(fpc__margin=[short[0], narrow[1]])
+    drawn = lay_out(less)
+    assert not [f for rule in ("SIT301", "SIT302") for f in judge(rule, less, drawn) if "body" in f.message]
 
 
 def test_plates_that_stand_aside_are_held_against_the_jaw_where_they_stand(judge, design):
