@@ -57,11 +57,31 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
             )
     if any(target.offset):
         yield from _aside(subject, coil)
+    elif pitch is None:
+        yield from _over_none(subject, min(subject.spec.coil.size))
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
             "the target's best length is known for two coils in a line only; of this array it was checked only that "
             "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
             "coil feels where a normal force is required)"
+        )
+
+
+def _over_none(subject: Subject, coil: float) -> Iterator[Verdict]:
+    """That a target in the middle of several coils reaches not one of them."""
+    spec, target = subject.spec, subject.spec.target
+    assert target is not None
+    outline = footprint(spec, target).outline()
+    nearest = min(beyond(outline, Point(*p.centre)) for p in spec.array.placements)
+    if nearest >= 0.5 * coil:
+        yield Complaint(
+            f"the target lies between the coils and over none of them: the nearest one's middle stands "
+            f"{show(nearest, 'm', 3)} beyond its edge",
+            "a target that reaches the middles of the coils, or coils nearer together",
+            "target.size",
+            nearest,
+            0.5 * coil,
+            "m",
         )
 
 

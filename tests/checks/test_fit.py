@@ -232,6 +232,13 @@ def test_a_target_offset_from_coils_that_it_would_reach_is_told(judge, design):
     assert "the middle of coils C2, C4 lies beside it" in found.message
 
 
+def test_a_target_between_the_coils_is_told(judge, design):
+    grid = {"pattern": "grid", "count": [2, 2], "pitch": 10}
+    (found,) = judge("SIT306", design(array=grid, target__size=5))
+    assert "over none of them" in found.message and found.measured == pytest.approx(2.5e-3 * math.sqrt(2))
+    assert judge("SIT306", design(array=grid, target__size=9)) == []
+
+
 def test_target_of_a_long_coil_covers_it_both_ways(judge, design):
     """The lesser side was held against the lesser side: a short target over a racetrack passed."""
     long = {"shape": "racetrack", "outer_diameter": [10, 4], "turns": 6.5}
