@@ -115,11 +115,16 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
     )
 
 
+_MORE_CHANGE = (
+    "a softer elastomer, or one of another thickness (a thinner one brings the target nearer, but a wide pad then "
+    "gives way less)"
+)
+
+
 def _more_change(spec: SensorSpec) -> str:
     return (
         f"no coil feels it enough: {_back_over_the_coils(spec)}"
-        "a softer or thinner elastomer or a target nearer to the coils gives more change, "
-        "fewer scans a second (readout.scan_rate) a finer step"
+        f"{_MORE_CHANGE} gives more change, fewer scans a second (readout.scan_rate) a finer step"
     )
 
 
@@ -150,9 +155,8 @@ def small_signal(subject: Subject) -> Iterator[Verdict]:
         f"{100.0 * abs(best.share):.2g} % of itself{steps} ({show(best.per_newton, 'H', 3)}/N, its frequency by "
         f"{100.0 * best.frequency_share:+.2g} %). Ten degrees of warming move it by about {100.0 * drift:.2g} %, "
         f"{scale}",
-        f"{_back_over_the_coils(subject.spec)}a softer or thinner elastomer, a target nearer to the coils or larger, "
-        "or more distance from metal behind "
-        "them; else plan for temperature: a reference coil without a target, or a tare before each grasp",
+        f"{_back_over_the_coils(subject.spec)}{_MORE_CHANGE}, a larger target, or more distance from metal behind the "
+        "coils; else plan for temperature: a reference coil without a target, or a tare before each grasp",
         "elastomer.thickness",
         abs(best.share),
         least.value,
