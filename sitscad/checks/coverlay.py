@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.checks.clearances import copper_in, drawn_rule, edge_gaps, edge_of, name_of
 from sitscad.checks.copper import Outline, Position
@@ -39,8 +40,14 @@ def _apart(opening: Primitives, edge: Primitives) -> tuple[Primitives, Primitive
     pairs = nearest_pairs(opening.boxes, near, edge.boxes, np.zeros(len(edge)))
     sides, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
     on = (to_points(edges, sides.start) < ROUNDING) & (to_points(edges, sides.end) < ROUNDING)
-    free = np.setdiff1d(np.arange(len(opening)), pairs[on, 0]), np.setdiff1d(np.arange(len(edge)), pairs[on, 1])
-    return opening.take(free[0]), edge.take(free[1])
+    return opening.take(_others(len(opening), pairs[on, 0])), edge.take(_others(len(edge), pairs[on, 1]))
+
+
+def _others(count: int, taken: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The numbers below a count that are not taken; numpy's own set functions load its masked arrays first."""
+    free = np.ones(count, dtype=bool)
+    free[taken] = False
+    return np.flatnonzero(free)
 
 
 def _inside_of(sides: Primitives, outline: Outline, web: float) -> Primitives:

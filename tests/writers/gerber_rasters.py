@@ -146,6 +146,10 @@ def written(layout: Layout, folder: Path) -> dict[str, Path]:
     return files
 
 
+OUTLINED = ("Body_Layers", "Tail_Coverlay")
+"""What KiCad's board shows by its outline alone."""
+
+
 def pairs(layout: Layout, folder: Path) -> Iterator[tuple[str, str, Image, Image]]:
     """(layer, what is compared, two images) for every layer of a board's own files, and of KiCad's own files of it."""
     frame, ours = Frame.round_board(bounding_box([layout.outline])), written(layout, folder)
@@ -153,7 +157,7 @@ def pairs(layout: Layout, folder: Path) -> Iterator[tuple[str, str, Image, Image
     for layer, file in sorted(ours.items()):
         one = gerbv(file, frame)
         yield layer, "gerbv and librsvg", one, librsvg(file, frame)
-        if layer in theirs:
+        if layer in theirs and layer not in OUTLINED:
             yield layer, "KiCad's file by gerbv", one, gerbv(theirs[layer], frame)
             yield layer, "KiCad's file by librsvg", one, librsvg(theirs[layer], frame)
 

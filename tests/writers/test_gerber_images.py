@@ -114,8 +114,11 @@ def test_every_layer_of_every_template_by_every_renderer(template, tmp_path):
 @pytest.mark.slow
 @pytest.mark.clients("gerbv")
 @pytest.mark.needs("pygerber")
-def test_a_third_parser_draws_the_same_top_copper(template, tmp_path):
+def test_a_third_parser_draws_the_same_top_copper(template, tmp_path, request):
     """pygerber gives no frame and rounds to pixels: smaller ones are drawn, and what is drawn is laid on gerbv's."""
+    if template.stem == "three_axis_pad":
+        strays = "pygerber 2.4 draws some arcs of its leads a second time, where gerbv, librsvg and KiCad draw nothing"
+        request.applymarker(pytest.mark.xfail(strict=True, reason=strays))
     finer = 4
     layout = lay_out(load(template))
     frame = Frame.round_board(bounding_box([layout.outline]))

@@ -95,15 +95,16 @@ def _pad(text: str, number: str) -> tuple[float, float, str]:
 
 
 def _tracks(layout, placed) -> list[str]:
-    """For each end a contact 9 mm from the coil's centre, and a straight track to it past all other pads."""
+    """For each end a contact well outside the coil, and a straight track to it past all other pads."""
     free = [name for i, name in enumerate(copper_names(layout.copper_layers), 1) if i not in layout.spec.coil.layers]
     spots = [(20 + 1e3 * (v.centre.x - c.x), 20 - 1e3 * (v.centre.y - c.y)) for c in [layout.coils[0].centre]
              for v in winding(layout.coils[0]) if isinstance(v, Via)]  # fmt: skip
     width = f"{1e3 * layout.spec.coil.trace_width:.6g}"
+    reach = max(9.0, 500.0 * max(layout.spec.coil.size) + 2.0)  # beyond the coil, in millimetres
     rows, taken = [], [*spots, *((x, y) for x, y, _ in placed.values())]
     for number, (x, y, layer) in placed.items():
         outward = math.atan2(y - 20, x - 20)
-        ways = [Line(Point(x, y), polar(9.0, outward + k * math.radians(5), Point(20, 20))) for k in range(-14, 15)]
+        ways = [Line(Point(x, y), polar(reach, outward + k * math.radians(5), Point(20, 20))) for k in range(-14, 15)]
         way = max(ways, key=lambda w: min(w.distance(Point(*s)) for s in taken if math.dist(s, (x, y)) > 1e-6))
         taken += [way.at(i / 20) for i in range(21)]
         rows.append(
