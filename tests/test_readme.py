@@ -68,6 +68,19 @@ def test_pictures_are_the_ones_that_the_tool_makes():
     assert (ROOT / "docs/grasper-4layer-body.svg").read_bytes() == drawn
 
 
-def test_every_link_into_the_repository_leads_somewhere():
-    for target in re.findall(r"\]\((?!http)([^)#]+)\)", TEXT):
-        assert (ROOT / target).exists(), target
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_into_the_repository_leads_somewhere(page):
+    for target in re.findall(r"\]\((?!http)([^)#]+)\)", page.read_text(encoding="utf-8")):
+        assert (page.parent / target).exists(), target
+
+
+def test_the_readme_is_read_in_three_minutes():
+    told = re.sub(r"^```.*?^```", "", TEXT, flags=re.DOTALL | re.MULTILINE)
+    assert len(told.split()) < 1100
+
+
+def test_every_page_is_reached_from_the_readme():
+    assert {page.name for page in (ROOT / "docs").glob("*.md")} == set(re.findall(r"\(docs/(\w+\.md)\)", TEXT))

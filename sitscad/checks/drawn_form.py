@@ -199,13 +199,13 @@ DRAWN_FORM_RULES: tuple[Rule, ...] = (
         "A closed loop round a coil is the secondary of a transformer that is shorted: inductance and Q fall, and no "
         "electrical test sees it, because both contacts are still joined.",
         "Open the loop; keep guard rings and planes slotted.",
-        "Lenz's law; README, The coil", apply=shorted_turn,
+        "Lenz's law; docs/coil.md", apply=shorted_turn,
     ),
     Rule(
         "SIT125", "unconnected", Severity.ERROR,
         "Every track and via as drawn is joined at both ends, and every coil's contacts are joined.",
         "A coil that is open somewhere is no coil; a loose end is a track that was meant to lead somewhere.",
         "Tell us: a layout that was said to be whole must be.",
-        "README, The coil", apply=unconnected,
+        "docs/coil.md", apply=unconnected,
     ),
 )  # fmt: skip

@@ -228,7 +228,7 @@ FABRICATION_RULES: tuple[Rule, ...] = (
         "Every coil leads from one contact to the other.",
         "An odd number of layers ends inside the innermost turn; without a way out the converter sees no coil at all.",
         "Wind an even number of layers, or give the stack-up one more copper layer.",
-        "README, The coil", apply=no_way_out,
+        "docs/coil.md", apply=no_way_out,
     ),
     Rule(
         "SIT116", "part-size", Severity.ERROR,

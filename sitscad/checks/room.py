@@ -156,7 +156,7 @@ ROOM_RULES: tuple[Rule, ...] = (
         "Coils that do not stand in one line have two copper layers in the tail for their pairs.",
         "Without them the coils are laid out and estimated, but not led to contacts: such a board is no use.",
         "Give the tail two layers, or take pattern single or line.",
-    ), "README, Limits", no_room("SIT118")),
+    ), "docs/limits.md", no_room("SIT118")),
     drawn_rule(119, "tail-room", (
         "On their way to the contacts the tracks of different coils keep the fabricator's spacing.",
         "Many coils on a narrow connector or a short tail leave no room for their tracks and vias.",

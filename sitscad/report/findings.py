@@ -87,7 +87,7 @@ def as_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
 
 
 def as_json(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
-    """The JSON document of ``check`` (see the README): one entry a spec, absent numbers null."""
+    """The JSON document of ``check`` (docs/commands.md): one entry a spec, absent numbers null."""
     return to_json(json_document(checked))
 
 
