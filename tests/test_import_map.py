@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import pytest
@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "sitscad"
 
 MAY_IMPORT = {
     "record": set(),
+    "version": set(),
     "units": set(),
     "finding": set(),
     "geometry": {"units"},
@@ -43,7 +44,7 @@ MAY_IMPORT = {
 
 What is `EVERYWHERE` is no room's and may be imported by all."""
 
-EVERYWHERE = {"__version__", "record"}
+EVERYWHERE = {"version", "record"}
 
 
 def room_of(path: Path, package: Path = PACKAGE) -> str:
@@ -81,6 +82,58 @@ def test_a_room_imports_only_what_it_may(path):
     assert not beyond, f"{path.relative_to(PACKAGE)} imports {', '.join(sorted(beyond))}"
 
 
+def known_as(module: str, known: Collection[str]) -> str | None:
+    """The module that an import loads: itself, or the one that holds the name; None where it is none of ours."""
+    return next((name for name in (module, module.rpartition(".")[0]) if name in known), None)
+
+
+def imports_of_modules(package: Path = PACKAGE) -> dict[str, set[str]]:
+    """Every module of the package, and those of them that it imports, type-checking imports among them."""
+    paths = {
+        ".".join(["sitscad", *path.relative_to(package).with_suffix("").parts]).removesuffix(".__init__"): path
+        for path in package.rglob("*.py")
+    }
+    loaded = {
+        name: {known_as(module, paths) for module in imported_modules(path, package)} for name, path in paths.items()
+    }
+    return {name: {other for other in found if other not in (None, name)} for name, found in loaded.items()}
+
+
+def reached_from(module: str, imports: dict[str, set[str]]) -> set[str]:
+    """All modules that a module imports, itself or through others."""
+    reached: set[str] = set()
+    waiting = [module]
+    while waiting:
+        for other in imports[waiting.pop()] - reached:
+            reached.add(other)
+            waiting.append(other)
+    return reached
+
+
+def rings(imports: dict[str, set[str]]) -> set[frozenset[str]]:
+    """The sets of modules each of which imports every other, itself or through others."""
+    reached = {module: reached_from(module, imports) for module in imports}
+    return {
+        frozenset(other for other in found if module in reached[other])
+        for module, found in reached.items()
+        if module in found
+    }
+
+
+def test_no_modules_import_each_other():
+    """Not even for type checkers: what two modules need of each other belongs into a third."""
+    assert not rings(imports_of_modules())
+
+
+def test_rings_of_imports_are_seen(tmp_path):
+    (tmp_path / "a.py").write_text("from sitscad.b import value\n")
+    (tmp_path / "b.py").write_text("def late():\n    import sitscad.c\n")
+    (tmp_path / "c.py").write_text("if TYPE_CHECKING:\n    from sitscad import a\n")
+    (tmp_path / "d.py").write_text("from sitscad import a\n")
+    (tmp_path / "__init__.py").write_text("")
+    assert rings(imports_of_modules(tmp_path)) == {frozenset({"sitscad.a", "sitscad.b", "sitscad.c"})}
+
+
 def test_no_writer_imports_another_writer():
     """A writer is a module with a `render`; what several of them need stands in modules without one."""
     writers = {path.stem for path in (PACKAGE / "writers").glob("[!_]*.py") if "\ndef render(" in path.read_text()}
@@ -96,6 +149,6 @@ def test_the_walk_sees_every_way_to_import(tmp_path):
     module = room / "rings.py"
     module.write_text(
         "import sitscad.layout.board\nfrom sitscad.spec import load\nfrom .. import checks\nfrom ..units import show\n"
-        "def late():\n    from sitscad import __version__, build\n"
+        "def late():\n    from sitscad import build\n    from sitscad.version import __version__\n"
     )
     assert imported_rooms(module, tmp_path) == {"layout", "spec", "checks", "units", ""}

@@ -18,7 +18,7 @@ from sitscad.layout.bending import (
     longest_straight,
     unfit_for_bending,
 )
-from sitscad.layout.board import Pad, Via
+from sitscad.layout.pieces import Pad, Via
 from sitscad.record import record
 from sitscad.remedy.fix import Edit, Fix
 from sitscad.remedy.search import Left, tried

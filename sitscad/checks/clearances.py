@@ -21,8 +21,7 @@ from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.checks.steep_spiral import nearer_by, spacing_in_words, tried_spacing
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
-from sitscad.layout.board import Pad, Role, Trace, Via
-from sitscad.layout.teardrops import Teardrop
+from sitscad.layout.pieces import Pad, Role, Teardrop, Trace, Via
 from sitscad.remedy.search import Left
 from sitscad.spec.presets import connector, names
 from sitscad.units import show

@@ -15,7 +15,7 @@ from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
 from sitscad.finding import Place
 from sitscad.geometry.path import Line, Point
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.board import Trace, Via
+from sitscad.layout.pieces import Trace, Via
 
 
 def coverlay_web(subject: Subject) -> Iterator[Verdict]:

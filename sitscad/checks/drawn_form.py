@@ -15,7 +15,7 @@ from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.checks.track_graph import TrackGraph, closed_loops, loose_ends, open_nets
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats
-from sitscad.layout.board import Trace
+from sitscad.layout.pieces import Trace
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import other_ends
 from sitscad.remedy.search import Left, first_that_mends

@@ -9,7 +9,8 @@ from sitscad.checks.coverlay import crossings
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Place, Severity
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad
 from sitscad.layout.tail import contact_row
 from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.spec.materials import Finish

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from sitscad.estimates.losses import Strip
 from sitscad.estimates.windings import bent_path
 from sitscad.geometry.path import Arc
-from sitscad.layout.board import Coil, Layout, Role, Trace, Via
+from sitscad.layout.board import Coil, Layout
+from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.corners import direct_resistance
 from sitscad.physics.current_modes import ProximityLoss, joined

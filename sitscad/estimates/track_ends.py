@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from sitscad.geometry.path import Point, Segment
-from sitscad.layout.board import Coil, Layout, Pad, Trace, Via
-from sitscad.layout.teardrops import Teardrop
+from sitscad.layout.board import Coil, Layout
+from sitscad.layout.pieces import Pad, Teardrop, Trace, Via
 from sitscad.physics.corners import MOST_TURN
 from sitscad.physics.resistance import bend_squares
 from sitscad.physics.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares

@@ -237,7 +237,7 @@ class Estimates:
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
-        from sitscad import __version__
+        from sitscad.version import __version__
 
         return {
             "sitscad": __version__,

@@ -7,13 +7,14 @@ import math
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point, Segment
 from sitscad.layout import room
-from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
+from sitscad.layout.board import Capacitor, Coil, Layout
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import Escape
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.openings import chip_openings, contact_openings
 from sitscad.layout.outline import Body, body_of, far_end, outline, sides
 from sitscad.layout.patience import Patience
+from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.layout.routing import Routing, boards, front_of, in_line, reaching_ahead, route_freely, route_in_line
 from sitscad.layout.stiffening import stiffener
 from sitscad.layout.tail import (

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad
 from sitscad.record import record
 
 BRIDGE_RUN = 25e-3

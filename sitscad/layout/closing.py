@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.geometry.path import TWO_PI, Point
-from sitscad.layout.board import Coil, Role, Trace
+from sitscad.layout.board import Coil
+from sitscad.layout.pieces import Role, Trace
 from sitscad.spec.sensor import CoilSpec
 
 FLATTENED = 1e-6

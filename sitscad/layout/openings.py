@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sitscad.geometry.path import rectangle
 from sitscad.geometry.region import Region
-from sitscad.layout.board import Pad
+from sitscad.layout.pieces import Pad
 from sitscad.layout.tail import CHIP_OPENING, TailFrame
 from sitscad.spec.sensor import SensorSpec
 

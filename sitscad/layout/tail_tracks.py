@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from sitscad.geometry.path import Point, polyline
-from sitscad.layout.board import Pad
 from sitscad.layout.clearance import Hole, Track
 from sitscad.layout.funnel import SAME, Descent, descents
 from sitscad.layout.lanes import Bus, Lane
+from sitscad.layout.pieces import Pad
 from sitscad.layout.tail import CAP, TailFrame, contact_height, pair_height, parting, turn_begin
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -28,10 +28,9 @@ from sitscad.geometry.primitives import (
     to_points,
 )
 from sitscad.layout.clearance import ALONG
+from sitscad.layout.pieces import Pad, Teardrop, Trace, Via
 from sitscad.record import record
-
-if TYPE_CHECKING:
-    from sitscad.layout.board import Layout, Pad, Trace, Via
+from sitscad.spec.sensor import SensorSpec
 
 REACHES = (1.5, 1.2, 0.9, 0.75)
 """Lengths that are tried, in diameters of the pad from its centre, or in widths of the contact from its edge."""
@@ -44,19 +43,41 @@ CHORD = 1e-6
 SLACK = 1e-9
 
 
-@record
-class Teardrop:
-    """A filled outline on a copper layer, at one end (``origin``) of one of the layout's tracks (its index)."""
+class Drawn(Protocol):
+    """What teardrops are drawn on: tracks, holes and contacts within an outline (a `Layout`)."""
 
-    outline: Path
-    layer: int
-    net: str
-    track: int
-    at_start: bool
-    origin: Point
+    @property
+    def spec(self) -> SensorSpec:
+        """The spec, with the fabricator's rules."""
+
+    @property
+    def traces(self) -> tuple[Trace, ...]:
+        """The tracks."""
+
+    @property
+    def vias(self) -> tuple[Via, ...]:
+        """The plated holes."""
+
+    @property
+    def pads(self) -> tuple[Pad, ...]:
+        """The contacts."""
+
+    @property
+    def all_pads(self) -> tuple[Pad, ...]:
+        """The contacts, and the capacitors' pads."""
+
+    @property
+    def outline(self) -> Path:
+        """The board's edge."""
+
+    def lowest_layer(self, via: Via) -> int:
+        """The last copper layer, from the top, that a hole goes through."""
+
+    def vias_on(self, number: int) -> tuple[Via, ...]:
+        """The holes that go through one copper layer."""
 
 
-def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
+def teardrops(layout: Drawn) -> tuple[Teardrop, ...]:
     """The teardrops of a layout, those that keep the fabricator's distances from all copper, holes and the edge."""
     if layout.spec.fpc.teardrops == "none":
         return ()
@@ -84,7 +105,7 @@ class _Try:
     leg: Segment
 
 
-def _tries(layout: Layout) -> Iterator[_Try]:
+def _tries(layout: Drawn) -> Iterator[_Try]:
     """All outlines at all ends, long ones first at each."""
     for index, trace in enumerate(layout.traces):
         for at_start in (True, False):
@@ -93,7 +114,7 @@ def _tries(layout: Layout) -> Iterator[_Try]:
                 yield _Try(outline, index, at_start, leg)
 
 
-def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[tuple[Path, float]]:
+def _outlines(layout: Drawn, trace: Trace, leg: Segment) -> Iterator[tuple[Path, float]]:
     """Outlines for a track's straight leg that leaves a via or a contact, long ones first, each with its length (m)."""
     if not isinstance(leg, Line):
         return
@@ -154,7 +175,7 @@ def _exchanged(point: Point) -> Point:
 class _Surroundings:
     """The copper of a layer, the holes and the edge, with the distance that a teardrop must keep from each piece."""
 
-    def __init__(self, layout: Layout, layer: int) -> None:
+    def __init__(self, layout: Drawn, layer: int) -> None:
         self._layout = layout
         rules = layout.spec.fpc.rules
         rows: list[Row] = []

@@ -14,7 +14,8 @@ from itertools import pairwise
 
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.geometry.region import Region
-from sitscad.layout.board import Layout, Pad, Trace, Via
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad, Trace, Via
 from sitscad.record import record
 from sitscad.spec.sensor import Tail
 

@@ -13,11 +13,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import sitscad
 from sitscad.package.folder import PackageError, list_files, require_inside
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
+from sitscad.version import __version__
 
 MANIFEST = "manifest.json"
 
@@ -38,7 +38,7 @@ class Manifest:
     `forced` is set when it was built in spite of errors; `nets` names the pins that every net of the layout joins.
     """
 
-    version: str = sitscad.__version__
+    version: str = __version__
     spec: Mapping[str, str] = field(default_factory=dict)
     forced: bool = False
     nets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -118,7 +118,7 @@ def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
 
 def made_from(*ingredients: object) -> str:
     """Hash of everything that a stage's files depend on: values, this sitscad, and the date that the build is given."""
-    setting = (sitscad.__version__, _code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
+    setting = (__version__, _code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
     text = json.dumps([_plain(value) for value in (*setting, *ingredients)], separators=(",", ":"))
     return sha256(text.encode("ascii"))
 
@@ -159,7 +159,7 @@ def _plain(value: object) -> object:
 @cache
 def _code() -> str:
     """Hash of sitscad's own modules and data, so that a changed installation never reuses what an older one made."""
-    root = Path(sitscad.__file__).parent
+    root = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(p for p in root.rglob("*") if p.suffix in {".py", ".csv", ".yaml", ".json"} and p.is_file()):
         name = path.relative_to(root).as_posix()

@@ -161,16 +161,16 @@ class Design:
     @cached_property
     def layout(self) -> Layout:
         """The layout of the bare spec."""
-        import sitscad
+        from sitscad.layout import lay_out
 
-        return sitscad.lay_out(self.bare)
+        return lay_out(self.bare)
 
     @cached_property
     def estimates(self) -> Estimates:
         """The electrical estimate."""
-        import sitscad
+        from sitscad.estimates import estimate
 
-        return sitscad.estimate(self.layout)
+        return estimate(self.layout)
 
     @cached_property
     def panel(self) -> Panel | None:
@@ -182,11 +182,11 @@ class Design:
     @cached_property
     def coupon_estimates(self) -> Estimates | None:
         """The electrical estimate of the panel's coupon, which lies in free air; None where there is no coupon."""
-        import sitscad
+        from sitscad.estimates import estimate
 
         if self.panel is None or self.panel.coupon is None:
             return None
-        return sitscad.estimate(self.panel.coupon, temperature=20.0)  # it is measured on the bench
+        return estimate(self.panel.coupon, temperature=20.0)  # it is measured on the bench
 
     @cached_property
     def forced(self) -> str:
@@ -209,9 +209,9 @@ class Design:
     @cached_property
     def result(self) -> CheckResult:
         """The outcome of the checks."""
-        import sitscad
+        from sitscad.checks import check
 
-        return sitscad.check(self.spec, dataclasses.replace(self.layout, spec=self.spec), self.estimates)
+        return check(self.spec, dataclasses.replace(self.layout, spec=self.spec), self.estimates)
 
     @cached_property
     def checked(self) -> CheckedSpec:

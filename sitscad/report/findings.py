@@ -7,11 +7,11 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
-from sitscad import __version__
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
+from sitscad.version import __version__
 
 if TYPE_CHECKING:
     from sitscad.estimates.signal import Signal

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from sitscad import __version__
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
 from sitscad.report.quantities import NONE, STATES, plus_minus, quantity
 from sitscad.report.signal import OTHERS_HEAD, OTHERS_MEANING, OTHERS_TITLE, SIGNAL_TITLE, other_rows, signal_rows
+from sitscad.version import __version__
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates, ReadoutEstimate

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from sitscad import __version__
 from sitscad.finding import Finding, Severity
 from sitscad.layout.contacts import Contact, head
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
@@ -47,6 +46,7 @@ from sitscad.report.style import STYLE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.unverified import unverified_figures
 from sitscad.units import show
+from sitscad.version import __version__
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates

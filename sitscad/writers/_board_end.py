@@ -6,7 +6,8 @@ import math
 from itertools import pairwise
 
 from sitscad.geometry.path import Point
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad
 from sitscad.record import record
 from sitscad.writers._flex_facts import contact_row
 

@@ -7,8 +7,9 @@ from __future__ import annotations
 import math
 
 from sitscad.geometry.path import Path, bounding_box, circle, rectangle
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Layout
 from sitscad.layout.contacts import contacts, head
+from sitscad.layout.pieces import Pad
 from sitscad.writers._board_end import BoardEnd, board_end, runs_along_x
 from sitscad.writers._clipping import Box, area_inside, parts_inside
 from sitscad.writers._drawing import (

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import accumulate
 
-from sitscad import __version__
 from sitscad.geometry.path import Path, Point, closed_polygon, rectangle
 from sitscad.spec.sensor import SensorSpec
+from sitscad.version import __version__
 from sitscad.writers._sheet import BLACK, Pen, Sheet, text_width
 
 MARGIN = 8.0

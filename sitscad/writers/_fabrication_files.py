@@ -5,13 +5,13 @@ from __future__ import annotations
 import uuid
 from dataclasses import replace
 
-from sitscad import __version__
 from sitscad.layout.board import Layout
 from sitscad.layout.thickness import has_tail_coverlay, tail_copper
 from sitscad.record import record
 from sitscad.spec.issue import UNNUMBERED, creation_date
 from sitscad.spec.stackup import LayerKind, Stackup
 from sitscad.units import show
+from sitscad.version import __version__
 
 FOLDER = "fpc"
 CUTS = "Other,Part_Cuts"

@@ -8,7 +8,8 @@ from itertools import pairwise
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Bend, bend_of, bend_stretch
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad
 from sitscad.layout.thickness import (
     FinishedThickness,
     Where,

@@ -13,7 +13,8 @@ from itertools import groupby
 
 from sitscad.geometry.path import Arc, Path, Point, Segment, rectangle
 from sitscad.geometry.region import Region
-from sitscad.layout.board import Layout, Pad, Trace, Via
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad, Trace, Via
 from sitscad.layout.thickness import lap_start
 from sitscad.writers._clipping import beyond
 from sitscad.writers._fabrication_files import (

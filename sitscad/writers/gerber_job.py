@@ -6,11 +6,11 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from sitscad import __version__
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.spec.issue import UNNUMBERED, creation_date
 from sitscad.spec.stackup import LayerKind, StackLayer
+from sitscad.version import __version__
 from sitscad.writers._fabrication_files import (
     VENDOR,
     drill_files,

@@ -11,7 +11,8 @@ from itertools import pairwise
 
 from sitscad.geometry.path import Point
 from sitscad.geometry.region import Region
-from sitscad.layout.board import Layout, Pad, Via
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad, Via
 from sitscad.writers._fabrication_files import fabrication_path, has_coverlay
 
 NET_NAME_LENGTH = 14

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
 from sitscad.layout.bending import bend_of
-from sitscad.layout.board import Layout, Role, Trace, Via
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.layout.thickness import lap_start
 from sitscad.writers._clipping import beyond
 from sitscad.writers._fabrication_files import body_files, tail_coverlay_files

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping
 
 from sitscad.geometry.path import bounding_box
 from sitscad.geometry.region import Region
-from sitscad.layout.board import Capacitor, Layout, Pad
+from sitscad.layout.board import Capacitor, Layout
+from sitscad.layout.pieces import Pad
 from sitscad.writers.kicad_footprint import courtyard, extent, filled, pad_text, property_text
 from sitscad.writers.kicad_sexpr import Grid, grid, identity, node, quoted, xy
 

@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 
 from sitscad.geometry.path import Path, bounding_box
 from sitscad.geometry.region import Region
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad
 from sitscad.writers.kicad_sexpr import Grid, grid, identity, length, node, polygon_points, quoted, xy
 from sitscad.writers.kicad_stackup import copper_names
 

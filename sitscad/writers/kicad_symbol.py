@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sitscad.layout.board import Coil, Layout, Pad
+from sitscad.layout.board import Coil, Layout
+from sitscad.layout.pieces import Pad
 from sitscad.units import show
 from sitscad.writers.kicad_footprint import FOOTPRINT_NAME
 from sitscad.writers.kicad_sexpr import node, quoted

@@ -12,7 +12,7 @@ from sitscad.geometry.path import Line, Path, Point, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
 from sitscad.layout.bending import bend_stretch
-from sitscad.layout.board import Pad, Role, Trace, Via
+from sitscad.layout.pieces import Pad, Role, Trace, Via
 from sitscad.spec.load import load_text
 from sitscad.units import show
 from sitscad.writers import board_drawing, fabrication_notes, stackup_drawing

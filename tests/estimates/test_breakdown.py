@@ -10,7 +10,7 @@ import pytest
 from sitscad.estimates import estimate
 from sitscad.estimates.values import PARTS
 from sitscad.layout import lay_out
-from sitscad.layout.board import Role, Trace
+from sitscad.layout.pieces import Role, Trace
 from sitscad.report import numbers
 from sitscad.report.quantities import quantity
 from sitscad.spec.load import load, load_text

@@ -10,7 +10,7 @@ import pytest
 
 import sitscad
 from sitscad.estimates.track_ends import spared_squares
-from sitscad.layout.board import Role, Trace
+from sitscad.layout.pieces import Role, Trace
 from sitscad.physics.resistance import bend_squares
 from sitscad.physics.track_ends import pad_squares, step_squares
 

@@ -12,11 +12,11 @@ import pytest
 
 from sitscad import lay_out
 from sitscad.geometry.path import Line, Point, polyline
-from sitscad.layout.board import Role
 from sitscad.layout.clearance import Hole, Track
 from sitscad.layout.lanes import bus_for, rows_of_lanes
 from sitscad.layout.maze import Ground, Lattice, Maze
 from sitscad.layout.patience import BUDGET, Patience
+from sitscad.layout.pieces import Role
 from sitscad.layout.ring import Ring
 from sitscad.layout.routing import front_of, route_freely
 from sitscad.layout.wave import spread

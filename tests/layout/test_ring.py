@@ -10,7 +10,7 @@ from sitscad.checks import RULES
 from sitscad.checks.rules import Subject, apply_rule
 from sitscad.geometry.path import Point, polar
 from sitscad.layout import lay_out
-from sitscad.layout.board import Role
+from sitscad.layout.pieces import Role
 from sitscad.layout.ring import Ring
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import CoilPlacement

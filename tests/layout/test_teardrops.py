@@ -10,7 +10,7 @@ import pytest
 
 from sitscad.geometry.path import Point, enclosed_area, polyline
 from sitscad.layout import lay_out
-from sitscad.layout.board import Role, Trace, Via
+from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.spec.load import load, load_text
 
 TEMPLATES = sorted((FilePath(__file__).parents[2] / "templates").glob("*.yaml"))
@@ -100,7 +100,7 @@ def test_templates_have_teardrops_that_keep_the_rules(template):
 def test_the_own_check_sees_a_teardrop_that_is_too_near(bench):
     """Held against wider rules than it was made for, a teardrop is found as any copper is."""
     from sitscad.checks.copper import copper_of, too_near
-    from sitscad.layout.teardrops import Teardrop
+    from sitscad.layout.pieces import Teardrop
 
     copper = copper_of(bench)
     assert sum(isinstance(item, Teardrop) for item in copper.items) == len(bench.teardrops) > 4

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import sitscad
 from sitscad.estimates import estimate
 from sitscad.geometry.path import Arc, Line, Point, bounding_box, enclosed_area, polyline
-from sitscad.layout.board import Role
+from sitscad.layout.pieces import Role
 from sitscad.layout.turn import course, turn_length
 from sitscad.spec.presets import connector
 from sitscad.spec.rules import SpecError

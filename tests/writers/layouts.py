@@ -11,7 +11,8 @@ from dataclasses import replace
 
 from sitscad.geometry.path import Arc, Path, Point, circle, polyline, rectangle, rounded
 from sitscad.geometry.region import Region
-from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
+from sitscad.layout.board import Coil, Layout, Stiffener, Winding
+from sitscad.layout.pieces import Pad, Role, Trace, Via
 from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import (

@@ -12,7 +12,7 @@ from gerber_shapes import function_of, read
 from gerbonara import ExcellonFile
 
 from sitscad.geometry.path import Point
-from sitscad.layout.board import Via
+from sitscad.layout.pieces import Via
 from sitscad.writers import excellon, gerber
 
 MM = 1e-3

@@ -19,7 +19,7 @@ from shapely.ops import unary_union
 from sitscad.geometry.path import Arc, circle, enclosed_area
 from sitscad.geometry.path import Path as Curve
 from sitscad.geometry.path import Point as Spot
-from sitscad.layout.board import Role, Trace
+from sitscad.layout.pieces import Role, Trace
 from sitscad.writers import excellon, fabrication_notes, gerber, gerber_job, ipc356
 
 MM = 1e-3

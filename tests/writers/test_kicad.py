@@ -17,7 +17,7 @@ from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 
 from sitscad.geometry.path import Arc, Line, Point, bounding_box, circle, polyline, rectangle
 from sitscad.geometry.region import Region
-from sitscad.layout.board import Role, Trace, Via
+from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.writers import kicad
 from sitscad.writers.kicad_sexpr import curve, is_straight, length, millimetres, quoted
 from sitscad.writers.kicad_stackup import copper_names, layer_table, stackup_section

@@ -13,7 +13,7 @@ from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 
 from sitscad.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
-from sitscad.layout.board import Role, Trace, Via
+from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.spec.load import load, load_text
 from sitscad.writers import kicad
 from sitscad.writers.kicad_coil import coil_footprints, winding
