@@ -10,9 +10,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from sitscad.spec import presets
-from sitscad.spec.document import SpecDocument
-from sitscad.spec.kinds import (
+from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.kinds import (
     Choice,
     Either,
     Kind,
@@ -28,7 +27,8 @@ from sitscad.spec.kinds import (
     Text,
     Truth,
 )
-from sitscad.spec.section import Key, ListOf, NameOr, Part, Section, section_of
+from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
+from sitscad.spec.profiles import presets
 from sitscad.spec.stackup import LayerKind, Stackup
 from sitscad.units import show
 

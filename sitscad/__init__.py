@@ -16,7 +16,7 @@ _HOMES = {
     "load": "sitscad.spec.load",
     "load_text": "sitscad.spec.load",
     "SpecError": "sitscad.spec.load",
-    "json_schema": "sitscad.spec.schema",
+    "json_schema": "sitscad.spec.format.schema",
     "SensorSpec": "sitscad.spec.sensor",
     "lay_out": "sitscad.layout",
     "Layout": "sitscad.layout.board",
@@ -102,8 +102,8 @@ if TYPE_CHECKING:
     from sitscad.parts import MissingExtra, PartsError
     from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, checked_spec
     from sitscad.report.numbers import ESTIMATE_FORMATS
+    from sitscad.spec.format.schema import json_schema
     from sitscad.spec.load import SpecError, load, load_text
-    from sitscad.spec.schema import json_schema
     from sitscad.spec.sensor import SensorSpec
 
 

@@ -23,7 +23,7 @@ from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
 from sitscad.layout.pieces import Pad, Role, Teardrop, Trace, Via
 from sitscad.remedy.search import Left
-from sitscad.spec.presets import connector, names
+from sitscad.spec.profiles.presets import connector, names
 from sitscad.units import show
 
 ALLOWED_SHORTFALL = 1e-6

@@ -14,7 +14,7 @@ from sitscad.layout.pieces import Pad
 from sitscad.layout.tail import contact_row
 from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.spec.materials import Finish
-from sitscad.spec.presets import finish, stock_stiffeners
+from sitscad.spec.profiles.presets import finish, stock_stiffeners
 from sitscad.spec.sensor import Connector
 
 LONGEST_BAR = 1.5e-3

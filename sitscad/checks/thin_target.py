@@ -13,7 +13,7 @@ from sitscad.finding import Severity
 from sitscad.record import record
 from sitscad.remedy.moves import thicker_target
 from sitscad.remedy.search import Left, tried
-from sitscad.spec import presets
+from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import SensorSpec, Target
 from sitscad.units import show
 

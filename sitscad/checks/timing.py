@@ -10,8 +10,8 @@ from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.remedy.moves import scans
 from sitscad.remedy.search import Left, first_that_mends, in_vain
-from sitscad.spec import presets
 from sitscad.spec.converter import Converter
+from sitscad.spec.profiles import presets
 from sitscad.units import show
 
 _CHANNELS = "; ".join(dict.fromkeys(presets.converter(name).source for name in presets.names("converter")))

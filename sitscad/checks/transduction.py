@@ -12,8 +12,8 @@ from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
 from sitscad.remedy.moves import stiffer_pad
 from sitscad.remedy.search import Left, tried
-from sitscad.spec.presets import elastomer as elastomer_preset
-from sitscad.spec.presets import names
+from sitscad.spec.profiles.presets import elastomer as elastomer_preset
+from sitscad.spec.profiles.presets import names
 from sitscad.units import show
 
 STRAIN_ERROR = 0.5

@@ -29,7 +29,7 @@ from sitscad.layout.tail_tracks import Run, unused_contacts
 from sitscad.layout.turn import course, turned
 from sitscad.layout.wound_coils import WoundCoil, wind_all
 from sitscad.record import record
-from sitscad.spec.presets import connector
+from sitscad.spec.profiles.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 

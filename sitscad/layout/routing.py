@@ -21,7 +21,7 @@ from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height
 from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
 from sitscad.layout.wound_coils import WoundCoil
 from sitscad.record import record
-from sitscad.spec.presets import connector
+from sitscad.spec.profiles.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:

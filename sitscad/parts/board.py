@@ -7,7 +7,7 @@ from sitscad.layout.board import Layout
 from sitscad.parts.prism import prism
 from sitscad.parts.solid import Solid, SolidRole
 from sitscad.scene.stack import shield_size, stack
-from sitscad.spec.presets import metal_colour
+from sitscad.spec.profiles.presets import metal_colour
 
 
 def board_body(layout: Layout) -> Solid:

@@ -12,7 +12,7 @@ from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid, SolidRole
 from sitscad.record import record
 from sitscad.scene.stack import fitted_jaw, stack
-from sitscad.spec.presets import metal_colour
+from sitscad.spec.profiles.presets import metal_colour
 from sitscad.spec.sensor import Jaw
 
 TIP_ROUNDING = 0.5e-3

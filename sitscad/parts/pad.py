@@ -10,7 +10,7 @@ from sitscad.parts.solid import Solid, SolidRole
 from sitscad.scene import slabs
 from sitscad.scene.slabs import Slab
 from sitscad.scene.stack import FILM_ROUNDING, Stack, stack
-from sitscad.spec.presets import metal_colour
+from sitscad.spec.profiles.presets import metal_colour
 
 
 def elastomer(layout: Layout) -> Solid | None:

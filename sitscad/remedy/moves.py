@@ -11,8 +11,8 @@ from typing import TypeVar
 from sitscad.geometry.footprint import Footprint
 from sitscad.layout.closing import least_closing
 from sitscad.remedy.fix import Edit, Fix
-from sitscad.spec import presets
 from sitscad.spec.places import footprint
+from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import CoilSpec, ElastomerPad, SensorSpec, Target
 from sitscad.spec.turns import most_turns, turn_fraction
 from sitscad.units import show

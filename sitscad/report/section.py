@@ -8,7 +8,7 @@ from html import escape
 from sitscad.record import record
 from sitscad.scene.slabs import slabs
 from sitscad.scene.stack import MOUNT_PIECES
-from sitscad.spec.presets import metal_colour
+from sitscad.spec.profiles.presets import metal_colour
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show

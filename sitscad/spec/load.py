@@ -6,13 +6,13 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from sitscad.spec.diagnosis import finding_from_flaw, finding_from_text
-from sitscad.spec.document import SpecDocument
-from sitscad.spec.reading import decoded, in_order, read_file, read_section
-from sitscad.spec.resolve import resolve
+from sitscad.spec.format.diagnosis import finding_from_flaw, finding_from_text
+from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.reading import decoded, in_order, read_file, read_section
+from sitscad.spec.format.yaml_text import TextError
+from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.rules import ROOM_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml_text import TextError
 
 __all__ = ["SpecError", "load", "load_text"]
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 
 from sitscad.record import record
-from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

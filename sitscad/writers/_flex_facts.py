@@ -19,7 +19,7 @@ from sitscad.layout.thickness import (
     step_height,
     tail_copper,
 )
-from sitscad.spec.presets import finish, names
+from sitscad.spec.profiles.presets import finish, names
 from sitscad.spec.stackup import LayerKind, StackLayer
 from sitscad.units import show
 

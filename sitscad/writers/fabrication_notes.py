@@ -10,7 +10,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.contacts import contacts, head
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.thickness import Where, finished_thickness, tail_copper, tail_layers
-from sitscad.spec.presets import unverified_rows
+from sitscad.spec.profiles.presets import unverified_rows
 from sitscad.spec.unverified import is_unverified
 from sitscad.units import show
 from sitscad.writers._drawing import FORCED

@@ -15,7 +15,7 @@ from functools import cache
 
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel
-from sitscad.spec.presets import DATA
+from sitscad.spec.profiles.presets import DATA
 from sitscad.writers._fabrication_files import FOLDER, fabrication_path
 
 _FUNCTION = re.compile(rb"TF\.FileFunction,([^*\r\n]*)")

@@ -14,7 +14,7 @@ from sitscad.checks.rules import Subject
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
-from sitscad.spec import presets
+from sitscad.spec.profiles import presets
 from sitscad.units import parse_quantity
 
 

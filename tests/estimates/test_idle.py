@@ -14,8 +14,8 @@ from sitscad.physics.current_spectrum import spiral_spectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.filaments import sampled_mutual_inductance
 from sitscad.physics.spirals import SpiralLayer
-from sitscad.spec import presets
 from sitscad.spec.load import load_text
+from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import Cable, ReadoutSpec
 
 ALONE = (2.5e-6, 4.0)

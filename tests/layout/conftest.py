@@ -2,7 +2,7 @@
 
 import pytest
 
-from sitscad.spec import presets
+from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import (
     ArraySpec,
     CoilPlacement,

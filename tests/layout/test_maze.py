@@ -21,8 +21,8 @@ from sitscad.layout.ring import Ring
 from sitscad.layout.routing import front_of, route_freely
 from sitscad.layout.wave import spread
 from sitscad.layout.wound_coils import wind_all
-from sitscad.spec import positions
 from sitscad.spec.load import load_text
+from sitscad.spec.resolver import positions
 from sitscad.spec.sensor import CoilPlacement
 
 from .conftest import sensor

@@ -9,7 +9,7 @@ import pytest
 import sitscad
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout.thickness import Where, finished_thickness
-from sitscad.spec import presets
+from sitscad.spec.profiles import presets
 
 MM = 1e-3
 PLUGS = ("zif-0.3mm", "zif-0.5mm")

@@ -4,7 +4,7 @@ import pytest
 
 from sitscad.layout import lay_out
 from sitscad.layout.clearance import hole_keep_out, joined_hole
-from sitscad.spec import presets
+from sitscad.spec.profiles import presets
 
 from .test_layout import assert_sound
 

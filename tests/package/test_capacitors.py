@@ -20,7 +20,7 @@ from sitscad.checks import check
 from sitscad.estimates import estimate
 from sitscad.geometry.path import bounding_box, rectangle
 from sitscad.layout.panel import coupon_spec
-from sitscad.spec import presets
+from sitscad.spec.profiles import presets
 from sitscad.spec.rules import SpecError
 from sitscad.writers import bom, gerber, ipc356, kicad, placement
 

@@ -11,9 +11,9 @@ from sitscad.geometry.path import Point, rectangle, rounded
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.parts import Solid
-from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import (
     ArraySpec,
     CoilPlacement,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from sitscad.readout import FAMILIES, ldc161x
 from sitscad.readout.family import ChannelSettings
-from sitscad.spec import presets
+from sitscad.spec.profiles import presets
 
 
 def test_every_limit_has_a_source_and_a_unit() -> None:

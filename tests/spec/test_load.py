@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 
 from sitscad.estimates.uncertainty import sigmas
-from sitscad.spec import presets, templates
+from sitscad.spec import templates
 from sitscad.spec.load import load, load_text
-from sitscad.spec.positions import gap, named
+from sitscad.spec.profiles import presets
+from sitscad.spec.resolver.positions import gap, named
 from sitscad.spec.rules import SPEC_RULES, SpecError
 from sitscad.spec.turns import is_whole, most_turns, nearest_turns
 

@@ -13,8 +13,8 @@ from sitscad.geometry.path import Arc, Path, Point, circle, polyline, rectangle,
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Coil, Layout, Stiffener, Winding
 from sitscad.layout.pieces import Pad, Role, Trace, Via
-from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import (
     ArraySpec,
     CoilPlacement,

@@ -11,7 +11,7 @@ import pytest
 from kicad_oracle import needs_kicad, rule_check, write
 
 from sitscad.layout import lay_out
-from sitscad.spec.document import FINISHES
+from sitscad.spec.format.document import FINISHES
 from sitscad.spec.load import load_text
 from sitscad.writers import kicad, kicad_board, kicad_footprint, kicad_stackup, kicad_symbol
 
@@ -140,7 +140,7 @@ def test_the_board_names_the_finish_of_the_order(board, finish):
 
 @pytest.mark.parametrize("name", ["flex-2l-18um", "flex-4l", "flex-6l", "flex-8l"])
 def test_what_bonds_copper_to_copper_is_no_core(name):
-    from sitscad.spec import presets
+    from sitscad.spec.profiles import presets
 
     stackup = presets.stackup(name)
     section = kicad_stackup.stackup_section(stackup, "enig")

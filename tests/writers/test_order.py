@@ -19,8 +19,8 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.panel import plan
 from sitscad.layout.thickness import Where, finished_thickness
-from sitscad.spec import presets
 from sitscad.spec.load import load_text
+from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import PanelSpec
 from sitscad.writers import (
     _contact_sheet,

@@ -12,7 +12,7 @@ from sitscad.geometry.path import Path
 from sitscad.geometry.primitives import distances, from_rows, path_rows
 from sitscad.geometry.spiral import outer_boundary
 from sitscad.spec.load import load_text
-from sitscad.spec.positions import gap, named
+from sitscad.spec.resolver.positions import gap, named
 from sitscad.spec.rules import SpecError
 
 SHAPES = {

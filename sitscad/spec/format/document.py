@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.spec.kinds import (
+from sitscad.spec.format.kinds import (
     Choice,
     Either,
     Layers,
@@ -22,8 +22,8 @@ from sitscad.spec.kinds import (
     described,
     refuse,
 )
-from sitscad.spec.rules_document import RulesChoice, RulesDocument
-from sitscad.spec.section import ListOf, NameOr, Part, Section, key
+from sitscad.spec.format.rules_document import RulesChoice, RulesDocument
+from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1
 FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")

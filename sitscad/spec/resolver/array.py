@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 from itertools import combinations
 
-from sitscad.spec import positions
-from sitscad.spec.document import ArrayDocument
-from sitscad.spec.remarks import Remarks
+from sitscad.spec.format.document import ArrayDocument
+from sitscad.spec.format.remarks import Remarks
+from sitscad.spec.resolver import positions
 from sitscad.spec.sensor import ArraySpec, CoilSpec
 from sitscad.units import show
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from sitscad.spec.document import CoilDocument
-from sitscad.spec.remarks import Remarks
+from sitscad.spec.format.document import CoilDocument
+from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.sensor import CoilSpec
 from sitscad.spec.turns import is_whole, most_turns, nearest_turns, turn_fraction
 from sitscad.units import show

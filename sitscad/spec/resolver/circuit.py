@@ -6,11 +6,11 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.document import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
-from sitscad.spec.profiles import resolve_rules, spec_place
-from sitscad.spec.remarks import Remarks
+from sitscad.spec.format.document import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
+from sitscad.spec.format.remarks import Remarks
+from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import resolve_rules, spec_place
 from sitscad.spec.sensor import MOST_PARTS, CoilSpec, FpcSpec, PanelSpec, Tail
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup

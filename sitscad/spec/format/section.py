@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NoReturn
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
 from sitscad.record import record
-from sitscad.spec.kinds import Choice, Kind, Preset, ProfileName
+from sitscad.spec.format.kinds import Choice, Kind, Preset, ProfileName
 
 NAME = "<name>"
 WRITTEN = "<written out>"

@@ -21,7 +21,7 @@ from sitscad.spec.sensor import Chip, Connector, Jaw
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 from sitscad.units import parse_quantity
 
-DATA = Path(__file__).parent.parent / "data"
+DATA = Path(__file__).parents[2] / "data"
 
 Row = Mapping[str, str]
 

@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 from pydantic_core import PydanticCustomError, core_schema
 
 from sitscad.record import record
-from sitscad.spec import presets
+from sitscad.spec.profiles import presets
 from sitscad.units import EXAMPLES, UNITS, UnitError, parse_quantity, show
 
 _UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": "SIT004"}

@@ -8,15 +8,15 @@ from typing import Any
 
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Point
-from sitscad.spec import presets
-from sitscad.spec.array import resolve_array
-from sitscad.spec.circuit import resolve_fpc
-from sitscad.spec.coil import check_amount, resolve_coil
-from sitscad.spec.document import CableDocument, ConductorDocument, ElastomerDocument, JawDocument, SpecDocument
+from sitscad.spec.format.document import CableDocument, ConductorDocument, ElastomerDocument, JawDocument, SpecDocument
+from sitscad.spec.format.remarks import Remarks
+from sitscad.spec.format.section import Section
 from sitscad.spec.issue import Issue
 from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.remarks import Remarks
-from sitscad.spec.section import Section
+from sitscad.spec.profiles import presets
+from sitscad.spec.resolver.array import resolve_array
+from sitscad.spec.resolver.circuit import resolve_fpc
+from sitscad.spec.resolver.coil import check_amount, resolve_coil
 from sitscad.spec.sensor import (
     Cable,
     ElastomerPad,

@@ -9,8 +9,8 @@ import re
 
 import pytest
 
-from sitscad.spec import presets
 from sitscad.spec.load import load_text
+from sitscad.spec.profiles import presets
 
 MINIMAL = (
     "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 7, turns: 5, trace_width: 0.1, trace_spacing: 0.1}\n"

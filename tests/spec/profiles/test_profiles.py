@@ -18,15 +18,15 @@ from sitscad.cli import cli
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from, without_text
 from sitscad.report.findings import as_text
-from sitscad.spec import presets
+from sitscad.spec.format.rules_document import RulesDocument
+from sitscad.spec.format.schema import json_schema
 from sitscad.spec.load import load, load_text
+from sitscad.spec.profiles import presets
 from sitscad.spec.rules import SpecError
-from sitscad.spec.rules_document import RulesDocument
-from sitscad.spec.schema import json_schema
 from sitscad.writers import fabrication_notes, kicad_rules
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture

@@ -6,10 +6,11 @@ import json
 
 import pytest
 
-from sitscad.spec import presets, templates
-from sitscad.spec.document import SpecDocument
-from sitscad.spec.schema import DIALECT, json_schema
-from sitscad.spec.yaml_text import read_yaml
+from sitscad.spec import templates
+from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.schema import DIALECT, json_schema
+from sitscad.spec.format.yaml_text import read_yaml
+from sitscad.spec.profiles import presets
 
 
 def section(name):

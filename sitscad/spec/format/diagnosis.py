@@ -10,13 +10,13 @@ from typing import Any
 from pydantic_core import ValidationError
 
 from sitscad.finding import Finding, Severity
-from sitscad.spec.document import SpecDocument
-from sitscad.spec.kinds import described
-from sitscad.spec.remarks import Flaw
+from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.kinds import described
+from sitscad.spec.format.remarks import Flaw
+from sitscad.spec.format.section import NAME, WRITTEN, Section, section_of
+from sitscad.spec.format.yaml_text import TextError, dotted, undotted
 from sitscad.spec.rules import RULE_NAMES
-from sitscad.spec.section import NAME, WRITTEN, Section, section_of
 from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_text import TextError, dotted, undotted
 
 _TAGS = (NAME, WRITTEN)
 

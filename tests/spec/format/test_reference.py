@@ -10,11 +10,11 @@ import pytest
 
 from sitscad.checks import check
 from sitscad.finding import Severity
-from sitscad.spec import presets
+from sitscad.spec.format.schema import json_schema
 from sitscad.spec.load import SpecError, load_text
-from sitscad.spec.schema import json_schema
+from sitscad.spec.profiles import presets
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
 TEXT = (DOCS / "spec.md").read_text(encoding="utf-8")
 
 

@@ -13,16 +13,16 @@ from typing import Any
 
 from sitscad.finding import Finding
 from sitscad.record import record
-from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules, FoilLines
-from sitscad.spec.diagnosis import finding_from_flaw, finding_from_text
-from sitscad.spec.kinds import Figure, is_profile_file
-from sitscad.spec.reading import decoded, read_file, read_section
-from sitscad.spec.remarks import Flaw, Remarks
+from sitscad.spec.format.diagnosis import finding_from_flaw, finding_from_text
+from sitscad.spec.format.kinds import Figure, is_profile_file
+from sitscad.spec.format.reading import decoded, read_file, read_section
+from sitscad.spec.format.remarks import Flaw, Remarks
+from sitscad.spec.format.rules_document import RulesDocument
+from sitscad.spec.format.yaml_text import TextError
+from sitscad.spec.profiles import presets
 from sitscad.spec.rules import SpecError
-from sitscad.spec.rules_document import RulesDocument
 from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_text import TextError
 from sitscad.units import parse_quantity
 
 MOST_FILES = 8

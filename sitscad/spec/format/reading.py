@@ -13,11 +13,11 @@ from typing import Any, TypeVar, cast
 from pydantic_core import SchemaValidator, ValidationError
 
 from sitscad.finding import Finding
-from sitscad.spec.diagnosis import finding_from_text, findings_from_pydantic
+from sitscad.spec.format.diagnosis import finding_from_text, findings_from_pydantic
+from sitscad.spec.format.section import Section, validator_of
+from sitscad.spec.format.yaml_text import MAX_BYTES, TextError, dotted, read_yaml, undotted
 from sitscad.spec.rules import SpecError
-from sitscad.spec.section import Section, validator_of
 from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_text import MAX_BYTES, TextError, dotted, read_yaml, undotted
 
 Form = TypeVar("Form", bound=Section)
 

@@ -4,8 +4,8 @@ the installed profiles (`sitscad/data/fabricators`).
 
 from __future__ import annotations
 
-from sitscad.spec.kinds import Figure, Number, Pair, Preset, ProfileName, Quantity, Sourced, Text, Truth
-from sitscad.spec.section import NameOr, Part, Section, key
+from sitscad.spec.format.kinds import Figure, Number, Pair, Preset, ProfileName, Quantity, Sourced, Text, Truth
+from sitscad.spec.format.section import NameOr, Part, Section, key
 
 Label = Text(64)
 Date = Text(10, r"20[0-9]{2}-[0-1][0-9]-[0-3][0-9]", "a date like 2026-11-20")
