@@ -46,6 +46,14 @@ def root() -> Path:
     return ROOT
 
 
+@pytest.fixture(params=[2, 4], ids=["2 layers", "4 layers"])
+def board(request: pytest.FixtureRequest):
+    """The hand-made board of two coils, with two and with four copper layers."""
+    import layouts
+
+    return layouts.two_coils(request.param)
+
+
 @pytest.fixture(scope="session", params=sorted(path.stem for path in TEMPLATES.glob("*.yaml")))
 def template(request: pytest.FixtureRequest) -> Path:
     """Every template in turn."""

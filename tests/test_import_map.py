@@ -29,12 +29,19 @@ MAY_IMPORT = {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "mechanics",
         "remedy",
     },
-    "writers": {"units", "geometry", "spec", "layout", "scene", "parts", "readout"},
+    "fabrication": {"units", "geometry", "spec", "layout"},
+    "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
+    "writer": {"spec"},
+    "formats": {"units", "geometry", "spec", "layout", "scene", "parts", "fabrication", "drawing", "writer"},
+    "papers": {
+        "units", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "fabrication", "drawing",
+        "writer",
+    },
     "report": {"units", "finding", "spec", "layout", "scene", "parts", "estimates"},
     "extraction": {"units", "finding"},
     "package": {
         "", "units", "finding", "geometry", "readout", "spec", "layout", "scene", "parts", "estimates", "checks",
-        "writers", "report", "extraction",
+        "drawing", "formats", "papers", "writer", "report", "extraction",
     },
     "cli": {"", "finding"},
     "__main__": {"cli"},
@@ -134,13 +141,16 @@ def test_rings_of_imports_are_seen(tmp_path):
     assert rings(imports_of_modules(tmp_path)) == {frozenset({"sitscad.a", "sitscad.b", "sitscad.c"})}
 
 
-def test_no_writer_imports_another_writer():
-    """A writer is a module with a `render`; what several of them need stands in modules without one."""
-    writers = {path.stem for path in (PACKAGE / "writers").glob("[!_]*.py") if "\ndef render(" in path.read_text()}
-    assert writers
-    for path in (PACKAGE / "writers").glob("[!_]*.py"):
-        named = {module.split(".")[2] for module in imported_modules(path) if module.startswith("sitscad.writers.")}
-        assert not named & writers, path.name
+def test_no_format_imports_another_format_and_no_paper_another_paper():
+    """Each has a module with a `render`; what several of them need stands in modules without one."""
+    for room in ("formats", "papers"):
+        modules = sorted((PACKAGE / room).rglob("*.py"))
+        named = {path: ".".join(["sitscad", *path.relative_to(PACKAGE).with_suffix("").parts]) for path in modules}
+        written = {named[path] for path in modules if "\ndef render(" in path.read_text(encoding="utf-8")}
+        assert written
+        for path in modules:
+            used = {module.rpartition(".")[0] for module in imported_modules(path)} | set(imported_modules(path))
+            assert not used & written, path.name
 
 
 def test_the_walk_sees_every_way_to_import(tmp_path):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sitscad.finding import Severity
+from sitscad.formats import WRITERS
 from sitscad.package.folder import (
     FILE_NAME,
     PackageError,
@@ -33,11 +34,12 @@ from sitscad.package.manifest import (
     sha256,
     without_text,
 )
+from sitscad.papers import PAPERS
 from sitscad.parts import MissingExtra
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, as_json, checked_spec, numbered_places, to_json
 from sitscad.spec.sensor import SensorSpec
-from sitscad.writers import WRITERS, Writer
+from sitscad.writer import Writer
 
 if TYPE_CHECKING:
     from sitscad.checks import CheckResult
@@ -300,7 +302,7 @@ def _render(design: Design, stage: str, files: dict[str, bytes], failures: list[
     if stage == CHECK_STAGE:
         return _checked_files(design, failures, beside_gerbers=any(name.startswith("fpc/") for name in files))
     try:
-        new = _written(design, [writer for writer in WRITERS if writer.stage == stage], failures)
+        new = _written(design, [writer for writer in (*WRITERS, *PAPERS) if writer.stage == stage], failures)
     except MissingExtra as error:
         rest = ",".join(name for name in STAGES if name not in SOLID_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
@@ -319,10 +321,10 @@ def _written(design: Design, writers: list[Writer], failures: list[str]) -> dict
             made = writer.render(*(new if name == "files" else design.value(name) for name in writer.takes))
         except ValueError as error:
             if design.checked.ok:
-                raise PackageError(f"{writer.module} cannot be written: {error}; nothing was changed") from error
-            failures.append(f"{writer.module}: {error}")
+                raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
+            failures.append(f"{writer.name}: {error}")
             continue
-        new |= _distinct(writer.module, new, made)
+        new |= _distinct(writer.name, new, made)
     return new
 
 
@@ -393,8 +395,9 @@ def _report(design: Design, files: dict[str, bytes]) -> dict[str, bytes]:
 
 def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
-    from sitscad.writers import assembly_drawing, stackup_drawing
-    from sitscad.writers.board_picture import Mark, picture
+    from sitscad.drawing.board_picture import Mark, picture
+    from sitscad.papers.drawings import assembly as assembly_drawing
+    from sitscad.papers.drawings import stackup as stackup_drawing
 
     layout = design.layout
     marks = [

@@ -11,7 +11,9 @@ from pathlib import Path
 from measure import Growth, growth, timed
 
 import sitscad
-from sitscad.writers import excellon, gerber, kicad
+from sitscad.formats import excellon
+from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.kicad import project as kicad
 
 ROOT = Path(__file__).parents[2]
 TEMPLATE = ROOT / "templates" / "three_axis_grid.yaml"

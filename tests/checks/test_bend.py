@@ -7,17 +7,19 @@ from dataclasses import replace
 
 import pytest
 
+from sitscad.drawing.frame import mm
+from sitscad.drawing.sheet import Label
 from sitscad.finding import Severity
 from sitscad.geometry.path import Line, Path, Point, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
 from sitscad.layout.bending import bend_stretch
 from sitscad.layout.pieces import Pad, Role, Trace, Via
+from sitscad.papers import order_notes as fabrication_notes
+from sitscad.papers.drawings import board as board_drawing
+from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.spec.load import load_text
 from sitscad.units import show
-from sitscad.writers import board_drawing, fabrication_notes, stackup_drawing
-from sitscad.writers._drawing import mm
-from sitscad.writers._sheet import Label
 
 UM, MM = 1e-6, 1e-3
 

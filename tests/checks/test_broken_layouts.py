@@ -286,7 +286,8 @@ def test_a_fault_is_seen_in_the_written_files(boards, spoil, seed, tmp_path):
     pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
     pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
     from sitscad import extraction
-    from sitscad.writers import excellon, gerber, ipc356
+    from sitscad.formats import excellon, ipc356
+    from sitscad.formats.gerber import layers as gerber
 
     good = boards[(2, 4)[seed % 2]]
     fault = spoil(good, random.Random(f"{spoil.__name__} {seed}"))

@@ -12,10 +12,11 @@ pytest.importorskip("shapely", reason="shapely is not installed: pip install 'si
 
 from sitscad.estimates import estimate
 from sitscad.extraction import UNUSED, Kind, compare, copper_resistance, extract
+from sitscad.formats import excellon, ipc356
+from sitscad.formats.gerber import layers as gerber
 from sitscad.layout import lay_out
 from sitscad.layout.board import Layout
 from sitscad.spec.load import load
-from sitscad.writers import excellon, gerber, ipc356
 
 TEMPLATES = sorted((Path(__file__).parents[2] / "templates").glob("*.yaml"))
 

@@ -18,11 +18,14 @@ import pytest
 import sitscad
 from sitscad.checks import check
 from sitscad.estimates import estimate
+from sitscad.formats import ipc356
+from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box, rectangle
 from sitscad.layout.panel import coupon_spec
+from sitscad.papers import bom, placement
 from sitscad.spec.profiles import presets
 from sitscad.spec.rules import SpecError
-from sitscad.writers import bom, gerber, ipc356, kicad, placement
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 CASES = [

@@ -152,7 +152,8 @@ def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_p
     for module in ("gerbonara", "shapely", "gmsh", "scipy"):
         pytest.importorskip(module)
     from sitscad.extraction import copper_resistance, extract
-    from sitscad.writers import excellon, gerber, ipc356
+    from sitscad.formats import excellon, ipc356
+    from sitscad.formats.gerber import layers as gerber
 
     layout = sitscad.lay_out(spec_of(name))
     for writer in (gerber, excellon, ipc356):

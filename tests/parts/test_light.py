@@ -12,8 +12,8 @@ from sitscad.parts import MissingExtra, extras
 
 HEAVY = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely")
 MODULES = (
-    "sitscad.parts, sitscad.parts.fit, sitscad.parts.view, sitscad.parts.assembly, sitscad.writers.step, "
-    "sitscad.writers.mesh_stl, sitscad.writers.mesh_3mf, sitscad.writers.volume_mesh, sitscad.writers.assembly_picture"
+    "sitscad.parts, sitscad.parts.fit, sitscad.drawing.painter, sitscad.parts.assembly, sitscad.formats.step, "
+    "sitscad.formats.mesh_stl, sitscad.formats.mesh_3mf, sitscad.formats.volume_mesh, sitscad.papers.assembly_picture"
 )
 
 

@@ -15,15 +15,16 @@ from hypothesis import strategies as st
 from sitscad import checked_spec
 from sitscad.checks import check
 from sitscad.cli import cli
+from sitscad.formats.kicad import rules as kicad_rules
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from, without_text
+from sitscad.papers import order_notes as fabrication_notes
 from sitscad.report.findings import as_text
 from sitscad.spec.format.rules_document import RulesDocument
 from sitscad.spec.format.schema import json_schema
 from sitscad.spec.load import load, load_text
 from sitscad.spec.profiles import presets
 from sitscad.spec.rules import SpecError
-from sitscad.writers import fabrication_notes, kicad_rules
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
 ROOT = Path(__file__).parents[3]

@@ -1,0 +1,127 @@
+"""Sheets as a PDF file: vector drawing and Helvetica, nothing compressed, no dates and no identifiers.
+
+PDF 1.4 (ISO 32000 describes it): one of the fourteen fonts that every reader has, so nothing is embedded; equal sheets
+give equal bytes, whatever the machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from sitscad.drawing.sheet import Label, Shape, Sheet, number, text_width
+from sitscad.geometry.path import Arc, Path, Point
+
+POINTS = 72.0 / 25.4
+"""PDF's units in a millimetre."""
+
+
+def pdf(sheets: Sequence[Sheet]) -> bytes:
+    """The sheets as the pages of one document."""
+    first = 4
+    pages = " ".join(f"{first + 2 * i} 0 R" for i in range(len(sheets)))
+    objects = [
+        b"<< /Type /Catalog /Pages 2 0 R >>",
+        f"<< /Type /Pages /Kids [{pages}] /Count {len(sheets)} >>".encode("ascii"),
+        b"<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>",
+    ]
+    for i, sheet in enumerate(sheets):
+        objects += [_page(sheet, first + 2 * i + 1), _stream(sheet)]
+    return _document(objects, sheets[0].title)
+
+
+def _page(sheet: Sheet, contents: int) -> bytes:
+    width, height = (number(side * POINTS) for side in sheet.size)
+    box = f"/MediaBox [0 0 {width} {height}]"
+    return (
+        f"<< /Type /Page /Parent 2 0 R {box} /Resources << /Font << /F1 3 0 R >> >> /Contents {contents} 0 R >>".encode(
+            "ascii"
+        )
+    )
+
+
+def _stream(sheet: Sheet) -> bytes:
+    """The page's drawing; everything in it is in millimetres."""
+    commands = [f"{POINTS:.6f} 0 0 {POINTS:.6f} 0 0 cm 1 J 1 j".encode("ascii")]
+    for item in sheet.items:
+        commands += _label(item) if isinstance(item, Label) else _shape(item)
+    content = b"\n".join(commands) + b"\n"
+    return b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content)
+
+
+def _document(objects: Sequence[bytes], title: str) -> bytes:
+    """Objects numbered from 1, the table of where each begins, and the trailer."""
+    entries = [*objects, b"<< /Title (%b) /Producer (sitscad) >>" % _escaped(title)]
+    content, places = b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n", []
+    for i, entry in enumerate(entries, 1):
+        places.append(len(content))
+        content += b"%d 0 obj\n%b\nendobj\n" % (i, entry)
+    start, count = len(content), len(entries) + 1
+    table = b"".join(b"%010d 00000 n \n" % place for place in places)
+    trailer = b"trailer\n<< /Size %d /Root 1 0 R /Info %d 0 R >>\nstartxref\n%d\n" % (count, len(entries), start)
+    return content + b"xref\n0 %d\n0000000000 65535 f \n" % count + table + trailer + b"%%EOF\n"
+
+
+def _label(label: Label) -> Iterator[bytes]:
+    width = text_width(label.text, label.size)
+    back = {"start": 0.0, "middle": width / 2.0, "end": width}[label.anchor]
+    cosine, sine = math.cos(math.radians(label.angle)), math.sin(math.radians(label.angle))
+    x, y = label.at.x - back * cosine, label.at.y - back * sine
+    turn = " ".join(number(v) for v in (cosine, sine, -sine, cosine, x, y))
+    head = f"BT {_colour(label.colour)} rg /F1 {number(label.size)} Tf {turn} Tm ".encode("ascii")
+    yield head + b"(" + _escaped(label.text) + b") Tj ET"
+
+
+def _escaped(text: str) -> bytes:
+    encoded = text.encode("cp1252", "replace")
+    return encoded.replace(b"\\", b"\\\\").replace(b"(", b"\\(").replace(b")", b"\\)")
+
+
+def _shape(shape: Shape) -> Iterator[bytes]:
+    if shape.fill:
+        yield f"{_colour(shape.fill)} rg".encode("ascii")
+    if shape.pen:
+        dashes = " ".join(number(dash) for dash in shape.pen.dashes)
+        yield f"{_colour(shape.pen.colour)} RG {number(shape.pen.width)} w [{dashes}] 0 d".encode("ascii")
+    for path in shape.paths:
+        yield from (command.encode("ascii") for command in _path(path))
+    yield {(True, True): b"B*", (True, False): b"f*", (False, True): b"S", (False, False): b"n"}[
+        bool(shape.fill), bool(shape.pen)
+    ]
+
+
+def _path(path: Path) -> Iterator[str]:
+    yield f"{_xy(path.start)} m"
+    for segment in path:
+        if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
+            yield from _arc(segment)
+        else:
+            yield f"{_xy(segment.end)} l"
+    if path.is_closed:
+        yield "h"
+
+
+def _arc(arc: Arc) -> Iterator[str]:
+    """Cubic curves of a quarter turn at most: within 0.03 % of the radius."""
+    count = math.ceil(abs(arc.sweep) / (math.pi / 2) - 1e-9)
+    step = arc.sweep / count
+    reach = arc.radius * 4.0 / 3.0 * math.tan(step / 4.0)
+    for i in range(count):
+        one, other = arc.start_angle + i * step, arc.start_angle + (i + 1) * step
+        a, b = (_on(arc, angle) for angle in (one, other))
+        control = Point(a.x - reach * math.sin(one), a.y + reach * math.cos(one))
+        control2 = Point(b.x + reach * math.sin(other), b.y - reach * math.cos(other))
+        yield f"{_xy(control)} {_xy(control2)} {_xy(b)} c"
+
+
+def _on(arc: Arc, angle: float) -> Point:
+    return Point(arc.centre.x + arc.radius * math.cos(angle), arc.centre.y + arc.radius * math.sin(angle))
+
+
+def _xy(point: Point) -> str:
+    return f"{number(point.x)} {number(point.y)}"
+
+
+def _colour(text: str) -> str:
+    """``#rrggbb`` as PDF's three shares."""
+    return " ".join(number(int(text[i : i + 2], 16) / 255.0) for i in (1, 3, 5))

@@ -1,0 +1,235 @@
+"""The fabrication set's files: what each layer is called, and what it is for. One table for formats and papers."""
+
+from __future__ import annotations
+
+import uuid
+from dataclasses import replace
+
+from sitscad.layout.board import Layout
+from sitscad.layout.thickness import has_tail_coverlay, tail_copper
+from sitscad.record import record
+from sitscad.spec.issue import UNNUMBERED, creation_date
+from sitscad.spec.stackup import LayerKind, Stackup
+from sitscad.units import show
+from sitscad.version import __version__
+
+FOLDER = "fpc"
+CUTS = "Other,Part_Cuts"
+VENDOR = "sitscad"
+_PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
+
+
+@record
+class FabricationFile:
+    """One file of the set: its path in the package, its X2 file function and polarity, and what it shows.
+
+    ``layer`` is the copper layer's number (from 1 at the top), of a drill file the last one that its holes go through;
+    None for every other kind of file.
+    """
+
+    path: str
+    function: str
+    polarity: str
+    title: str
+    layer: int | None = None
+
+    @property
+    def name(self) -> str:
+        """The file's name without its folder."""
+        return self.path.rpartition("/")[2]
+
+
+def layer_name(number: int, count: int) -> str:
+    """A copper layer's short name (``F_Cu``, ``In1_Cu`` ..., ``B_Cu``); a single layer is ``F_Cu``."""
+    if number == 1:
+        return "F_Cu"
+    return "B_Cu" if number == count else f"In{number - 1}_Cu"
+
+
+def fabrication_path(layout: Layout, ending: str) -> str:
+    """The path inside the package of one file of the set, such as ``fpc/NAME-F_Cu.gbr``."""
+    return f"{FOLDER}/{layout.spec.name}-{ending}"
+
+
+def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """One file a copper layer, from the top."""
+    count = layout.copper_layers
+    return tuple(
+        FabricationFile(
+            fabrication_path(layout, f"{layer_name(number, count)}.gbr"),
+            f"Copper,L{number},{_side(number, count)}",
+            "Positive",
+            f"copper layer {number} of {count}",
+            number,
+        )
+        for number in range(1, count + 1)
+    )
+
+
+def coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The coverlay openings of each face that has a coverlay."""
+    top, bottom = has_coverlay(layout.spec.fpc.stackup)
+    sides = [("F", "Top", "top")] * top + [("B", "Bot", "bottom")] * bottom
+    return tuple(
+        FabricationFile(
+            fabrication_path(layout, f"{letter}_Mask.gbr"),
+            f"Soldermask,{side}",
+            "Negative",
+            f"openings in the {word} coverlay (what is drawn is cut away)",
+        )
+        for letter, side, word in sides
+    )
+
+
+def stiffener_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The stiffener's outline, where there is one."""
+    if layout.stiffener is None:
+        return ()
+    path = fabrication_path(layout, "B_Stiffener.gbr")
+    return (FabricationFile(path, "Other,Stiffener_Bottom", "Positive", "stiffener on the bottom face"),)
+
+
+def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """Where the layers below the tail's are, for a board whose tail has fewer of them."""
+    first, last = tail_copper(layout) + 1, layout.copper_layers
+    if first > last:
+        return ()
+    names = f"L{first}" if first == last else f"L{first}_to_L{last}"
+    which = names.replace("_", " ").replace("L", "")
+    title = f"extent of copper {which} and of what lies between and below (the tail is without)"
+    path = fabrication_path(layout, "Body_Layers.gbr")
+    return (FabricationFile(path, f"Other,Extent_of_{names}", "Positive", title),)
+
+
+def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The bottom coverlay that a tail of fewer layers has for itself."""
+    if not has_tail_coverlay(layout):
+        return ()
+    last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
+    title = f"coverlay under copper {last} of the tail, {lap} into the body between its layers (drawn: covered)"
+    path = fabrication_path(layout, "Tail_Coverlay.gbr")
+    return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", "Positive", title),)
+
+
+def profile_file(layout: Layout) -> FabricationFile:
+    """The board's outline."""
+    return FabricationFile(fabrication_path(layout, "Edge_Cuts.gbr"), "Profile,NP", "Positive", "outline of the board")
+
+
+def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """All Gerber files of the set, from the top of the board downwards, the outline last."""
+    return (
+        *copper_files(layout),
+        *coverlay_files(layout),
+        *stiffener_files(layout),
+        *body_files(layout),
+        *tail_coverlay_files(layout),
+        profile_file(layout),
+    )
+
+
+def drill_file(layout: Layout, lowest: int) -> FabricationFile:
+    """The drill file of the plated holes from the first copper layer to the `lowest`, called as KiCad calls its own."""
+    if lowest == layout.copper_layers:
+        function, title = f"Plated,1,{lowest},PTH", "plated holes through all copper layers"
+        return FabricationFile(fabrication_path(layout, "PTH.drl"), function, "Positive", title, lowest)
+    ending = f"front-in{lowest - 1}.drl"
+    title = f"plated holes in the tail, through copper 1 to {lowest}"
+    return FabricationFile(fabrication_path(layout, ending), f"Plated,1,{lowest},Blind", "Positive", title, lowest)
+
+
+def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """One drill file for each kind of hole: those through the whole board, and those in a tail of fewer layers.
+
+    ``layer`` is the last copper layer that its holes go through.
+    """
+    return tuple(drill_file(layout, lowest) for lowest in layout.spans)
+
+
+def drill_title(layout: Layout, title: str) -> str:
+    """What the first comment of a drill file says of it: the design, the issue, what the holes are."""
+    words = layout.spec.issue.words
+    return f"{layout.spec.name}{f' ({words})' if words else ''}: {title}"
+
+
+def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
+    """Whether the top and the bottom face are covered."""
+    return stackup.layers[0].kind is LayerKind.COVERLAY, stackup.layers[-1].kind is LayerKind.COVERLAY
+
+
+def panel_path(layout: Layout, ending: str) -> str:
+    """The path inside the package of one file of the panel's set, such as ``fpc/panel/NAME-panel-F_Cu.gbr``."""
+    return f"{FOLDER}/panel/{layout.spec.name}-panel{ending}"
+
+
+def cut_file(layout: Layout) -> FabricationFile:
+    """The cuts round the parts of a panel."""
+    title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
+    return FabricationFile(panel_path(layout, "-Part_Cuts.gbr"), CUTS, "Positive", title)
+
+
+def tooling_file(layout: Layout) -> FabricationFile:
+    """The drill file of a panel's tooling holes."""
+    function = f"NonPlated,1,{layout.copper_layers},NPTH"
+    return FabricationFile(panel_path(layout, "-NPTH.drl"), function, "Positive", "tooling holes, not plated")
+
+
+def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """All Gerber and drill files of the panel's set in the order of the board's, then what the panel alone has."""
+    board = (*gerber_files(layout), *drill_files(layout))
+    stem = fabrication_path(layout, "").removesuffix("-")
+    copies = (replace(file, path=panel_path(layout, file.path.removeprefix(stem))) for file in board)
+    frame = {profile_file(layout).function: "outline of the panel"}
+    named = (replace(file, title=frame.get(file.function, file.title)) for file in copies)
+    return (*named, tooling_file(layout), cut_file(layout))
+
+
+def panel_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
+    """The X2 file attributes of the panel's set: an array, in coordinates of its own."""
+    own = {".SameCoordinates": f"{layout.spec.name}-panel", ".Part": "Array"}
+    return tuple((name, own[name]) if name in own else (name, *values) for name, *values in project_attributes(layout))
+
+
+def project_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
+    """The X2 file attributes that all files of one set share, each as its name and values.
+
+    The files are in one coordinate system (``.SameCoordinates``); the project's identifier follows from its name alone.
+    The creation date is only written where SOURCE_DATE_EPOCH names one, so that equal specs give equal bytes.
+    """
+    name = layout.spec.name
+    created = creation_date()
+    return (
+        (".GenerationSoftware", VENDOR, VENDOR, __version__),
+        *(((".CreationDate", created),) if created else ()),
+        (".ProjectId", name, project_guid(name), layout.spec.issue.revision or UNNUMBERED),
+        (".SameCoordinates", name),
+        (".Part", "Single"),
+    )
+
+
+def drill_map_file(path: str) -> FabricationFile:
+    """What a drill map is called in the set."""
+    return FabricationFile(path, "Drillmap", "Positive", "drill map")
+
+
+def stack_names(layout: Layout) -> list[str]:
+    """What each layer of the stack-up is called: copper by its file."""
+    names, copper = [], 0
+    for layer in layout.spec.fpc.stackup.layers:
+        if layer.kind is LayerKind.COPPER:
+            copper += 1
+            names.append(f"copper {copper} ({layer_name(copper, layout.copper_layers)})")
+        else:
+            names.append("coverlay" if layer.kind is LayerKind.COVERLAY else "dielectric")
+    return names
+
+
+def project_guid(name: str) -> str:
+    """An RFC 4122 identifier (version 5) that depends on the design's name only."""
+    return str(uuid.uuid5(_PROJECTS, name))
+
+
+def _side(number: int, count: int) -> str:
+    if number == 1:
+        return "Top"
+    return "Bot" if number == count else "Inr"

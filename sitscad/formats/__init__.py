@@ -1,0 +1,22 @@
+"""The formats that a package is written in. A new format is one module here with a `render`, and one row of WRITERS."""
+
+from __future__ import annotations
+
+from sitscad.writer import Writer, is_cut, is_mounted
+
+WRITERS: tuple[Writer, ...] = (
+    Writer("gerber", "formats.gerber.layers", "gerber"),
+    Writer("excellon", "formats.excellon", "gerber"),
+    Writer("drill map", "formats.gerber.drill_map", "gerber"),
+    Writer("ipc356", "formats.ipc356", "gerber"),
+    Writer("job file", "formats.gerber.job", "gerber"),
+    Writer("panel", "formats.gerber.panel", "gerber", ("panel", "files")),
+    Writer("kicad", "formats.kicad.project", "kicad"),
+    Writer("laser dxf", "formats.laser_dxf", "laser", applies=is_cut),
+    Writer("laser svg", "formats.laser_svg", "laser", applies=is_cut),
+    Writer("step", "formats.step", "mount", ("solids", "spec"), is_mounted),
+    Writer("stl", "formats.mesh_stl", "mesh", ("solids", "spec"), is_mounted),
+    Writer("3mf", "formats.mesh_3mf", "mesh", ("solids", "spec"), is_mounted),
+    Writer("volume mesh", "formats.volume_mesh", "mesh", ("solids", "spec"), lambda spec: spec.elastomer is not None),
+)
+"""Every format, in the order in which a package is made; the papers come after them."""

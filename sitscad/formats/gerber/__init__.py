@@ -1,0 +1,1 @@
+"""Gerber X2: the board's layers, drill map, job file and panel."""

@@ -1,0 +1,246 @@
+"""A layout as images in Gerber X2 (layer format, RS-274X with attributes): copper, openings, stiffener and outline.
+
+Millimetres with six decimals, so one unit is a nanometre. Tracks are strokes of round apertures along lines and
+circular arcs (G01, G02, G03 in multi-quadrant mode), pads and vias are flashes, openings and stiffener are regions.
+Every copper object carries its net (``.N``), every contact its component and pin (``.P``), every aperture its function.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+
+from sitscad.fabrication.files import (
+    FabricationFile,
+    body_files,
+    copper_files,
+    coverlay_files,
+    profile_file,
+    project_attributes,
+    stiffener_files,
+    tail_coverlay_files,
+)
+from sitscad.geometry.clipping import beyond
+from sitscad.geometry.path import Arc, Path, Point, Segment, rectangle
+from sitscad.geometry.region import Region
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad, Trace, Via
+from sitscad.layout.thickness import lap_start
+
+UNIT = 1e-9
+"""The file's unit in metres: six decimals of a millimetre."""
+
+PROFILE_WIDTH = 50e-6
+"""Width (m) of the line that draws the outline; its middle is the board's edge."""
+
+FLAT = 1.0
+"""An arc that bows out by less than this many units is drawn as a line: rounding would lose its centre."""
+
+Grid = tuple[int, int]
+
+
+def layer_files(layout: Layout) -> dict[str, bytes]:
+    """All Gerber files of a layout by their path in the package. Deterministic: nothing but the layout enters."""
+    files: dict[str, bytes] = {}
+    for file in copper_files(layout):
+        files[file.path] = document(layout, file, _copper(layout, file.layer or 1))
+    for file in coverlay_files(layout):
+        openings = layout.top_openings if file.function.endswith("Top") else layout.bottom_openings
+        files[file.path] = document(layout, file, regions(openings))
+    for file in stiffener_files(layout):
+        assert layout.stiffener is not None
+        files[file.path] = document(layout, file, regions((layout.stiffener.outline,)))
+    for file in body_files(layout):
+        files[file.path] = document(layout, file, regions((Region(rectangle(*layout.body)),)))
+    for file in tail_coverlay_files(layout):
+        covered = Region(beyond(layout.outline, lap_start(layout)))
+        files[file.path] = document(layout, file, regions((covered,)))
+    outline = profile_file(layout)
+    files[outline.path] = document(layout, outline, profile(layout.outline))
+    return files
+
+
+def document(
+    layout: Layout,
+    file: FabricationFile,
+    body: Iterable[str],
+    attributes: tuple[tuple[str, ...], ...] | None = None,
+) -> bytes:
+    """A whole file: what it is called, its attributes (the board's unless given), its drawing with its apertures."""
+    head = [f"G04 {layout.spec.name}: {file.title}*"]
+    head += [f"G04 {layout.spec.issue.words}*"] if layout.spec.issue.rows else []
+    head += [f"%TF{','.join(attribute)}*%" for attribute in attributes or project_attributes(layout)]
+    head += [f"%TF.FileFunction,{file.function}*%", f"%TF.FilePolarity,{file.polarity}*%"]
+    head += ["%FSLAX46Y46*%", "%MOMM*%", "%LPD*%", "G75*"]
+    return ("\n".join([*head, *body, "M02*"]) + "\n").encode("ascii")
+
+
+# Copper: each object with its aperture, (function, template), in an order that depends on nothing but the layout.
+
+CONTACTS = "J1"
+"""What the contacts of the tail are called; other pads are a capacitor's."""
+
+NO_NET = "N/C"
+"""What X2 calls the net of a pad that is on none."""
+
+Object = Trace | Via | Pad
+Aperture = tuple[str, str]
+
+
+def _copper(layout: Layout, layer: int) -> Iterator[str]:
+    objects: list[Object] = [
+        *layout.on_layer(layer),
+        *layout.vias_on(layer),
+        *(p for p in layout.all_pads if p.layer == layer),
+    ]
+    contact = _contact_function(layout)
+    drawn = sorted(((_aperture(item, contact), item.net, order), item) for order, item in enumerate(objects))
+    codes = {aperture: 10 + i for i, aperture in enumerate(sorted({key[0] for key, _ in drawn}))}
+    for (function, template), code in codes.items():
+        yield from (f"%TA.AperFunction,{function}*%", f"%ADD{code}{template}*%", "%TD*%")
+    for (aperture, net), group in groupby(drawn, key=lambda entry: entry[0][:2]):
+        yield from (f"D{codes[aperture]}*", f"%TO.N,{net or NO_NET}*%")
+        for _, item in group:
+            yield from _drawn(item)
+        yield "%TD*%"
+    yield from _teardrops(layout, layer)
+
+
+def _teardrops(layout: Layout, layer: int) -> Iterator[str]:
+    """The teardrops of a layer as regions, each with its net."""
+    for drop in layout.teardrops:
+        if drop.layer == layer:
+            yield from ("%TA.AperFunction,Conductor*%", f"%TO.N,{drop.net}*%", "G36*")
+            yield from (*stroke(drop.outline), "G37*", "%TD*%")
+
+
+def _contact_function(layout: Layout) -> str:
+    tail = layout.spec.fpc.tail
+    return "ConnectorPad" if tail is not None and tail.connector.insertion_thickness > 0.0 else "SMDPad,CuDef"
+
+
+def _aperture(item: Object, contact: str) -> Aperture:
+    if isinstance(item, Trace):
+        return "Conductor", f"C,{mm(item.width)}"
+    if isinstance(item, Via):
+        return "ViaPad", f"C,{mm(item.pad)}"
+    function = contact if item.reference == CONTACTS else "SMDPad,CuDef"
+    return function, f"R,{mm(item.size[0])}X{mm(item.size[1])}"
+
+
+def _drawn(item: Object) -> Iterator[str]:
+    if isinstance(item, Trace):
+        yield from stroke(item.path)
+    elif isinstance(item, Via):
+        yield f"{xy(grid(item.centre))}D03*"
+    else:
+        function = f",{item.pin}" if item.pin else ""
+        yield f"%TO.P,{item.reference},{item.number}{function}*%"
+        yield f"{xy(grid(item.centre))}D03*"
+        yield "%TD.P*%"
+
+
+# Regions and the outline.
+
+
+def regions(areas: Iterable[Region]) -> Iterator[str]:
+    """Filled areas: outlines dark, holes cut out of them afterwards."""
+    solid = list(areas)
+    # A region needs no aperture, but readers such as gerbv take a file without one for the old format of 1980.
+    yield from ("%TA.AperFunction,Material*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "D10*")
+    for region in solid:
+        yield from ("G36*", *stroke(region.outline), "G37*")
+    holes = [hole for region in solid for hole in region.holes]
+    if holes:
+        yield "%LPC*%"
+        for hole in holes:
+            yield from ("G36*", *stroke(hole), "G37*")
+        yield "%LPD*%"
+    yield "%TD*%"
+
+
+def profile(outline: Path) -> Iterator[str]:
+    """The outline as one thin line."""
+    yield from ("%TA.AperFunction,Profile*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
+    yield from stroke(outline)
+
+
+# Strokes: a path as plot commands. A closed path ends on the very grid point where it began.
+
+
+def stroke(path: Path) -> Iterator[str]:
+    """Plot commands along a path with the current aperture; a closed path ends on the very grid point of its start."""
+    here = first = grid(path.start)
+    mode = ""
+    yield f"{xy(here)}D02*"
+    segments = [piece for segment in path for piece in _halves(segment)]
+    for i, segment in enumerate(segments):
+        there = first if path.is_closed and i == len(segments) - 1 else grid(segment.end)
+        if there == here:
+            continue
+        wanted, offset = _plotted(segment, here, there)
+        if wanted != mode:
+            yield f"{wanted}*"
+            mode = wanted
+        yield f"{xy(there)}{offset}D01*"
+        here = there
+
+
+def _plotted(segment: Segment, here: Grid, there: Grid) -> tuple[str, str]:
+    """The mode (G01, G02, G03) and the centre's offset from the start for one segment between two grid points."""
+    if not isinstance(segment, Arc) or _bow(segment) < FLAT * UNIT:
+        return "G01", ""
+    x, y = centre_on_grid(segment.centre, here, there)
+    return ("G03" if segment.ccw else "G02"), f"I{x - here[0]}J{y - here[1]}"
+
+
+def _bow(arc: Arc) -> float:
+    return arc.radius * (1.0 - math.cos(min(math.pi, abs(arc.sweep) / 2)))
+
+
+def _halves(segment: Segment) -> tuple[Segment, ...]:
+    """An arc of more than half a turn as two: near a full turn, rounding could close it to nothing or to a circle."""
+    if not isinstance(segment, Arc) or abs(segment.sweep) <= math.pi + 1e-9:
+        return (segment,)
+    middle = segment.at(0.5)
+    centre, ccw = segment.centre, segment.ccw
+    return Arc(segment.start, middle, centre, ccw), Arc(middle, segment.end, centre, ccw)
+
+
+def centre_on_grid(centre: Point, start: Grid, end: Grid) -> Grid:
+    """The grid point near `centre` from which `start` and `end` look equally far.
+
+    Rounding start, end and centre each to 1 nm leaves two radii that differ by up to about 3 nm. The centre is first
+    moved onto the chord's perpendicular bisector, then the best of its 25 grid neighbours is taken; what remains is a
+    fraction of a nanometre, far below what readers of arcs object to.
+    """
+    x, y = _onto_bisector(centre.x / UNIT, centre.y / UNIT, start, end)
+    near = [(round(x) + i, round(y) + j) for i in range(-2, 3) for j in range(-2, 3)]
+    return min(near, key=lambda c: (abs(_mismatch(c, start, end)) + 0.05 * math.dist(c, (x, y)), c))
+
+
+def _onto_bisector(x: float, y: float, start: Grid, end: Grid) -> tuple[float, float]:
+    ux, uy = end[0] - start[0], end[1] - start[1]
+    along = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
+    return x - along * ux, y - along * uy
+
+
+def _mismatch(centre: Grid, start: Grid, end: Grid) -> float:
+    return math.dist(centre, start) - math.dist(centre, end)
+
+
+def grid(point: Point) -> Grid:
+    """A point in whole units of the file."""
+    return round(point.x / UNIT), round(point.y / UNIT)
+
+
+def xy(at: Grid) -> str:
+    """A grid point as coordinates."""
+    return f"X{at[0]}Y{at[1]}"
+
+
+def mm(length: float) -> str:
+    """A length (m) in millimetres with six decimals at most."""
+    text = f"{length * 1e3:.6f}".rstrip("0")
+    return text + "0" if text.endswith(".") else text

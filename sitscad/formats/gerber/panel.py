@@ -1,0 +1,186 @@
+"""The panel as a set of its own in ``fpc/panel/``: every layer's copies, the frame's marks, cuts, holes, a list."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from sitscad.drawing.stroke_font import length, strokes
+from sitscad.fabrication.files import (
+    CUTS,
+    FabricationFile,
+    body_files,
+    cut_file,
+    drill_files,
+    drill_map_file,
+    drill_title,
+    gerber_files,
+    panel_attributes,
+    panel_path,
+    profile_file,
+    tooling_file,
+)
+from sitscad.fabrication.holes import DrilledHole, Tool, drilled_to, on_grid, plated_words, tools
+from sitscad.formats.excellon_text import drill_text
+from sitscad.formats.gerber.drill_map_text import map_text
+from sitscad.formats.gerber.image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, regions, stroke, xy
+from sitscad.formats.gerber.repetition import Image, image_of, repeated
+from sitscad.geometry.path import Path, Point, rectangle
+from sitscad.geometry.region import Region
+from sitscad.layout.board import Layout
+from sitscad.layout.bridges import Bridge, bridge_ends
+from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+
+TEXT_HEIGHT = 1.5e-3
+TEXT_PEN = 0.2e-3
+
+
+def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The panel's files by their paths in the package; none where there is no panel.
+
+    ``files`` are the board's own files: their images are repeated as they are.
+    """
+    if panel is None:
+        return {}
+    layout = panel.layout
+    made: dict[str, bytes] = {}
+    coupon = layer_files(panel.coupon) if panel.coupon is not None else {}
+    for file in gerber_files(layout):
+        if file == profile_file(layout):
+            continue
+        images = [(image_of(files[file.path]), panel.parts)]
+        if file.path in coupon:
+            images.append((image_of(coupon[file.path]), panel.coupons))
+        images += _lower_layers(panel, file)
+        images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
+        made |= _file(layout, file, repeated(images))
+    made |= _file(layout, profile_file(layout), profile(rectangle(0.0, 0.0, *panel.size)))
+    made |= _file(layout, cut_file(layout), _cuts(panel.cuts))
+    return made | _drills(panel) | {panel_path(layout, ".json"): _places(panel)}
+
+
+def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
+    """One Gerber file of the panel, called like the board's own."""
+    path = file.path if file.function == CUTS else panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
+    titled = replace(file, path=path, title=f"panel: {file.title}")
+    return {path: document(layout, titled, body, panel_attributes(layout))}
+
+
+def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
+    """Where beside the boards there are the layers that tails are without: coupons have coils on all of them, and rails
+    a fiducial on the lowest; none for another file.
+    """
+    layout, coupon = panel.layout, panel.coupon
+    if file not in body_files(layout):
+        return []
+    (width, height), rail = panel.size, panel.rail
+    rails = [
+        rectangle(0.0, 0.0, width, rail),
+        rectangle(0.0, height - rail, width, height),
+        rectangle(0.0, rail, rail, height - rail),
+        rectangle(width - rail, rail, width, height - rail),
+    ]
+    frame = image_of(document(layout, file, regions(Region(each) for each in rails)))
+    images: list[tuple[Image, tuple[Point, ...]]] = [(frame, (Point(0.0, 0.0),))]
+    if coupon is not None:
+        images.append((image_of(document(layout, file, regions((Region(coupon.outline),)))), panel.coupons))
+    return images
+
+
+def _marks(panel: Panel, file: FabricationFile) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """What the frame carries on a layer: fiducials and a name on outer copper, openings over the fiducials."""
+    if file.function.startswith("Soldermask"):
+        opened = ("%TA.AperFunction,Material*%", f"%ADD10C,{mm(FIDUCIAL_OPENING)}*%", "%TD*%")
+        return opened, ("D10*", *_flashes(panel))
+    if file.layer not in (1, panel.layout.copper_layers):
+        return (), ()
+    dots = ("%TA.AperFunction,FiducialPad,Global*%", f"%ADD10C,{mm(FIDUCIAL)}*%", "%TD*%")
+    if file.layer != 1:
+        return dots, ("D10*", *_flashes(panel))
+    pen = ("%TA.AperFunction,NonConductor*%", f"%ADD11C,{mm(TEXT_PEN)}*%", "%TD*%")
+    written = (command for line in _name(panel) for command in stroke(line))
+    return (*dots, *pen), ("D10*", *_flashes(panel), "D11*", *written)
+
+
+def _flashes(panel: Panel) -> Iterator[str]:
+    return (f"{xy(grid(at))}D03*" for at in panel.fiducials)
+
+
+def _name(panel: Panel) -> Iterator[Path]:
+    """The design's name between the fiducials of the lower rail; cut short where the rail is."""
+    room = panel.fiducials[1].x - panel.fiducials[0].x - 2 * FIDUCIAL_OPENING
+    text = f"{panel.layout.spec.name} {panel.columns}x{panel.rows}"
+    while text and length(text, TEXT_HEIGHT) > room:
+        text = text[:-1]
+    x = (panel.size[0] - length(text, TEXT_HEIGHT)) / 2 if text else 0.0
+    return strokes(text, Point(x, (panel.rail - TEXT_HEIGHT) / 2), TEXT_HEIGHT)
+
+
+def _cuts(cuts: tuple[Path, ...]) -> Iterator[str]:
+    yield from ("%TA.AperFunction,CutOut*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
+    for cut in cuts:
+        yield from stroke(cut)
+
+
+def _drills(panel: Panel) -> dict[str, bytes]:
+    """Plated holes in a file for each span of layers, holes that are not plated in one, and the map of all."""
+    layout = panel.layout
+    tooling = [DrilledHole(on_grid(at.x), on_grid(at.y), on_grid(TOOLING_HOLE)) for at in panel.tooling_holes]
+    attributes = panel_attributes(layout)
+    made: dict[str, bytes] = {}
+    shown: list[Tool] = []
+    for file in drill_files(layout):
+        plated = _holes(panel, file.layer)
+        path = panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
+        title = drill_title(layout, f"panel: {file.title}")
+        made[path] = drill_text(title, file.function, attributes, plated, "ViaDrill")
+        shown += tools(plated, plated_words(layout, file.layer or layout.copper_layers))
+    holes = tooling_file(layout)
+    title = drill_title(layout, f"panel: {holes.title}")
+    made[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
+    chart = drill_map_file(panel_path(layout, "-Drill_Map.gbr"))
+    drawing = map_text(rectangle(0.0, 0.0, *panel.size), [*shown, *tools(tooling, "not plated")])
+    return made | {chart.path: document(layout, chart, drawing, attributes)}
+
+
+def _holes(panel: Panel, lowest: int | None) -> list[DrilledHole]:
+    """The plated holes of all copies that end on one layer."""
+    found = [hole for at in panel.parts for hole in drilled_to(panel.layout, lowest, *grid(at))]
+    if panel.coupon is not None:
+        found += [hole for at in panel.coupons for hole in drilled_to(panel.coupon, lowest, *grid(at))]
+    return found
+
+
+def _places(panel: Panel) -> bytes:
+    """Where everything is, for programs: millimetres, from the panel's lower left corner.
+
+    The ends of bridges count from the origin of the copy that they hold.
+    """
+
+    def points(found: tuple[Point, ...]) -> list[list[float]]:
+        return [[round(at.x * 1e3, 6), round(at.y * 1e3, 6)] for at in found]
+
+    document = {
+        "unit": "mm",
+        "size": [round(side * 1e3, 6) for side in panel.size],
+        "parts": points(panel.parts),
+        "coupons": points(panel.coupons),
+        "bridges": _bridge_ends(panel.layout, panel.bridges, panel.parts),
+        "coupon_bridges": _bridge_ends(panel.coupon, panel.coupon_bridges, panel.coupons),
+        "tooling_holes": points(panel.tooling_holes),
+        "tooling_hole_diameter": round(TOOLING_HOLE * 1e3, 6),
+        "fiducials": points(panel.fiducials),
+        "fiducial_diameter": round(FIDUCIAL * 1e3, 6),
+        "fiducial_opening": round(FIDUCIAL_OPENING * 1e3, 6),
+    }
+    return (json.dumps(document, indent=1) + "\n").encode("ascii")
+
+
+def _bridge_ends(part: Layout | None, stops: tuple[Bridge, ...], copies: tuple[Point, ...]) -> list[list[list[float]]]:
+    """The ends (mm) of the bridges of a part just where the cuts round its first copy have them."""
+    if part is None or not copies:
+        return []
+    (dx, dy), first = grid(copies[0]), copies[0]
+    ends = (tuple(grid(end.shifted(*first)) for end in pair) for pair in bridge_ends(part.outline, stops))
+    return [[[(x - dx) / 1e6, (y - dy) / 1e6] for x, y in pair] for pair in ends]

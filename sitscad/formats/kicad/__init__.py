@@ -1,0 +1,1 @@
+"""A KiCad 9 project: board, rules, libraries of footprints and symbols."""

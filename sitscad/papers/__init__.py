@@ -1,0 +1,25 @@
+"""What people read of a package, and what goes to a fabricator beside its files: one module with a `render` each.
+
+A new paper is one module here, and one row of PAPERS.
+"""
+
+from __future__ import annotations
+
+from sitscad.writer import Writer, is_cut, is_mounted
+
+PAPERS: tuple[Writer, ...] = (
+    Writer(
+        "placement", "papers.placement", "gerber", ("layout", "estimates"), lambda spec: spec.readout.chip is not None
+    ),
+    Writer("order notes", "papers.order_notes", "gerber", ("layout", "panel", "files", "forced")),
+    Writer("board pictures", "papers.board_pictures", "gerber"),
+    Writer("board drawing", "papers.drawings.board", "gerber", ("layout", "forced", "files")),
+    Writer("stack-up drawing", "papers.drawings.stackup", "gerber", ("layout", "forced", "files")),
+    Writer("panel drawing", "papers.drawings.panel", "gerber", ("panel", "coupon_estimates", "forced", "files")),
+    Writer("order archive", "papers.order_archive", "gerber", ("layout", "panel", "forced", "files")),
+    Writer("assembly drawing", "papers.drawings.assembly", "laser", ("layout", "forced"), is_cut),
+    Writer("assembly picture", "papers.assembly_picture", "mount", ("solids", "spec"), is_mounted),
+    Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates")),
+    Writer("bom", "papers.bom", "report", ("layout", "estimates")),
+)
+"""Every paper, in the order in which a package is made, after the formats: they name, archive and hash the files."""

@@ -1,0 +1,181 @@
+"""The bill of materials: what has to be ordered, made or bought for one sensor and its converter."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import astuple, fields
+
+from sitscad.fabrication.notes import contact_text, stiffener_text
+from sitscad.geometry.path import bounding_box
+from sitscad.layout.board import Layout
+from sitscad.papers.tank import Sized, capacitance_text
+from sitscad.record import record
+from sitscad.scene.stack import MOUNT_PIECES, seat_spans, shield_size
+from sitscad.spec.places import place_in_words
+from sitscad.spec.sensor import ElastomerPad, Mount, SensorSpec, Target
+from sitscad.units import show
+
+
+@record
+class Item:
+    """One row."""
+
+    item: str
+    quantity: int
+    part: str
+    material: str
+    size: str
+    note: str
+
+
+def render(layout: Layout, estimates: Sized) -> dict[str, bytes]:
+    """``bom.csv``: UTF-8, comma separated, one header row, quantities for one sensor."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow([field.name for field in fields(Item)])
+    rows.writerows([[_inert(str(cell)) for cell in astuple(item)] for item in items(layout, estimates)])
+    return {"bom.csv": text.getvalue().encode("utf-8")}
+
+
+def items(layout: Layout, estimates: Sized) -> tuple[Item, ...]:
+    """The rows, in the order in which the sensor is put together; only what the spec contains."""
+    return (*_circuit(layout), *_converter(layout, estimates), *_soft_parts(layout), *_carriers(layout))
+
+
+def _inert(cell: str) -> str:
+    """A cell that no spreadsheet takes for a formula."""
+    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell
+
+
+def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
+    across = f"diameter {_mm(size[0])}" if shape == "circle" else f"{_mm(size[0])} x {_mm(size[1])}"
+    return f"{across} x {_mm(thickness)} mm"
+
+
+def _mm(metres: float) -> str:
+    return f"{metres * 1e3:.4f}".rstrip("0").rstrip(".")
+
+
+def _circuit(layout: Layout) -> Iterator[Item]:
+    fpc = layout.spec.fpc
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    count = layout.copper_layers
+    note = "order from fpc/"
+    if layout.spec.issue.rows:
+        note += f"; {layout.spec.issue.words}"
+    if layout.stiffener is not None:
+        note += f"; with a stiffener of {stiffener_text(layout)}"
+    if layout.pads:
+        note += f"; {contact_text(layout)}"
+    yield Item(
+        "flexible printed circuit",
+        1,
+        layout.spec.name,
+        f"{fpc.stackup.name}, {count} copper layer{'s' if count > 1 else ''}",
+        f"{_mm(x1 - x0)} x {_mm(y1 - y0)} x {_mm(fpc.stackup.thickness)} mm",
+        note,
+    )
+    if fpc.tail is None or fpc.tail.connector.insertion_thickness == 0.0:
+        yield Item("wires", len(layout.pads), "", "", "", "soldered to the contacts of the circuit")
+        return
+    connector = fpc.tail.connector
+    width = _mm(connector.width(len(layout.pads)))
+    thickness = f"{_mm(connector.insertion_thickness)} +-{_mm(connector.insertion_thickness_tolerance)} mm"
+    yield Item(
+        "connector",
+        1,
+        f"{connector.name}, {len(layout.pads)} contacts",
+        "",
+        f"pitch {_mm(connector.pitch)} mm, for a tail {width} mm wide and {thickness} thick",
+        "on the converter's board; compare its drawing with the tail before ordering",
+    )
+
+
+def _converter(layout: Layout, estimates: Sized) -> Iterator[Item]:
+    readout, coils = layout.spec.readout, len(layout.coils)
+    chosen = estimates.readout.capacitance
+    chip = readout.chip.name if layout.capacitors and readout.chip else ""
+    if chip:
+        references = ", ".join(each.reference for each in layout.capacitors)
+        place = f"soldered to the tail: {references}, places in fpc/{layout.spec.name}-placement.csv"
+    else:
+        place = "at the coil" if readout.capacitor_at == "coil" else "at the converter, across INxA and INxB"
+    reason = estimates.readout.capacitance_reason
+    yield Item(
+        "capacitor",
+        coils,
+        capacitance_text(chosen),
+        "C0G",
+        chip,
+        f"one a coil, {place}" + (f"; {reason}" if reason else ""),
+    )
+    device = readout.device
+    used = f"{device.channels} channels each, {coils} used"
+    yield Item("converter", device.needed(coils), device.part, "", device.package, used)
+    oscillator = f"{show(readout.clock, 'Hz')} oscillator"
+    yield Item("clock", 1, oscillator, "", "", "to CLKIN: it is what frequencies are measured by")
+    if readout.cable is not None:
+        size = f"{_mm(readout.cable.length)} mm"
+        yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")
+
+
+def _soft_parts(layout: Layout) -> Iterator[Item]:
+    spec = layout.spec
+    if spec.elastomer is not None:
+        pad = spec.elastomer
+        hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
+        size = _plate_size(pad.shape, pad.size, pad.thickness)
+        note = f"{hardness}cut from a {_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf{_place(pad)}"
+        yield Item("elastomer", 1, pad.shape, pad.material.name, size, note)
+    if spec.target is not None:
+        target = spec.target
+        size = _plate_size(target.shape, target.size, target.thickness)
+        note = f"cut with laser/{spec.name}-target.dxf{_place(target)}"
+        yield Item("target", 1, target.shape, target.material.name, size, note)
+    if spec.encapsulation is not None:
+        film = spec.encapsulation
+        x, y = layout.body_size
+        size = f"over {_mm(x)} x {_mm(y)} mm, {_mm(film.thickness)} mm thick"
+        yield Item(
+            "encapsulation", 1, "film", film.material.name, size, "cast or coated over board, elastomer and target"
+        )
+
+
+def _place(plate: Target | ElastomerPad) -> str:
+    """Where a plate is to be mounted, if it does not stand straight over the mean of the coils."""
+    place = place_in_words(plate)
+    return f"; {place}" if place else ""
+
+
+def _carriers(layout: Layout) -> Iterator[Item]:
+    spec = layout.spec
+    sides = shield_size(layout)
+    if spec.shield is not None and sides is not None:
+        size = f"{_mm(sides[0])} x {_mm(sides[1])} x {_mm(spec.shield.thickness)} mm"
+        narrowed = ", narrower than the circuit's body to pass the port" if sides[1] < layout.body_size[1] else ""
+        note = f"{_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
+        yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
+    if spec.mount is None:
+        return
+    yield from _mount(spec, spec.mount)
+    if spec.mount.jaw is not None:
+        jaw = spec.mount.jaw
+        size = f"{_mm(jaw.width)} x {_mm(jaw.length)} x {_mm(jaw.height)} mm"
+        yield Item(
+            "jaw", 1, jaw.name, jaw.material.name, size, "the instrument that the sensor is glued into; not made here"
+        )
+
+
+def _mount(spec: SensorSpec, mount: Mount) -> Iterator[Item]:
+    """The printed pieces, named and measured as in the drawing of the assembly."""
+    note = "print from mount/"
+    if mount.kind != "grasper-pad":
+        yield Item("mount", 1, mount.kind, "printed", f"standoff {_mm(mount.standoff)} mm", note)
+        return
+    sheet = spec.shield
+    shield = (-sheet.gap - sheet.thickness, -sheet.gap) if sheet is not None else None
+    whole = f"{_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if shield else "")
+    for name, (lower, upper) in zip(MOUNT_PIECES, seat_spans(0.0, mount.standoff, shield), strict=False):
+        yield Item(name, 1, mount.kind, "printed", f"{_mm(upper - lower)} mm thick", f"{note}; {whole}")

@@ -1,0 +1,351 @@
+"""The board drawing: outline, coils, contacts, holes and zones with their coordinates, as SVG and PDF on A4.
+
+Every dimension is a coordinate in the files' own system, whose origin is marked: what is read off the drawing is what
+stands in the Gerber files.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from sitscad.drawing.coil_outline import coil_extent, coil_outline
+from sitscad.drawing.drill_symbols import SYMBOLS
+from sitscad.drawing.frame import (
+    CHAIN,
+    HIDDEN,
+    TEXT,
+    THICK,
+    THIN,
+    View,
+    detail_scale,
+    fitting_paragraph,
+    mm,
+    new_sheet,
+    next_below,
+    ordinates_x,
+    ordinates_y,
+    outer_span,
+    placed,
+    scale_for,
+    scale_text,
+    span,
+    table,
+)
+from sitscad.drawing.pdf import pdf
+from sitscad.drawing.sheet import Pen, Sheet, text_width
+from sitscad.fabrication.board_end import tail_width
+from sitscad.fabrication.files import fabrication_path
+from sitscad.fabrication.fingerprint import board_images, on_drawing
+from sitscad.fabrication.holes import UNIT, millimetres, on_grid, plated_tools
+from sitscad.fabrication.notes import (
+    bend_text,
+    chip_text,
+    coil_text,
+    finish_text,
+    holes_text,
+    outline_text,
+    step_text,
+    stiffener_text,
+    tail_holes,
+    thickness_texts,
+    turn_text,
+)
+from sitscad.geometry.clipping import area_inside, parts_inside
+from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
+from sitscad.layout.bending import Bend, bend_of, bend_stretch
+from sitscad.layout.board import Coil, Layout
+from sitscad.papers.drawings.contacts import contact_sheet
+from sitscad.units import show
+
+COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"
+BEND_LINE = Pen(0.35, "#4d6b1f", (5.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+"""Two dots and a dash: where something else will be, as bend lines are drawn."""
+WHOLE = (40.0, 132.0, 225.0, 47.0)
+"""Room for the whole board on paper: left, low, width, height (mm); dimensions stand around it."""
+DETAIL = (36.0, 32.0, 112.0, 70.0)
+
+
+def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The drawing as PDF and its sheets as SVG by their paths in the package; ``files`` has the images whose
+    fingerprint it states. Where ``forced`` is not empty every sheet is stamped.
+    """
+    artwork = on_drawing("board", files, board_images(files))
+    sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
+    if (details := contact_sheet(layout, artwork, bool(forced))) is not None:
+        sheets["contacts.svg"] = details
+    made = {fabrication_path(layout, name): sheet.svg().encode("utf-8") for name, sheet in sheets.items()}
+    return made | {fabrication_path(layout, "drawing.pdf"): pdf(list(sheets.values()))}
+
+
+def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
+    """The sheet: the whole board, its body larger, the holes' table and the notes."""
+    box = bounding_box([layout.outline])
+    detail = detail_scale(layout.body_size, DETAIL[2:])
+    whole = min(scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:]), next_below(detail))
+    scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
+    sheet = new_sheet(layout.spec, "flexible circuit, board", scales, artwork, forced)
+    _whole(sheet, layout, placed(box, whole, WHOLE))
+    _detail(sheet, layout, placed(layout.body, detail, DETAIL))
+    sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
+    sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
+    low = _holes(sheet, layout, 161.0, 108.0)
+    fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, list(notes(layout)), 2.3)
+    return sheet
+
+
+def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    _zones(sheet, layout, view)
+    _bend_taken(sheet, layout, view)
+    _copper(sheet, layout, view, x1)
+    sheet.draw(view.path(layout.outline), THICK)
+    _marks(sheet, layout, view)
+    low, high = view.y(y0), view.y(y1)
+    ordinates_x(sheet, view, list(_stations(layout)), low, low - 7.0)
+    tail = _tail_reach(layout)
+    ordinates_y(sheet, view, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
+    level = max(high + 6.0, _tail_width(sheet, layout, view) + 2.0, _bend(sheet, layout, view) + 4.0)
+    span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout)}")
+    for x in (x0, x1):
+        sheet.line(view.x(x), high + 1.0, view.x(x), level + 1.0, THIN)
+    side = view.x(x1) + (12.0 if layout.pads else 7.0)  # beyond the numbers of the contacts
+    span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {_outline(layout)}")
+
+
+def _tail_width(sheet: Sheet, layout: Layout, view: View) -> float:
+    """The tail's width where it is longest the same, near the body's end of that; how high on paper this reaches."""
+    found = tail_width(layout)
+    if found is None:
+        return 0.0
+    at, low, high = view.x(found[0]), view.y(found[1]), view.y(found[2])
+    outer_span(sheet, (at, low), (at, high), f"tail {mm(found[2] - found[1])} +/- {_outline(layout)}", upright=True)
+    return high + 5.0 + TEXT
+
+
+def _stations(layout: Layout) -> Iterator[float]:
+    """The x that matter along the board: ends, coils, body, bend, stiffener, contacts."""
+    x0, _, x1, _ = bounding_box([layout.outline])
+    yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
+    yield from bend_stretch(layout) or ()
+    if (bend := bend_of(layout)) is not None:
+        yield bend.line
+    if layout.stiffener is not None:
+        yield bounding_box([layout.stiffener.outline.outline])[0]
+    if not _is_turned(layout):
+        yield from {pad.centre.x - pad.size[0] / 2 for pad in layout.pads}
+
+
+def _is_turned(layout: Layout) -> bool:
+    tail = layout.spec.fpc.tail
+    return tail is not None and tail.turn != "none"
+
+
+def _tail_reach(layout: Layout) -> tuple[float, ...]:
+    """The lowest and the highest y of the outline at its end; of a tail that turns, where the contacts begin."""
+    if _is_turned(layout):
+        return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in layout.pads[:1] for side in (-1, 1)})
+    x1 = bounding_box([layout.outline])[2]
+    ys = [p.y for p in layout.outline.flattened(1e-5) if p.x > x1 - 1e-6]
+    return (min(ys), max(ys)) if ys else ()
+
+
+def _detail(sheet: Sheet, layout: Layout, view: View) -> None:
+    """The body alone: what lies beyond it is cut off."""
+    x0, y0, x1, y1 = layout.body
+    limit = x1 + 0.05 * (x1 - x0)
+    _copper(sheet, layout, view, limit)
+    sheet.draw([view.path(piece) for piece in _until(layout.outline, limit)], THICK)
+    _marks(sheet, layout, view, limit)
+    sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
+    for coil in layout.coils:
+        _name(sheet, layout, view, coil)
+    ordinates_x(sheet, view, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
+    edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
+    ordinates_y(sheet, view, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
+
+
+def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
+    """A coil's name on a white ground beside its centre, in the quarter that has no via near."""
+    size, x, y = 3.2, view.x(coil.centre.x), view.y(coil.centre.y)
+    wide = text_width(coil.name, size)
+    corners = [(x + 1.4 if right else x - 1.4 - wide, y + 1.4 if up else y - 1.4 - 0.8 * size)
+               for right in (True, False) for up in (True, False)]  # fmt: skip
+
+    def crowding(corner: tuple[float, float]) -> float:
+        middle = corner[0] + wide / 2, corner[1] + 0.4 * size
+        gaps = (math.dist((view.x(via.centre.x), view.y(via.centre.y)), middle) for via in layout.vias)
+        return -min(3.0 * size, min(gaps, default=math.inf))
+
+    left, low = min(corners, key=crowding)
+    sheet.draw(rectangle(left - 0.4, low - 0.4, left + wide + 0.4, low + 0.8 * size), None, "#ffffff")
+    sheet.text(left, low, coil.name, size)
+
+
+def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
+    """The stiffener as an area, the bend as its line and what it takes, coverlay openings as broken lines."""
+    above, size = 1.2, 2.3
+    if layout.stiffener is not None:
+        sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
+        box, name = bounding_box([layout.stiffener.outline.outline]), "stiffener below"
+        if _is_turned(layout):
+            sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
+        else:
+            top = max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])
+            sheet.text(view.x(box[2]), view.y(top) + above, name, size, "end")
+    for opening in (*layout.top_openings, *layout.bottom_openings):
+        sheet.draw(view.path(opening.outline), HIDDEN)
+
+
+def _bend_taken(sheet: Sheet, layout: Layout, view: View) -> None:
+    """What the bend takes of the tail, under its tracks."""
+    bend = bend_of(layout)
+    if bend is not None and bend.end > bend.start:
+        y0, y1 = layout.reach_at(bend.line)
+        sheet.draw(view.path(rectangle(bend.start, y0, bend.end, y1)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
+
+
+def _bend(sheet: Sheet, layout: Layout, view: View) -> float:
+    """The line about which the tail is bent, which way and how far: below the tail, above one that goes on downwards.
+
+    How high on paper this reaches.
+    """
+    bend, tail = bend_of(layout), layout.spec.fpc.tail
+    if bend is None or tail is None:
+        return 0.0
+    y0, y1 = layout.reach_at(bend.line)
+    at, low, high = view.x(bend.line), view.y(y0) - 4.0, view.y(y1) + 2.5
+    is_above = tail.turn == "right" or tail.offset < 0.0
+    if is_above:
+        low, high = low + 1.5, high + 8.0
+    sheet.line(at, high, at, low, BEND_LINE)
+    room = view.x(bounding_box([layout.outline])[2]) - at - 1.0
+    lines = _bend_words(bend, room)
+    fits = max(text_width(words, 2.3) for words in lines) < room
+    place, anchor = (at + 1.0, "start") if fits else (at - 1.0, "end")
+    for row, words in enumerate(lines):
+        sheet.text(place, (high - 2.0 if is_above else low) - 3.2 * row, words, 2.3, anchor, colour=BEND_LINE.colour)
+    return high
+
+
+def _bend_words(bend: Bend, room: float) -> tuple[str, ...]:
+    """How the tail is bent, in two lines where one is wider than so much (mm of paper): to the left lies the body."""
+    words = f"bend {math.degrees(bend.angle):g} deg {bend.direction}"
+    if bend.radius is None:
+        return (words,)
+    radius = f"R min {mm(bend.radius)} inside"
+    one = f"{words}, {radius}"
+    return (one,) if text_width(one, 2.3) < room else (words, radius)
+
+
+def _copper(sheet: Sheet, layout: Layout, view: View, limit: float) -> None:
+    """The top layer's tracks as they are, up to a limit along x, and all contacts."""
+    for trace in layout.on_layer(1):
+        pieces = [view.path(piece) for piece in _until(trace.path, limit)]
+        if pieces:
+            sheet.draw(pieces, Pen(view.length(trace.width), COPPER))
+    areas = [drop.outline for drop in layout.teardrops if drop.layer == 1]
+    for area in (*areas, *(circle(via.centre, via.pad / 2) for via in layout.vias)):
+        if (inside := area_inside(area, (-math.inf, -math.inf, limit, math.inf))) is not None:
+            sheet.draw(view.path(inside), None, COPPER)
+    for pad in layout.all_pads:
+        (w, h), (x, y) = pad.size, pad.centre
+        if x + w / 2 <= limit + 1e-9:
+            sheet.draw(view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)), THIN, CONTACT)
+    if limit >= bounding_box([layout.outline])[2] - 1e-9:
+        _first_and_last(sheet, layout, view)
+
+
+def _first_and_last(sheet: Sheet, layout: Layout, view: View) -> None:
+    """The numbers of the first and the last contact beyond the end at which they are; all stand on the second sheet."""
+    if len(layout.pads) < 2:
+        return
+    ends = min(layout.pads, key=lambda pad: pad.number), max(layout.pads, key=lambda pad: pad.number)
+    (xa, ya), (xb, yb) = (pad.centre for pad in ends)
+    bare = bounding_box([layout.outline, *(each.outline for each in layout.top_openings)])
+    for pad, sign in zip(ends, (1.0, -1.0), strict=True):
+        x, y = view.x(pad.centre.x), view.y(pad.centre.y)
+        if abs(ya - yb) >= abs(xa - xb):
+            out = view.x(bare[2]) + 1.0
+            sheet.text(out, y - 0.8 + sign * math.copysign(0.9, ya - yb), str(pad.number), 2.3)
+        else:
+            out = sign * math.copysign(view.length(2.0 * pad.size[0]) + 4.0, xa - xb)
+            sheet.text(x + out, y - 0.8, str(pad.number), 2.3, "middle")
+
+
+def _until(path: Path, limit: float) -> list[Path]:
+    """A path's parts at x up to a limit: the path itself where all of it is."""
+    return parts_inside(path, (-math.inf, -math.inf, limit + 1e-9, math.inf))
+
+
+def _marks(sheet: Sheet, layout: Layout, view: View, limit: float = float("inf")) -> None:
+    """Each coil's outer size and centre, the holes, and the origin of the coordinates."""
+    for coil in layout.coils:
+        sheet.draw(view.path(coil_outline(layout.spec.coil, coil)), CHAIN)
+        x0, y0, x1, y1 = coil_extent(layout.spec.coil, coil)
+        sheet.line(view.x(x0), view.y(coil.centre.y), view.x(x1), view.y(coil.centre.y), CHAIN)
+        sheet.line(view.x(coil.centre.x), view.y(y0), view.x(coil.centre.x), view.y(y1), CHAIN)
+    for order, tool in enumerate(plated_tools(layout)):
+        for hole in tool.holes:
+            if hole.x * UNIT <= limit:
+                at, radius = Point(view.x(hole.x * UNIT), view.y(hole.y * UNIT)), view.length(tool.diameter * UNIT / 2)
+                _hole(sheet, at, radius, order)
+    x, y = view.x(0.0), view.y(0.0)
+    sheet.draw(circle(view.path(polyline([(0.0, 0.0), (1e-3, 0.0)])).start, 1.2), Pen(0.25, "#b00000"))  # type: ignore[list-item]
+    for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
+        sheet.line(x - dx, y - dy, x + dx, y + dy, Pen(0.25, "#b00000"))
+
+
+def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
+    """A hole in its size on paper, with the symbol of its tool, which can be seen at any size."""
+    sheet.draw(circle(at, radius), THIN, "#ffffff")
+    sheet.draw(SYMBOLS[tool % len(SYMBOLS)](at, max(1.5 * radius, 0.6)), Pen(0.13))
+
+
+def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
+    """The table of holes with the drill map's symbols."""
+    rows, tools = [["", "finished hole", "holes", "plated", "pad"]], plated_tools(layout)
+    for tool in tools:
+        pads = sorted({show(v.pad, "m") for v in layout.vias if on_grid(v.drill) == tool.diameter})
+        plated = tool.words.removeprefix("plated").removeprefix(", ") or "yes, all layers"
+        rows.append(["", f"{millimetres(tool.diameter, 3)} mm", str(len(tool.holes)), plated, ", ".join(pads)])
+    if len(rows) == 1:
+        rows.append(["", "none", "", "", ""])
+    low = table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
+    step = (top - low) / len(rows)
+    for order in range(len(tools)):
+        at = polyline([(left + 4.0, top - (order + 1.55) * step), (0.0, 0.0)]).start  # type: ignore[list-item]
+        _hole(sheet, at, 0.8, order)
+    return low
+
+
+def notes(layout: Layout) -> Iterator[str]:
+    """What the drawing says in words."""
+    number = iter(range(1, 99))
+    rules = layout.spec.fpc.rules
+    registration = show(rules.registration, "m")
+    yield f"{next(number)}. Coordinates in mm from the files' origin (red cross). No layer is mirrored."
+    yield (
+        f"{next(number)}. Outline {outline_text(layout)}, layers in register within {registration} "
+        f"(rules {rules.name})."
+    )
+    yield f"{next(number)}. {coil_text(layout)}"
+    yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
+    if tail_holes(layout):
+        yield f"{next(number)}. Holes: {holes_text(layout)}."
+    if step := step_text(layout):
+        yield f"{next(number)}. {step}"
+    if layout.stiffener is not None:
+        yield f"{next(number)}. Stiffener below the contacts: {stiffener_text(layout)}."
+    if chips := chip_text(layout):
+        yield f"{next(number)}. {chips}"
+    if layout.bend_zone is not None:
+        yield f"{next(number)}. {bend_text(layout)}"
+    if turn := turn_text(layout):
+        yield f"{next(number)}. {turn}"
+    yield f"{next(number)}. {finish_text(layout)}"
+    yield f"{next(number)}. IPC-6013 class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
+
+
+def _outline(layout: Layout) -> str:
+    return mm(layout.spec.fpc.rules.outline_tolerance)

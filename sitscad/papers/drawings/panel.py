@@ -1,0 +1,285 @@
+"""The panel's papers: a drawing with its dimensions (SVG and PDF on A4), and a readme with the coupon's inductance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from textwrap import wrap
+from typing import Protocol
+
+from sitscad.drawing.frame import (
+    FORCED,
+    HIDDEN,
+    THICK,
+    THIN,
+    View,
+    mm,
+    new_sheet,
+    ordinates_x,
+    ordinates_y,
+    paragraph,
+    placed,
+    scale_for,
+    scale_text,
+    span,
+)
+from sitscad.drawing.pdf import pdf
+from sitscad.drawing.sheet import Pen, Sheet, text_width
+from sitscad.fabrication.files import body_files, drill_map_file, panel_files, panel_path
+from sitscad.fabrication.fingerprint import fingerprint, on_drawing, panel_images, shell_line
+from sitscad.fabrication.notes import outline_text, quantity_text
+from sitscad.geometry.path import bounding_box, circle, rectangle
+from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+from sitscad.layout.thickness import tail_copper
+from sitscad.papers.text_section import TEXT_WIDTH, section
+from sitscad.units import show
+
+ROOM = (32.0, 46.0, 150.0, 135.0)
+
+
+class State(Protocol):
+    """The part of an estimate's state that is measured at the pads."""
+
+    @property
+    def apparent_inductance(self) -> float | None:
+        """As a meter reads it at the pads (H)."""
+
+    @property
+    def frequency(self) -> float:
+        """At which that is so (Hz)."""
+
+
+class CoilEstimate(Protocol):
+    """The part of a coil's estimate that is measured at the pads."""
+
+    @property
+    def states(self) -> Mapping[str, State]:
+        """By name; the coil alone is ``free``."""
+
+    @property
+    def inductance_parts(self) -> Mapping[str, float]:
+        """What the inductance at the pads is made of (H); all but ``crowding`` is there at low frequency, too."""
+
+    @property
+    def terminal_resistance_dc(self) -> float:
+        """At the pads, direct current, 20 C (ohm)."""
+
+
+class Estimates(Protocol):
+    """The estimate of a coupon."""
+
+    @property
+    def coils(self) -> Sequence[CoilEstimate]:
+        """Its one coil."""
+
+
+def render(
+    panel: Panel | None, coupon_estimates: Estimates | None, forced: str, files: Mapping[str, bytes]
+) -> dict[str, bytes]:
+    """The papers by their paths in the package; none where there is no panel; stamped where ``forced`` is not empty."""
+    if panel is None:
+        return {}
+    layout = panel.layout
+    images = panel_images(layout, files)
+    sheet = drawing(panel, on_drawing("panel", files, images), bool(forced))
+    return {
+        panel_path(layout, "-drawing.svg"): sheet.svg().encode("utf-8"),
+        panel_path(layout, "-drawing.pdf"): pdf([sheet]),
+        panel_path(layout, "-readme.txt"): readme(panel, coupon_estimates, files, bool(forced)).encode("utf-8"),
+    }
+
+
+def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
+    """The sheet: frame, cuts with their bridges, marks, and the first part's place."""
+    scale = scale_for(panel.size, ROOM[2:])
+    sheet = new_sheet(panel.layout.spec, "panel", scale_text(scale), artwork, forced)
+    view = placed((0.0, 0.0, *panel.size), scale, ROOM)
+    width, height = panel.size
+    sheet.draw(view.path(rectangle(0.0, 0.0, width, height)), THICK)
+    for cut in panel.cuts:
+        sheet.draw(view.path(cut), Pen(0.25))
+    _bridges(sheet, panel, view)
+    _frame(sheet, panel, view)
+    span(sheet, (view.x(0.0), view.y(height) + 6.0), (view.x(width), view.y(height) + 6.0), mm(width))
+    span(sheet, (view.x(width) + 7.0, view.y(0.0)), (view.x(width) + 7.0, view.y(height)), mm(height))
+    xs = [0.0, width, *(at.x for at in (*panel.tooling_holes, *panel.fiducials, *panel.parts, *panel.coupons))]
+    ys = [0.0, height, *(at.y for at in (*panel.tooling_holes, *panel.parts, *panel.coupons))]
+    ordinates_x(sheet, view, xs, view.y(0.0), view.y(0.0) - 8.0)
+    ordinates_y(sheet, view, ys, view.x(0.0), view.x(0.0) - 8.0)
+    paragraph(sheet, 212.0, 190.0, 74.0, list(_notes(panel)), 2.4)
+    return sheet
+
+
+def _bridges(sheet: Sheet, panel: Panel, view: View) -> None:
+    """A red mark on every bridge, and where each copy's own origin is."""
+    copies = [(panel.layout, panel.bridges, at) for at in panel.parts]
+    if panel.coupon is not None:
+        copies += [(panel.coupon, panel.coupon_bridges, at) for at in panel.coupons]
+    for layout, bridges, at in copies:
+        for bridge in bridges:
+            middle = bridge.middle(layout.outline).shifted(*at)
+            sheet.draw(view.path(circle(middle, 0.6e-3)), Pen(0.25, "#b00000"))
+        sheet.line(view.x(at.x) - 1.0, view.y(at.y), view.x(at.x) + 1.0, view.y(at.y), THIN)
+        sheet.line(view.x(at.x), view.y(at.y) - 1.0, view.x(at.x), view.y(at.y) + 1.0, THIN)
+    x0, _, x1, _ = bounding_box([panel.layout.outline])
+    for i, at in enumerate(panel.parts, 1):
+        sheet.text(view.x(at.x + (x0 + x1) / 2), view.y(at.y) - 0.8, str(i), 2.2, "middle")
+    _coupon_names(sheet, panel, view)
+
+
+def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
+    """Names beside the coupons; one for both where two find no room between them."""
+    if panel.coupon is None:
+        return
+    box, size = bounding_box([panel.coupon.outline]), 2.2
+    first, last = panel.coupons[0], panel.coupons[-1]
+    y, begin, end = view.y(first.y) - 0.8, view.x(first.x + box[2]) + 2.0, view.x(last.x + box[0]) - 2.0
+    if len(panel.coupons) == 1:
+        sheet.text(begin, y, "coupon", size)
+    elif end - begin > 2.0 * text_width("coupon", size) + 1.0:
+        sheet.text(begin, y, "coupon", size)
+        sheet.text(end, y, "coupon", size, "end")
+    else:
+        fits = text_width("coupons", size) < end - begin
+        sheet.text((begin + end) / 2, y if fits else view.y(first.y + box[1]) - 3.0, "coupons", size, "middle")
+
+
+def _frame(sheet: Sheet, panel: Panel, view: View) -> None:
+    for at in panel.tooling_holes:
+        sheet.draw(view.path(circle(at, TOOLING_HOLE / 2)), THICK)
+    for at in panel.fiducials:
+        sheet.draw(view.path(circle(at, FIDUCIAL / 2)), None, "#b8860b")
+        sheet.draw(view.path(circle(at, FIDUCIAL_OPENING / 2)), HIDDEN)
+
+
+def _notes(panel: Panel) -> Iterator[str]:
+    count = f"{len(panel.parts)} parts ({panel.columns} x {panel.rows})"
+    coupons = f" and {len(panel.coupons)} coupons" if panel.coupons else ""
+    yield f"1. {count}{coupons}. Coordinates in mm from the panel's lower left corner; crosses: each part's own origin."
+    yield f"2. Rails {mm(panel.rail)} mm. {len(panel.tooling_holes)} tooling holes {mm(TOOLING_HOLE)} mm, not plated."
+    faces = "on both faces" if panel.layout.copper_layers > 1 else "on the top face"
+    opening = f"coverlay open {mm(FIDUCIAL_OPENING)} mm"
+    yield f"3. {len(panel.fiducials)} fiducials {mm(FIDUCIAL)} mm, {opening}, {faces}."
+    if panel.bridges:
+        yield (
+            f"4. Cut along the lines (laser or die); leave every bridge (red circles, {mm(_bridge(panel))} mm, "
+            f"{len(panel.bridges)} a part). No perforation: it would tear the film."
+        )
+    else:
+        yield "4. No place for a bridge was found: the parts are to be held as the fabricator sees fit."
+    yield "5. Deliver the panel whole. Parts are cut out by the customer."
+    yield f"6. Parts' outlines {outline_text(panel.layout)}; of frame and tooling holes the rules state none."
+    number = 7
+    if quantity := quantity_text(panel.layout.spec.fpc.boards, len(panel.parts)):
+        yield f"{number}. Wanted: {quantity}."
+        number += 1
+    if panel.coupons:
+        yield f"{number}. Coupons: one coil with solder pads, for measuring inductance."
+        number += 1
+    if body_files(panel.layout):
+        where = "the parts' bodies, the coupons and the rails" if panel.coupons else "the parts' bodies and the rails"
+        lower = f"{tail_copper(panel.layout) + 1} to {panel.layout.copper_layers}"
+        yield f"{number}. Copper {lower} and what lies between and below: {where} only, not the parts' tails."
+
+
+def _bridge(panel: Panel) -> float:
+    return panel.layout.spec.fpc.panel.bridge
+
+
+def readme(
+    panel: Panel,
+    coupon_estimates: Estimates | None,
+    files: Mapping[str, bytes] | None = None,
+    forced: bool = False,
+) -> str:
+    """The panel in words: what is delivered, what the coupon should measure; with `files` its images' fingerprint."""
+    title = f"{panel.layout.spec.name}: panel of flexible circuits"
+    width, height = (show(side, "m") for side in panel.size)
+    paragraphs = [
+        f"The boards are delivered in a panel of {width} x {height}. The single board is described by readme.txt; "
+        "everything in it (stack-up, thicknesses, finish, test) holds for the panel. The netlist is that of one board: "
+        "test each part by it.",
+        *_notes(panel),
+        *_nubs(panel),
+        *_coupon(panel, coupon_estimates),
+    ]
+    lines = [
+        line
+        for text in paragraphs
+        for line in [*wrap(text, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False), ""]
+    ]
+    listed = section("Files", _files(panel))
+    warning = [f"{FORCED}.", ""] if forced else []
+    issue = [f"{name}: {text}" for name, text in panel.layout.spec.issue.rows]
+    issue += [""] if issue else []
+    return "\n".join(
+        [title, "=" * len(title), "", *issue, *warning, *lines, *listed, *(_fingerprint(panel, files) if files else [])]
+    )
+
+
+def _files(panel: Panel) -> Iterator[tuple[str, str]]:
+    """The panel's images and papers, each with what it is: mechanical layers are called by bare numbers in archives."""
+    layout = panel.layout
+    for file in panel_files(layout):
+        kind = "Excellon, metric" if file.path.endswith(".drl") else f"Gerber X2, {file.function}"
+        yield file.name, f"{file.title} ({kind})"
+    drill_map = drill_map_file(panel_path(layout, "-Drill_Map.gbr"))
+    yield drill_map.name, "drill map (Gerber drawing)"
+    yield panel_path(layout, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"
+    yield "Coordinates", "millimetres, one origin for all files of the panel: its lower left corner"
+
+
+def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
+    images = panel_images(panel.layout, files)
+    what = (
+        "Fingerprint: SHA-256 of the panel's Gerber and drill files one after another, in the order of the line below; "
+        "in the folder that holds them that line prints the same. The panel's drawing shows its first 16 digits."
+    )
+    return [
+        *wrap(what, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False),
+        "",
+        fingerprint(files, images),
+        shell_line(images),
+        "",
+    ]
+
+
+def _nubs(panel: Panel) -> Iterator[str]:
+    """What is left of the bridges on a part that was cut out."""
+    if panel.bridges:
+        beside = (
+            ", two of them at the sides of the stiffener, behind what is plugged in"
+            if panel.layout.stiffener is not None
+            else ""
+        )
+        yield (
+            f"Where a bridge was cut, a nub up to {mm(_bridge(panel))} mm wide is left on the part's edge: at the red "
+            f"circles of the drawing{beside}; none at the contacts and none in the bend zone. Nubs carry no copper: "
+            "cut as near to the edge as you can, and file off what is left or shave it with a blade, along the edge "
+            "and never across it. Nubs beside the stiffener must go where the connector's housing takes in more of the "
+            "part than the contacts."
+        )
+
+
+def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
+    if panel.coupon is None:
+        yield f"There is no coupon: {panel.no_coupon}."
+        return
+    coil = estimates.coils[0] if estimates is not None else None
+    if coil is None or "free" not in coil.states:
+        return
+    free = coil.states["free"]
+    low = math.fsum(value for name, value in coil.inductance_parts.items() if name != "crowding")
+    high = (
+        f", {show(free.apparent_inductance, 'H')} at {show(free.frequency, 'Hz', 3)} (as a meter reads it there, with "
+        "the coupon's own capacitance)"
+        if free.apparent_inductance is not None
+        else ""
+    )
+    yield (
+        "A coupon, lying free (no metal within three coil diameters), should measure between its pads "
+        f"{show(low, 'H')} at 100 kHz or less{high}, and "
+        f"{show(coil.terminal_resistance_dc, 'ohm', 3)} at direct current and 20 C. A short between "
+        "turns, which no continuity test sees, lowers both: compare the coupons with these values and with each other "
+        "before parts are cut out."
+    )

@@ -1,0 +1,137 @@
+"""The stack-up drawing: sections through tail and body, heights to scale, every thickness, as SVG and PDF on A4."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from sitscad.drawing.frame import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
+from sitscad.drawing.pdf import pdf
+from sitscad.drawing.sheet import Sheet
+from sitscad.fabrication.files import fabrication_path, stack_names
+from sitscad.fabrication.fingerprint import board_images, on_drawing
+from sitscad.fabrication.notes import bend_text, bond_texts, finish_text, laminate_text, layer_text, thickness_texts
+from sitscad.geometry.path import rectangle
+from sitscad.layout.board import Layout
+from sitscad.layout.thickness import has_tail_coverlay, is_opened, tail_layers
+from sitscad.spec.stackup import LayerKind
+from sitscad.units import show
+
+COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}
+PLATE = "#b8b8b8"
+TAIL, JOINT, BODY = 24.0, 92.0, 160.0
+"""Where the sections begin and end along the paper (mm): the tail's end, where tail and body meet, the body's end."""
+TOP, ROOM = 182.0, 92.0
+"""Where the sections begin on paper, and the height that they may take (mm)."""
+CAPTION, CAPTIONS = 116.0, 140.0
+"""Width of a layer's caption and height of all of them (mm)."""
+LAP = 10.0
+"""Length of the lap of the tail's own coverlay in the body's section (mm)."""
+OPEN = 30.0
+"""Length of the contacts in the tail's section (mm)."""
+
+
+def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash;
+    where ``forced`` is not empty it is stamped.
+    """
+    sheet = drawing(layout, on_drawing("board", files, board_images(files)), bool(forced))
+    return {
+        fabrication_path(layout, "stackup.svg"): sheet.svg().encode("utf-8"),
+        fabrication_path(layout, "stackup.pdf"): pdf([sheet]),
+    }
+
+
+def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
+    """The sheet: the sections, a caption for every layer, finished thicknesses and what the films are."""
+    stackup = layout.spec.fpc.stackup
+    scale = ROOM / max(stackup.thickness, _tail_height(layout))
+    words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
+    sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced)
+    _body_section(sheet, layout, scale)
+    _tail_section(sheet, layout, scale)
+    rows = [["place", "finished thickness (least to most)"], *map(list, thickness_texts(layout).items())]
+    low = table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
+    fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, list(_notes(layout)), 2.3)
+    return sheet
+
+
+def _tail_height(layout: Layout) -> float:
+    plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
+    return sum(layer.thickness for layer in tail_layers(layout)) + plate
+
+
+def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
+    """All layers with their captions, and a plated hole."""
+    layers = layout.spec.fpc.stackup.layers
+    middles, copper, y = [], [], TOP
+    for layer in layers:
+        height = layer.thickness * scale
+        _bar(sheet, JOINT, y, BODY - JOINT, height, COLOURS[layer.kind])
+        copper += [y, y - height] if layer.kind is LayerKind.COPPER else []
+        middles.append(y - height / 2)
+        y -= height
+    if layout.vias and copper:
+        _barrel(sheet, copper[0], copper[0] - copper[-1])
+    texts = []
+    for layer, name in zip(layers, stack_names(layout), strict=True):
+        material = f", {layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
+        texts.append(wrapped(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
+    most = max(map(len, texts))
+    size = min(TEXT, TEXT * CAPTIONS / (1.4 * TEXT * most * len(texts)))
+    captions = spread([-m for m in middles], 1.4 * size * most)
+    for lines, middle, place in zip(texts, middles, captions, strict=True):
+        sheet.line(BODY, middle, BODY + 4.0, middle, THIN)
+        sheet.line(BODY + 4.0, middle, BODY + 10.0, -place, THIN)
+        for row, line in enumerate(lines):
+            sheet.text(BODY + 11.0, -place - 0.35 * size - 1.4 * size * (row - (len(lines) - 1) / 2), line, size)
+    sheet.text((JOINT + BODY) / 2, TOP + 3.0, "body with the coils", TEXT, "middle")
+
+
+def _tail_section(sheet: Sheet, layout: Layout, scale: float) -> None:
+    """The tail's layers, its opened coverlays shorter, and the stiffener under its end."""
+    if layout.spec.fpc.tail is None:
+        return
+    y = TOP
+    for i, layer in enumerate(tail_layers(layout)):
+        height, start = layer.thickness * scale, TAIL + (OPEN if is_opened(layout, i, layer) else 0.0)
+        is_own = has_tail_coverlay(layout) and i + 1 == len(tail_layers(layout))
+        _bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
+        if is_own:
+            lap = show(layout.spec.fpc.rules.coverlay_lap, "m")
+            caption = wrapped(f"the tail's own coverlay laps {lap} into the body", JOINT - TAIL - OPEN - 18.0, 2.3)
+            for row, line in enumerate(caption):
+                sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
+        if start > TAIL:
+            sheet.text(TAIL, y - height / 2 - 0.9, "open at the contacts", 2.3)
+        y -= height
+    plate = layout.stiffener
+    if plate is not None:
+        height = plate.thickness * scale
+        _bar(sheet, TAIL, y, OPEN + 15.0, height, PLATE)
+        sheet.text(TAIL + 2.0, y - height / 2, f"stiffener, {plate.material}", TEXT)
+        sheet.text(TAIL + 2.0, y - height / 2 - 1.4 * TEXT, f"{show(plate.thickness, 'm')} with its adhesive", TEXT)
+    sheet.text((TAIL + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
+
+
+def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str) -> None:
+    sheet.draw(rectangle(x, top - height, x + width, top), THIN, fill)
+
+
+def _barrel(sheet: Sheet, top: float, height: float) -> None:
+    """A plated hole through all copper layers."""
+    middle = (JOINT + BODY) / 2
+    _bar(sheet, middle - 4.0, top, 8.0, height, "#ffffff")
+    for x in (middle - 4.0, middle + 2.5):
+        _bar(sheet, x, top, 1.5, height, COLOURS[LayerKind.COPPER])
+
+
+def _notes(layout: Layout) -> Iterator[str]:
+    stackup = layout.spec.fpc.stackup
+    yield f"Thicknesses are finished ones; coverlay with its adhesive. Laminates: {laminate_text(layout)}."
+    yield from (f"Bond, {where}: {text}." for where, text in bond_texts(layout).items())
+    if stackup.plating_thickness:
+        yield f"Plating, {show(stackup.plating_thickness, 'm')}, is part of the outer copper's thickness."
+    yield finish_text(layout)
+    if layout.bend_zone is not None:
+        yield bend_text(layout)
+    yield f"Stack-up from: {stackup.source}" if stackup.source else "Stack-up as written in the spec."

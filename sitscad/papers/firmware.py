@@ -1,0 +1,376 @@
+"""Register settings for the converter: a C header with every word explained, and the same as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+from sitscad.papers.firmware_macros import addr_pin, force_document, force_macros, result_macros
+from sitscad.readout import FAMILIES
+from sitscad.readout.family import ChannelSettings, Register
+from sitscad.record import record
+from sitscad.spec.converter import Converter
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+
+def header_path(converter: Converter) -> str:
+    """Where the C header stands in the package."""
+    return f"firmware/{converter.name}_config.h"
+
+
+def table_path(converter: Converter) -> str:
+    """Where the JSON stands in the package."""
+    return f"firmware/{converter.name}_config.json"
+
+
+class _Spread(Protocol):
+    frequency: float
+
+
+class _State(Protocol):
+    frequency: float | None
+    parallel_resistance: float | None
+    amplitude: float | None
+    quantum: float | None
+    converter_inductance: float | None
+    spread: _Spread | None
+
+
+class _Coil(Protocol):
+    name: str
+    centre: tuple[float, float]
+
+    @property
+    def states(self) -> Mapping[str, _State]: ...
+
+    def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None: ...
+
+
+class _Readout(Protocol):
+    capacitance: float | None
+    conversion_capacitance: float | None
+    drive_code: int | None
+    drive_codes: tuple[int, ...]
+    reference_divider: int | None
+    reference_frequency: float | None
+    input_divider: int | None
+    rcount: int | None
+    settle_count: int | None
+    scan_rate: float | None
+    high_current: bool
+    settle_time: float | None
+    conversion_time: float | None
+    switch_time: float | None
+    read_back_time: float | None
+    supply_current: float | None
+
+
+class Measured(Protocol):
+    """The part of the estimates that the registers follow from."""
+
+    coils: Sequence[_Coil]
+    readout: _Readout
+
+
+@record
+class Device:
+    """One converter of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
+
+    address: int
+    coils: tuple[str, ...]
+    registers: tuple[Register, ...]
+
+
+def render(spec: SensorSpec, estimates: Measured) -> dict[str, bytes]:
+    """Header and JSON, with the registers in the order in which they must be written.
+
+    Where a setting is unknown or does not fit its field the sensor cannot be read out: then the header is an ``#error``
+    and the JSON a ``refused`` with the reason, so that a forced build carries no settings that look right.
+    """
+    converter = spec.readout.device
+    try:
+        found = devices(converter, estimates)
+    except ValueError as error:
+        files = refusal(spec, str(error))
+    else:
+        files = {
+            header_path(converter): header(spec, estimates, found),
+            table_path(converter): table(spec, estimates, found),
+        }
+    return {path: text.encode("utf-8") for path, text in files.items()}
+
+
+def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
+    """The two files of a sensor that cannot be read out."""
+    text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
+    converter = spec.readout.device
+    value = {"name": spec.name, "device": converter.name, "refused": reason, "converters": []}
+    return {
+        header_path(converter): f'#error "no {converter.part} settings for {spec.name}: {text}"\n',
+        table_path(converter): json.dumps(value, indent=2) + "\n",
+    }
+
+
+def devices(converter: Converter, estimates: Measured) -> tuple[Device, ...]:
+    """The converters, filled one after the other: the first at the address with ADDR low, the second with ADDR high.
+
+    Raises ValueError where a setting is unknown or does not fit its field.
+    """
+    each, addresses = converter.channels, converter.addresses
+    groups = [estimates.coils[i : i + each] for i in range(0, len(estimates.coils), each)]
+    if len(groups) > len(addresses):
+        needed = f"{len(groups)} {converter.part} are needed"
+        raise ValueError(f"{needed}, and one I2C bus has addresses for {len(addresses)}")
+    return tuple(
+        Device(
+            address,
+            tuple(coil.name for coil in group),
+            _registers(converter, group, each * number, estimates.readout),
+        )
+        for number, (address, group) in enumerate(zip(addresses, groups, strict=False))
+    )
+
+
+def _registers(converter: Converter, coils: Sequence[_Coil], first: int, readout: _Readout) -> tuple[Register, ...]:
+    """What to write for the coils of one converter, the first of them being the number `first` of all."""
+    channel = ChannelSettings(
+        rcount=_known("rcount", readout.rcount),
+        settle_count=_known("settle_count", readout.settle_count),
+        input_divider=_known("input_divider", readout.input_divider),
+        reference_divider=_known("reference_divider", readout.reference_divider),
+        drive_code=_known("drive_code", readout.drive_code),
+    )
+    frequencies = [state.frequency for coil in coils for state in coil.states.values() if state.frequency is not None]
+    if not frequencies:
+        raise ValueError("no sensor frequency is known: the converter cannot be set up")
+    codes = readout.drive_codes[first : first + len(coils)] or (channel.drive_code,) * len(coils)
+    channels = tuple(replace(channel, drive_code=code) for code in codes)
+    family = FAMILIES[converter.family]
+    return family.registers(channels, max(frequencies), high_current=readout.high_current)
+
+
+def _known(name: str, value: int | None) -> int:
+    if value is None:
+        raise ValueError(f"{name} is unknown: the converter cannot be set up for this sensor")
+    return value
+
+
+def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str:
+    """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
+    converter = spec.readout.device
+    identity = FAMILIES[converter.family].identity()
+    value: dict[str, Any] = {
+        "name": spec.name,
+        **{name.lower().replace(" ", "_"): text for name, text in spec.issue.rows},
+        "device": converter.name,
+        "manufacturer_id": identity.manufacturer,
+        "device_id": identity.device,
+        "clock_Hz": spec.readout.clock,
+        "reference_divider": estimates.readout.reference_divider,
+        "reference_frequency_Hz": estimates.readout.reference_frequency,
+        "input_divider": estimates.readout.input_divider,
+        "capacitance_F": estimates.readout.capacitance,
+        "conversion_capacitance_F": estimates.readout.conversion_capacitance,
+        "scan_rate_Hz": estimates.readout.scan_rate,
+        "timing": {
+            "settle_time_s": estimates.readout.settle_time,
+            "conversion_time_s": estimates.readout.conversion_time,
+            "switch_time_s": estimates.readout.switch_time,
+            "read_back_time_s": estimates.readout.read_back_time,
+        },
+        "supply_current_A": estimates.readout.supply_current,
+        "coils": [
+            {
+                "name": coil.name,
+                "converter": converter.channel_of(index).converter,
+                "channel": converter.channel_of(index).number,
+                "i2c_address": converter.channel_of(index).address,
+                "centre_m": list(coil.centre),
+                "expected": {
+                    name: {
+                        "force_N": spec.requirements.normal_force if name == "pressed" else 0.0,
+                        "frequency_Hz": state.frequency,
+                        "inductance_H": state.converter_inductance,
+                    }
+                    for name, state in coil.states.items()
+                },
+                **force_document(coil, spec.requirements.normal_force),
+            }
+            for index, coil in enumerate(estimates.coils)
+        ],
+        "converters": [
+            {
+                "i2c_address": device.address,
+                "addr_pin": addr_pin(converter, device.address),
+                "channels": list(device.coils),
+                "registers": [
+                    {"address": r.address, "name": r.name, "value": r.value, "meaning": r.meaning}
+                    for r in device.registers
+                ],
+            }
+            for device in found
+        ],
+    }
+    return json.dumps(value, indent=2) + "\n"
+
+
+def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str:
+    """The C header (C99 and C++): one constant table of writes a converter."""
+    readout, converter = estimates.readout, spec.readout.device
+    identity, macro, name = FAMILIES[converter.family].identity(), converter.part, converter.name
+    lines = [
+        "/*",
+        f" * Register settings of the {converter.part} for the sensor {_comment(spec.name)}.",
+        *([f" * {spec.issue.words[0].upper()}{spec.issue.words[1:]}."] if spec.issue.rows else []),
+        " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
+        f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
+        f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
+        " * Each value is 16 bits, sent most significant byte first.",
+        *(f" * {line}".rstrip() for line in _expected(spec, estimates)),
+        " */",
+        f"#ifndef {macro}_CONFIG_H",
+        f"#define {macro}_CONFIG_H",
+        "",
+        "#include <stdint.h>",
+        "",
+        f"#define {macro}_MANUFACTURER_ID 0x{identity.manufacturer:04X}u",
+        f"#define {macro}_DEVICE_ID 0x{identity.device:04X}u",
+        f"#define {macro}_CONVERTERS {len(found)}u",
+        *_conversion(spec, readout),
+        *result_macros(converter),
+        "",
+        "typedef struct {",
+        "    uint8_t address;",
+        "    uint16_t value;",
+        f"}} {name}_register_t;",
+    ]
+    for number, device in enumerate(found):
+        lines += _device(converter, number, device)
+    lines += _coils(converter, estimates.coils)
+    lines += force_macros(converter, estimates.coils, spec.requirements.normal_force)
+    return "\n".join([*lines, "", "#endif", ""])
+
+
+def _expected(spec: SensorSpec, estimates: Measured) -> list[str]:
+    """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
+    readout, force, part = estimates.readout, spec.requirements.normal_force, spec.readout.device.part
+    times = (readout.settle_time, readout.conversion_time, readout.switch_time)
+    lines = []
+    if None not in times:
+        settling, conversion, switch = (_shown(time, "s", 3) for time in times)
+        lines += (
+            [
+                f"The one coil is converted over and over: conversion {conversion}, then a pause, taken as {switch}.",
+                f"It settles once, {settling}, before the first conversion.",
+            ]
+            if len(estimates.coils) == 1
+            else [f"Every coil takes of each scan: settling {settling}, conversion {conversion}, switch {switch}."]
+        )
+    if readout.scan_rate is not None:
+        lines.append(
+            f"{readout.scan_rate:.1f} scans a second; reading the results over I2C at 400 kHz takes "
+            f"{_shown(readout.read_back_time, 's', 3)} of each."
+        )
+    if readout.supply_current is not None:
+        lines.append(f"Supply current about {_shown(readout.supply_current, 'A', 3)}.")
+    lines += ["", "Expected (estimates; compare with what the first board gives):"]
+    for coil in estimates.coils:
+        for name, state in coil.states.items():
+            lines.append(
+                f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 7)}, "
+                f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
+                f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
+                f"one count of the reference {_shown(state.quantum, 'H', 2)}{_scatter(state)}"
+            )
+    if any(name != "free" for coil in estimates.coils for name in coil.states):
+        lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
+    if force and any("pressed" in coil.states for coil in estimates.coils):
+        lines.append(
+            f"Free and rest are without force, pressed is with {show(force, 'N')} on the middle of the target."
+        )
+    return [
+        *lines,
+        "",
+        "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28 (SNOSCY9A equation 6), where f_REF = f_CLK / FREF_DIVIDER;",
+        f"L = 1 / (C (2 pi f_SENSOR)^2) (equation 3), where C = {part}_CAPACITANCE_F: the tank capacitor, 4 pF of the",
+        "converter's pins (SNOSCY9A 6.5) and the cable. The capacitance of coil and tail is not in C: L contains what",
+        "it does. The losses and the 5 ns of the drive make L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q; a cable",
+        "between coil and capacitor adds its own. `sitscad estimate` prints the same L beside the one at the contacts.",
+    ]
+
+
+def _scatter(state: _State) -> str:
+    """One sigma of the frequency, where it is known."""
+    if state.spread is None or not state.frequency:
+        return ""
+    return f"; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
+
+
+def _conversion(spec: SensorSpec, readout: _Readout) -> list[str]:
+    """What turns DATA into frequency and inductance, as macros of doubles (Hz, F); none for what is unknown."""
+    values = (
+        ("F_CLK_HZ", spec.readout.clock),
+        ("FREF_DIVIDER", readout.reference_divider),
+        ("F_REF_HZ", readout.reference_frequency),
+        ("FIN_DIVIDER", readout.input_divider),
+        ("CAPACITANCE_F", readout.conversion_capacitance),
+    )
+    return [
+        f"#define {spec.readout.device.part}_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
+        for name, value in values
+        if value is not None
+    ]
+
+
+def _coils(converter: Converter, coils: Sequence[_Coil]) -> list[str]:
+    """Every coil's converter, channel and place on the board, for programs that reconstruct forces."""
+    lines = [
+        "",
+        "/* Every coil: name, converter and channel (from 0), I2C address, place of its centre on the board in metres:",
+        " * x along the jaw towards the tail, y across it, seen from the top. */",
+        f"#define {converter.part}_COILS {len(coils)}u",
+        "typedef struct {",
+        "    const char *name;",
+        "    uint8_t converter;",
+        "    uint8_t channel;",
+        "    uint8_t i2c_address;",
+        "    float x_m;",
+        "    float y_m;",
+        f"}} {converter.name}_coil_t;",
+        f"static const {converter.name}_coil_t {converter.name}_coils[] = {{",
+    ]
+    for index, coil in enumerate(coils):
+        place = converter.channel_of(index)
+        x, y = (f"{value + 0.0:.9e}f" for value in coil.centre)
+        lines.append(
+            f'    {{"{coil.name}", {place.converter}u, {place.number}u, 0x{place.address or 0:02X}u, {x}, {y}}},'
+        )
+    return [*lines, "};"]
+
+
+def _device(converter: Converter, number: int, device: Device) -> list[str]:
+    pin, macro, name = addr_pin(converter, device.address), f"{converter.part}_{number}", converter.name
+    channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
+    lines = [
+        "",
+        f"/* Converter {number}, its pin ADDR {pin} (SNOSCY9A 8.5.1): {channels}. */",
+        f"#define {macro}_I2C_ADDRESS 0x{device.address:02X}u",
+        f"#define {macro}_CHANNELS {len(device.coils)}u",
+        f"static const {name}_register_t {name}_{number}_config[] = {{",
+    ]
+    lines += [
+        f"    {{0x{r.address:02X}u, 0x{r.value:04X}u}}, /* {r.name}: {_comment(r.meaning)} */" for r in device.registers
+    ]
+    return [*lines, "};"]
+
+
+def _shown(value: float | None, unit: str, digits: int = 4) -> str:
+    return show(value, unit, digits) if value is not None else "unknown"
+
+
+def _comment(text: str) -> str:
+    """Text that cannot end a C comment or open one in it."""
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ")

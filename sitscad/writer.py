@@ -1,0 +1,40 @@
+"""One row of the tables of formats and of papers: what renders files, at which stage of `build`, out of what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
+
+
+@record
+class Writer:
+    """One format or paper: its name for people, the module that renders it, the stage of `build` it belongs to.
+
+    ``module`` counts from ``sitscad``; it is imported when it renders, not before. ``takes`` names the arguments of its
+    ``render`` in their order, out of ``layout``, ``solids``, ``spec``, ``estimates``, ``panel`` (None where none is
+    wanted), ``coupon_estimates``, ``forced`` (why the package ought not to be ordered from, mostly empty) and ``files``
+    (those that the same stage made before); ``applies`` says whether a spec has anything to write.
+    """
+
+    name: str
+    module: str
+    stage: str
+    takes: tuple[str, ...] = ("layout",)
+    applies: Callable[[SensorSpec], bool] = lambda spec: True
+
+    def render(self, *values: object) -> dict[str, bytes]:
+        """The finished files by their paths inside the package."""
+        return import_module(f"sitscad.{self.module}").render(*values)
+
+
+def is_cut(spec: SensorSpec) -> bool:
+    """Whether a sheet of elastomer or metal is cut for the sensor."""
+    return spec.elastomer is not None or spec.target is not None
+
+
+def is_mounted(spec: SensorSpec) -> bool:
+    """Whether the sensor has a mount."""
+    return spec.mount is not None

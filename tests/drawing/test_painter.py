@@ -1,0 +1,71 @@
+"""The assembly's picture: well-formed, to scale, small and repeatable."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+import handmade
+import pytest
+
+from sitscad import parts
+from sitscad.drawing.painter import assembly_svg
+
+pytestmark = pytest.mark.cad
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def picture(sensor: str) -> str:
+    return assembly_svg(handmade.solids(sensor), handmade.layout(sensor).spec)
+
+
+def extent(path: str) -> tuple[float, float, float, float]:
+    numbers = [float(n) for n in re.findall(r"-?\d+\.?\d*", path)]
+    return min(numbers[::2]), min(numbers[1::2]), max(numbers[::2]), max(numbers[1::2])
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_every_solid_is_drawn_in_a_small_picture(sensor):
+    text = picture(sensor)
+    ids = {element.get("id") for element in ElementTree.fromstring(text).iter()}
+    cut_away = {"stiffener"} if sensor != "bare" else set()
+    for solid in handmade.solids(sensor):
+        assert f"exploded-{solid.name}" in ids or solid.name in cut_away, solid.name
+    assert len(text) < 150_000
+    assert "nan" not in text and "inf" not in text
+
+
+def test_the_section_is_to_scale():
+    root = ElementTree.fromstring(picture("jaw"))
+    paths = {element.get("id"): element.get("d") for element in root.iter(f"{SVG}path") if element.get("id")}
+    circle = next(root.iter(f"{SVG}circle"))
+    scale = float(circle.get("r")) / 2.5
+    board = extent(paths["section-board"])
+    assert (board[2] - board[0]) / scale == pytest.approx(4.4, abs=0.01)
+    assert (board[3] - board[1]) / scale == pytest.approx(0.2, abs=0.01)
+    target = extent(paths["section-target"])
+    assert (board[1] - target[3]) / scale == pytest.approx(1.0, abs=0.01)
+    jaws = [extent(paths[name]) for name in ("section-opposing-jaw", "section-jaw")]
+    assert float(circle.get("cy")) == pytest.approx((jaws[0][1] + jaws[1][3]) / 2, abs=0.1)
+
+
+def test_a_pair_too_high_for_its_port_is_drawn_whole():
+    layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(height=2e-3), 1e-3))
+    root = ElementTree.fromstring(assembly_svg(parts.solids(layout), layout.spec))
+    paths = {element.get("id"): element.get("d") for element in root.iter(f"{SVG}path") if element.get("id")}
+    top, bottom = extent(paths["section-opposing-jaw"])[1], extent(paths["section-jaw"])[3]
+    circle = next(root.iter(f"{SVG}circle"))
+    assert 0.0 <= top < float(circle.get("cy")) - float(circle.get("r"))
+    assert bottom > float(circle.get("cy")) + float(circle.get("r"))
+
+
+def test_the_section_names_what_it_shows():
+    text = picture("jaw")
+    assert "target: copper, 0.2 mm" in text
+    assert "encapsulation: pdms, 0.1 mm" in text
+    assert "dashed: 5 mm port, jaws closed" in text
+    assert "port" not in picture("bench")
+
+
+def test_the_picture_is_the_same_twice():
+    assert picture("jaw") == picture("jaw")

@@ -1,0 +1,55 @@
+"""The job file: consistent with the files of the set and with the stack-up."""
+
+from __future__ import annotations
+
+import json
+
+import layouts
+import pytest
+from gerber_shapes import read
+
+from sitscad.formats import excellon
+from sitscad.formats.gerber import job as gerber_job
+from sitscad.formats.gerber import layers as gerber
+
+
+def job_of(board) -> dict:
+    (text,) = gerber_job.render(board).values()
+    return json.loads(text)
+
+
+def test_names_every_gerber_file_with_its_own_attributes(board):
+    listed = {entry["Path"]: entry for entry in job_of(board)["FilesAttributes"]}
+    files = {path.rpartition("/")[2]: text for path, text in gerber.render(board).items()}
+    drills = {path.rpartition("/")[2] for path in excellon.render(board)}
+    assert set(listed) == set(files) | drills
+    for name, text in files.items():
+        attributes = read(text).file_attrs
+        assert listed[name]["FileFunction"] == ",".join(attributes[".FileFunction"])
+        assert listed[name]["FilePolarity"] == attributes[".FilePolarity"][0]
+
+
+def test_stackup_has_every_layer_with_its_thickness(board):
+    rows, layers = job_of(board)["MaterialStackup"], board.spec.fpc.stackup.layers
+    kinds = {"coverlay": "SolderMask", "copper": "Copper", "dielectric": "Dielectric"}
+    assert [(row["Type"], row["Thickness"]) for row in rows] == [
+        (kinds[layer.kind], pytest.approx(layer.thickness * 1e3)) for layer in layers
+    ]
+    assert rows[0]["Name"] == "Top coverlay" and rows[-1]["Name"] == "Bottom coverlay"
+    dielectric = next(row for row in rows if row["Type"] == "Dielectric")
+    assert dielectric["DielectricConstant"] == 3.4 and dielectric["Material"] == "polyimide"
+
+
+def test_general_specs(board):
+    specs = job_of(board)["GeneralSpecs"]
+    assert specs["LayerNumber"] == board.copper_layers
+    assert specs["Size"] == {"X": pytest.approx(20.4), "Y": pytest.approx(4.7)}
+    assert specs["BoardThickness"] == pytest.approx(sum(row["Thickness"] for row in job_of(board)["MaterialStackup"]))
+
+
+def test_identifier_follows_from_the_name_alone():
+    def guid(board):
+        return job_of(board)["GeneralSpecs"]["ProjectId"]["GUID"]
+
+    assert guid(layouts.two_coils()) == guid(layouts.two_coils(4)) != guid(layouts.two_coils(name="other"))
+    assert guid(layouts.two_coils()).encode() in gerber.render(layouts.two_coils())["fpc/two-coils-F_Cu.gbr"]

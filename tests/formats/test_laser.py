@@ -1,0 +1,360 @@
+"""Laser files: kerf on the right side, equal areas in DXF and SVG by others' readers, named layers, true arcs."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import layouts
+import pytest
+
+from sitscad.formats import laser_dxf, laser_svg
+from sitscad.geometry.path import Line, Point, closed_polygon, rounded
+from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, Contour, CutLayer, laser_sheets
+from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.sensor import ElastomerPad, Target
+
+MM = 1e-3
+RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")
+COPPER = Conductor("copper", 58e6)
+SVG = "{http://www.w3.org/2000/svg}"
+
+SHAPES = [("circle", (4 * MM, 4 * MM)), ("square", (8 * MM, 8 * MM)), ("rectangle", (9 * MM, 5 * MM))]
+
+
+def layout_with(shape="square", size=(4 * MM, 4 * MM), kerf=0.15 * MM, target_kerf=0.05 * MM, name="two-coils"):
+    """The hand-made board with an elastomer and a target of one shape."""
+    layout = layouts.two_coils(name=name)
+    pad = ElastomerPad(RUBBER, shape, size, 2 * MM, kerf)
+    plate = Target(shape, size, 0.2 * MM, COPPER, target_kerf)
+    return replace(layout, spec=replace(layout.spec, elastomer=pad, target=plate))
+
+
+def nominal_area(shape, size) -> float:
+    """Area in square millimetres."""
+    return math.pi / 4 * size[0] ** 2 * 1e6 if shape == "circle" else size[0] * size[1] * 1e6
+
+
+# --- the sheet
+
+
+@pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
+@pytest.mark.parametrize("kerf", [0.0, 0.02 * MM, 0.15 * MM, 0.25 * MM])
+def test_outside_grows_and_holes_shrink_by_half_a_kerf(shape, size, kerf):
+    sheet = laser_sheets(layout_with(shape, size, kerf))[0]
+    grown = (size[0] + kerf, size[1] + kerf)
+    assert sheet.cut.area * 1e6 == pytest.approx(nominal_area(shape, grown))
+    assert sheet.on(CutLayer.REF)[0].area * 1e6 == pytest.approx(nominal_area(shape, size))
+    assert sheet.on(CutLayer.CUT_INNER)[0].area == pytest.approx((COUPON_HOLE - kerf) ** 2)
+    assert sheet.on(CutLayer.CUT_OUTER)[1].area == pytest.approx((COUPON_SIZE + kerf) ** 2)
+
+
+@pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
+def test_what_the_beam_leaves_is_the_nominal_part(shape, size):
+    """A beam as wide as the kerf, run along the contours, leaves exactly the part, and the coupon with its hole."""
+    shapely = pytest.importorskip("shapely", reason="shapely is not installed")
+    sheet = laser_sheets(layout_with(shape, size))[0]
+
+    def polygon(contour):
+        return shapely.Polygon([(p.x * 1e3, p.y * 1e3) for p in contour.path.flattened(1e-8)])
+
+    part, coupon = (polygon(c) for c in sheet.on(CutLayer.CUT_OUTER))
+    hole, outline = polygon(sheet.on(CutLayer.CUT_INNER)[0]), polygon(sheet.on(CutLayer.REF)[0])
+    beam = shapely.unary_union([p.exterior.buffer(sheet.kerf * 5e2, quad_segs=64) for p in (part, coupon, hole)])
+    left = part.difference(beam)
+    assert left.symmetric_difference(outline).area < 1e-3 * outline.area
+    ring = coupon.difference(hole).difference(beam)
+    x0, _, x1, _ = ring.bounds
+    assert x1 - x0 == pytest.approx(COUPON_SIZE * 1e3, abs=1e-6)
+    inner = ring.interiors[0].bounds
+    assert inner[2] - inner[0] == pytest.approx(COUPON_HOLE * 1e3, abs=1e-6)
+    assert left.distance(ring) > 3.0
+
+
+def test_every_step_has_a_colour_of_its_own_and_the_sheet_says_in_which_order():
+    """A driver that sorts by colour keeps the order: what is inside is cut before what sets it free."""
+    for field in ("colour", "rgb", "index"):
+        assert len({getattr(LOOKS[layer], field) for layer in CutLayer}) == len(CutLayer)
+    for sheet in laser_sheets(layout_with()):
+        assert [text for _, text in sheet.notes if re.match(r"[0-9]\. ", text)] == [
+            "1. black: engrave (layer ENGRAVE)",
+            "2. red: cut inside (layer CUT_INNER)",
+            "3. magenta: cut outside (layer CUT_OUTER)",
+        ]
+    plain = laser_sheets(layout_with(kerf=0.0))[0]
+    steps = [text[:6] for _, text in plain.notes if re.match(r"[0-9]\. ", text)]
+    assert not plain.on(CutLayer.ENGRAVE) and steps == ["1. red", "2. mag"]
+
+
+def test_pieces_and_marks_stay_apart_and_on_the_sheet():
+    for sheet in laser_sheets(layout_with("rectangle", (15 * MM, 7 * MM))):
+        points = [p for contour in sheet.contours for p in contour.path.flattened(1e-6)]
+        assert all(0 < p.x < sheet.width and 0 < p.y < sheet.height for p in points)
+        coupon, label = sheet.on(CutLayer.CUT_OUTER)[1], sheet.on(CutLayer.ENGRAVE)
+        low = min(p.y for p in coupon.path.flattened(1e-6))
+        hole = min(p.y for p in sheet.on(CutLayer.CUT_INNER)[0].path.flattened(1e-6))
+        assert all(low < p.y < hole for stroke in label for p in stroke.path.flattened(1e-6))
+
+
+def test_coil_marks_lie_as_the_coils_do():
+    sheet = laser_sheets(layout_with())[0]
+    crosses = [c.path for c in sheet.on(CutLayer.REF)[1:] if c.path.start.y == c.path.end.y]
+    arms = {round(path.length * 1e3, 6): [] for path in crosses}
+    for path in crosses:
+        arms[round(path.length * 1e3, 6)].append(path.segments[0].at(0.5))
+    left, right = sorted(arms[1.0])
+    assert right.x - left.x == pytest.approx(layouts.COIL_PITCH)
+    assert (left.x + right.x) / 2 == pytest.approx(sheet.on(CutLayer.REF)[0].path.segments[0].at(0.5).x)
+
+
+def test_coil_marks_lie_under_a_target_as_it_is_offset_and_turned():
+    """Laid on the board with its marks over the coils, the part lies as the spec says."""
+    layout = layout_with()
+    turned = replace(layout.spec.target, offset=(1 * MM, 0.5 * MM), rotation=math.radians(90.0))
+    sheet = laser_sheets(replace(layout, spec=replace(layout.spec, target=turned)))[1]
+    crosses = [c.path for c in sheet.on(CutLayer.REF)[1:] if abs(c.path.start.y - c.path.end.y) < 1e-9]
+    marks = [p.segments[0].at(0.5) for p in crosses if p.length == pytest.approx(1e-3)]
+    marks.sort(key=lambda mark: mark.y)
+    centre = (sheet.on(CutLayer.CUT_OUTER)[0].centre.x, sheet.on(CutLayer.REF)[0].path.start.y + 2 * MM)
+    half = layouts.COIL_PITCH / 2
+    assert [(m.x - centre[0], m.y - centre[1]) for m in marks] == [
+        pytest.approx((-0.5 * MM, y), abs=1e-9) for y in sorted((1 * MM + half, 1 * MM - half))
+    ]
+    assert "centre [1, 0.5] mm from the coils' mean, turned by 90 deg" in [text for _, text in sheet.notes]
+
+
+def test_only_what_the_spec_has():
+    layout = layouts.two_coils()
+    assert laser_sheets(layout) == () and laser_dxf.render(layout) == {} and laser_svg.render(layout) == {}
+    only = replace(layout, spec=replace(layout.spec, target=Target("circle", (4 * MM, 4 * MM), 0.2 * MM, COPPER)))
+    assert list(laser_dxf.render(only)) == ["laser/two-coils-target.dxf"]
+
+
+@pytest.mark.parametrize("kerf", [-0.1 * MM, COUPON_HOLE, 9 * MM, math.nan])
+def test_a_kerf_that_cannot_be_is_refused(kerf):
+    with pytest.raises(ValueError, match="kerf"):
+        laser_sheets(layout_with(kerf=kerf))
+
+
+def test_a_part_without_kerf_says_so():
+    _, target = laser_sheets(layout_with(target_kerf=0.0))
+    texts = [text for _, text in target.notes]
+    assert "kerf not compensated: drawn at nominal size" in texts
+    assert not any("kerf =" in text or "if right" in text or "0 mm added" in text for text in texts)
+    assert target.on(CutLayer.ENGRAVE) == ()
+    assert len(target.on(CutLayer.CUT_OUTER)) == 2, "the coupon is still cut: it shows what the beam takes"
+    assert target.cut.area == pytest.approx(target.on(CutLayer.REF)[0].area)
+
+
+# --- DXF, read by ezdxf
+
+
+def dxf_of(layout):
+    """Both drawings as ezdxf sees them, with its auditor's verdict."""
+    ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is not installed")
+    import io
+
+    for name, content in laser_dxf.render(layout).items():
+        document = ezdxf.read(io.StringIO(content.decode("ascii").replace("\r\n", "\n")))
+        auditor = document.audit()
+        assert not auditor.errors and not auditor.fixes
+        yield name, document
+
+
+def entity_area(entity) -> float:
+    """Area in square millimetres of a circle or of a closed polyline with bulges."""
+    if entity.dxftype() == "CIRCLE":
+        return math.pi * entity.dxf.radius**2
+    assert entity.closed
+    rows = list(entity.get_points("xyb"))
+    total = 0.0
+    for (x0, y0, bulge), (x1, y1, _) in pairwise([*rows, rows[0]]):
+        chord = math.hypot(x1 - x0, y1 - y0)
+        total += (x0 * y1 - x1 * y0) / 2
+        if bulge:
+            angle = 4 * math.atan(bulge)
+            radius = chord / 2 / math.sin(angle / 2)
+            total += radius**2 / 2 * (angle - math.sin(angle))
+    return abs(total)
+
+
+@pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
+def test_dxf_areas_are_the_intended(shape, size):
+    layout = layout_with(shape, size)
+    for (_, document), sheet in zip(dxf_of(layout), laser_sheets(layout), strict=True):
+        space = document.modelspace()
+        for layer in (CutLayer.CUT_INNER, CutLayer.CUT_OUTER):
+            found = [entity_area(e) for e in space.query(f'*[layer=="{layer}"]')]
+            assert found == pytest.approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-6)
+        kind = "CIRCLE" if shape == "circle" else "LWPOLYLINE"
+        assert space.query('*[layer=="CUT_OUTER"]').first.dxftype() == kind
+
+
+def test_dxf_says_millimetres_and_names_its_layers():
+    for _, document in dxf_of(layout_with()):
+        assert document.dxfversion == "AC1015"
+        assert document.header["$INSUNITS"] == 4 and document.header["$MEASUREMENT"] == 1
+        colours = {layer.dxf.name: layer.dxf.color for layer in document.layers}
+        assert (colours["CUT_INNER"], colours["CUT_OUTER"]) == (1, 6)
+        assert colours["ENGRAVE"] == 7 and colours["REF"] == 8
+        assert {e.dxf.layer for e in document.modelspace()} == {str(layer) for layer in CutLayer}
+
+
+def test_dxf_handles_are_unique():
+    for content in laser_dxf.render(layout_with()).values():
+        lines = content.decode("ascii").split("\r\n")
+        tags = list(zip(lines[::2], lines[1::2], strict=False))
+        handles = [value for code, value in tags if int(code) in (5, 105)]
+        seed = int(handles.pop(0), 16)
+        assert len(handles) == len(set(handles)) and max(int(h, 16) for h in handles) < seed
+
+
+def test_dxf_arcs_are_bulges():
+    """A contour with rounded corners keeps its arcs: no format word for it, but the area is exact."""
+    corners = [Point(0, 0), Point(8 * MM, 0), Point(8 * MM, 5 * MM), Point(0, 5 * MM)]
+    contour = Contour(CutLayer.CUT_OUTER, rounded(corners, 1 * MM))
+    vertices = list(laser_dxf._vertices(contour.path))
+    bulges = [bulge for _, bulge in vertices if bulge]
+    assert bulges == pytest.approx([math.tan(math.pi / 8)] * 4)
+    reverse = [bulge for _, bulge in laser_dxf._vertices(contour.path.reversed()) if bulge]
+    assert reverse == pytest.approx([-math.tan(math.pi / 8)] * 4)
+
+
+@pytest.mark.needs("ezdxf")
+def test_ezdxf_audit_command(tmp_path):
+    for name, content in laser_dxf.render(layout_with()).items():
+        path = tmp_path / name.rpartition("/")[2]
+        path.write_bytes(content)
+        command = [sys.executable, "-m", "ezdxf", "audit", path]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        assert "No errors found." in done.stdout
+
+
+@pytest.mark.clients("librecad")
+@pytest.mark.parametrize("shape", ["circle", "square"])
+def test_librecad_prints_it(shape, tmp_path):
+    name, content = next(iter(laser_dxf.render(layout_with(shape)).items()))
+    path, printed = tmp_path / "part.dxf", tmp_path / "part.pdf"
+    path.write_bytes(content)
+    command = [
+        "timeout",
+        "30",
+        "env",
+        "QT_QPA_PLATFORM=offscreen",
+        f"XDG_RUNTIME_DIR={tmp_path}",
+        "librecad",
+        "dxf2pdf",
+    ]
+    subprocess.run(
+        [*command, "-a", "-c", "-k", "-m", "-o", printed, path], capture_output=True, timeout=40, check=False
+    )
+    assert printed.stat().st_size > 2000, name
+
+
+# --- SVG, read by svgpathtools
+
+
+def svg_of(layout):
+    """Both drawings as trees."""
+    for content in laser_svg.render(layout).values():
+        yield ET.fromstring(content)
+
+
+def drawn(group):
+    """The shapes of a layer as svgpathtools paths."""
+    tools = pytest.importorskip("svgpathtools", reason="svgpathtools is not installed")
+    for element in group:
+        if element.tag == f"{SVG}circle":
+            cx, cy, r = (float(element.get(key)) for key in ("cx", "cy", "r"))
+            yield tools.parse_path(f"M {cx + r} {cy} A {r} {r} 0 0 1 {cx - r} {cy} A {r} {r} 0 0 1 {cx + r} {cy} Z")
+        elif element.tag == f"{SVG}path":
+            yield tools.parse_path(element.get("d"))
+
+
+@pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
+def test_svg_areas_are_the_intended(shape, size):
+    layout = layout_with(shape, size)
+    for tree, sheet in zip(svg_of(layout), laser_sheets(layout), strict=True):
+        for layer in (CutLayer.CUT_INNER, CutLayer.CUT_OUTER):
+            group = next(g for g in tree.iter(f"{SVG}g") if g.get("id") == layer)
+            found = [abs(path.area(chord_length=1e-2)) for path in drawn(group)]
+            assert found == pytest.approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-5)
+
+
+def test_svg_is_in_millimetres_with_hairlines_and_a_colour_a_step():
+    for tree, sheet in zip(svg_of(layout_with()), laser_sheets(layout_with()), strict=True):
+        assert tree.get("width") == f"{sheet.width * 1e3:.6f}".rstrip("0").rstrip(".") + "mm"
+        assert tree.get("viewBox").split()[2:] == [tree.get("width")[:-2], tree.get("height")[:-2]]
+        groups = {g.get("id"): g for g in tree.iter(f"{SVG}g")}
+        assert list(groups) == ["ENGRAVE", "CUT_INNER", "CUT_OUTER", "REF"]
+        assert [groups[name].get("stroke") for name in ("CUT_INNER", "CUT_OUTER")] == ["#ff0000", "#ff00ff"]
+        assert groups["ENGRAVE"].get("stroke") == "#000000"
+        assert all(float(g.get("stroke-width")) <= 0.0254 and g.get("fill") == "none" for g in groups.values())
+
+
+def test_svg_keeps_arcs_and_turns_them_the_right_way():
+    """Rounded corners stay outside the chord when y is turned over: the area is that of the path."""
+    tools = pytest.importorskip("svgpathtools", reason="svgpathtools is not installed")
+    corners = [Point(1 * MM, 1 * MM), Point(9 * MM, 1 * MM), Point(9 * MM, 6 * MM), Point(1 * MM, 6 * MM)]
+    for path in (rounded(corners, 1 * MM), rounded(corners, 1 * MM).reversed()):
+        data = laser_svg.path_data(path, 10 * MM)
+        assert data.count("A") == 4
+        assert abs(tools.parse_path(data).area(chord_length=1e-2)) == pytest.approx(40 - (4 - math.pi), rel=1e-5)
+
+
+def test_svg_and_dxf_show_the_same_points():
+    layout = layout_with("rectangle", (9 * MM, 5 * MM))
+    for (_, document), tree, sheet in zip(dxf_of(layout), svg_of(layout), laser_sheets(layout), strict=True):
+        group = next(g for g in tree.iter(f"{SVG}g") if g.get("id") == "CUT_OUTER")
+        entity = document.modelspace().query('*[layer=="CUT_OUTER"]').first
+        path = next(iter(drawn(group)))
+        flipped = sorted((round(z.real, 6), round(sheet.height * 1e3 - z.imag, 6)) for z in (s.start for s in path))
+        assert flipped == sorted((round(float(x), 6), round(float(y), 6)) for x, y in entity.get_points("xy"))
+
+
+def test_names_and_notes_are_escaped():
+    layout = layout_with()
+    odd = replace(layout.spec.elastomer, material=replace(RUBBER, name='a<b>&"c" \N{MICRO SIGN}'))
+    layout = replace(layout, spec=replace(layout.spec, elastomer=odd))
+    texts = [e.text for e in next(svg_of(layout)).iter(f"{SVG}text")]
+    assert 'a<b>&"c" \N{MICRO SIGN}' in texts
+    _, document = next(dxf_of(layout))
+    decode = pytest.importorskip("ezdxf").lldxf.encoding.decode_dxf_unicode
+    assert any("\N{MICRO SIGN}" in decode(e.dxf.text) for e in document.modelspace().query("TEXT"))
+
+
+IN_A_FRESH_PROCESS = """
+import hashlib
+from test_laser import layout_with
+from sitscad.formats import laser_dxf, laser_svg
+for render in (laser_dxf.render, laser_svg.render):
+    for name, content in render(layout_with()).items():
+        print(name, hashlib.sha256(content).hexdigest())
+"""
+
+
+def test_same_bytes_across_processes():
+    here, tests = Path(__file__).parent, Path(__file__).parents[1]
+    paths = os.pathsep.join(map(str, (here, tests / "samples", tests.parent)))
+
+    def hashes(**environment: str) -> str:
+        whole = os.environ | {"PYTHONPATH": paths} | environment
+        command = [sys.executable, "-c", IN_A_FRESH_PROCESS]
+        return subprocess.run(command, env=whole, capture_output=True, text=True, check=True).stdout
+
+    one = hashes(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
+    assert one == hashes(PYTHONHASHSEED="2", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")
+    assert one.count("\n") == 4
+
+
+def test_closed_contours_do_not_repeat_their_first_point():
+    path = closed_polygon([Point(0, 0), Point(1 * MM, 0), Point(0, 1 * MM)])
+    assert [point for point, _ in laser_dxf._vertices(path)] == [s.start for s in path if isinstance(s, Line)]
+    assert laser_svg.path_data(path, 1 * MM) == "M 0 1 L 1 1 L 0 0 Z"

@@ -1,0 +1,74 @@
+"""3MF files: a well-formed package that trimesh and PrusaSlicer read, with nothing in it that depends on the day."""
+
+from __future__ import annotations
+
+import subprocess
+import zipfile
+from io import BytesIO
+from pathlib import Path
+from xml.etree import ElementTree
+
+import handmade
+import pytest
+
+from sitscad.formats import mesh_3mf
+
+pytestmark = pytest.mark.cad
+CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+
+
+@pytest.fixture(scope="module")
+def files() -> dict[str, bytes]:
+    return mesh_3mf.render(handmade.solids("jaw"), handmade.layout("jaw").spec)
+
+
+def test_every_piece_of_mount_and_jaw_has_a_file(files):
+    assert set(files) == {f"mount/hand-made-{name}.3mf" for name in ("jaw", "mount", "mount-spacer")}
+
+
+def test_archives_hold_the_three_parts_undated_and_stored(files):
+    for data in files.values():
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            assert archive.namelist() == ["[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model"]
+            for entry in archive.infolist():
+                assert entry.date_time == (1980, 1, 1, 0, 0, 0)
+                assert entry.compress_type == zipfile.ZIP_STORED
+
+
+def test_the_model_is_in_millimetres_named_and_coloured(files):
+    with zipfile.ZipFile(BytesIO(files["mount/hand-made-mount.3mf"])) as archive:
+        model = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
+    assert model.get("unit") == "millimeter"
+    assert model.find(f".//{CORE}object").get("name") == "mount"
+    assert model.find(f".//{CORE}base").get("displaycolor") == "#DFE6E9FF"
+    heights = [float(vertex.get("z")) for vertex in model.iter(f"{CORE}vertex")]
+    assert (min(heights), max(heights)) == pytest.approx((0.0, 1.2), abs=1e-6)
+
+
+@pytest.mark.needs("networkx", "lxml")
+def test_trimesh_reads_a_closed_body_of_the_solid_s_volume(files):
+    import trimesh
+
+    for solid in handmade.solids("jaw"):
+        data = files.get(f"mount/hand-made-{solid.name}.3mf")
+        if data is not None:
+            body = trimesh.load(BytesIO(data), file_type="3mf", force="mesh")
+            assert body.is_watertight
+            assert body.volume == pytest.approx(solid.shape.volume, rel=2e-3)
+
+
+@pytest.mark.clients("prusa-slicer")
+@pytest.mark.slow
+def test_prusaslicer_slices_every_part(files, tmp_path):
+    for name, data in files.items():
+        path, out = tmp_path / Path(name).name, tmp_path / "out.gcode"
+        path.write_bytes(data)
+        layers = ["--layer-height", "0.1", "--first-layer-height", "0.1", "--nozzle-diameter", "0.2"]
+        slice_it = ["prusa-slicer", "--export-gcode", *layers, "-o", str(out), str(path)]
+        subprocess.run(slice_it, check=True, capture_output=True)
+        assert out.read_text().count("G1 ") > 100
+        out.unlink()
+
+
+def test_without_a_mount_there_is_no_file():
+    assert mesh_3mf.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}

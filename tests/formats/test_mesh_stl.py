@@ -1,0 +1,77 @@
+"""STL files through trimesh and admesh, and PrusaSlicer."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from io import BytesIO
+from pathlib import Path
+
+import handmade
+import numpy as np
+import pytest
+
+from sitscad.formats import mesh_stl
+from sitscad.parts.mesh import NotManifold, TriangleMesh, tessellate
+
+pytestmark = pytest.mark.cad
+
+
+@pytest.fixture(scope="module", params=["jaw", "bench"])
+def sensor(request) -> str:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def files(sensor) -> dict[str, bytes]:
+    return mesh_stl.render(handmade.solids(sensor), handmade.layout(sensor).spec)
+
+
+def test_meshes_are_watertight_with_the_solid_s_volume_and_stand_on_the_bed(sensor, files):
+    import trimesh
+
+    solids = {f"mount/{handmade.layout(sensor).spec.name}-{s.name}.stl": s for s in handmade.solids(sensor)}
+    assert files
+    for name, data in files.items():
+        body = trimesh.load(BytesIO(data), file_type="stl")
+        assert body.is_watertight, name
+        assert body.volume == pytest.approx(solids[name].shape.volume, rel=2e-3)
+        assert body.bounds[0] == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+        size = solids[name].shape.bounding_box().size
+        assert body.bounds[1] == pytest.approx(tuple(size), abs=0.005)
+
+
+@pytest.mark.clients("admesh")
+def test_admesh_finds_no_open_and_no_backward_edge(files, tmp_path):
+    for data in files.values():
+        path = tmp_path / "part.stl"
+        path.write_bytes(data)
+        text = subprocess.run(["admesh", str(path)], capture_output=True, text=True, check=True).stdout
+        assert re.search(r"Total disconnected facets\s*:\s*0\s+0\b", text), text
+        for defect in ("Backwards edges", "Degenerate facets", "Facets reversed"):
+            assert re.search(rf"{defect}\s*:\s*0\b", text), text
+
+
+@pytest.mark.clients("prusa-slicer")
+@pytest.mark.slow
+def test_prusaslicer_slices_every_part(files, tmp_path):
+    for name, data in files.items():
+        path, out = tmp_path / Path(name).name, tmp_path / "out.gcode"
+        path.write_bytes(data)
+        layers = ["--layer-height", "0.1", "--first-layer-height", "0.1", "--nozzle-diameter", "0.2"]
+        slice_it = ["prusa-slicer", "--export-gcode", *layers, "-o", str(out), str(path)]
+        subprocess.run(slice_it, check=True, capture_output=True)
+        assert out.read_text().count("G1 ") > 100
+        out.unlink()
+
+
+def test_an_open_mesh_is_refused():
+    mesh = tessellate(handmade.solids("jaw")[1])
+    with pytest.raises(NotManifold, match="mount"):
+        mesh_stl.stl(TriangleMesh("mount", mesh.vertices, mesh.triangles[1:]))
+    with pytest.raises(NotManifold):
+        mesh_stl.stl(TriangleMesh("mount", mesh.vertices, np.fliplr(mesh.triangles)))
+
+
+def test_without_a_mount_there_is_no_file():
+    assert mesh_stl.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}

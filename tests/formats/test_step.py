@@ -1,0 +1,89 @@
+"""STEP files read back by OpenCASCADE: shapes, places, names, colours; and nothing in them that depends on the day."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import handmade
+import pytest
+
+from sitscad.formats import step
+
+pytestmark = pytest.mark.cad
+
+
+@pytest.fixture(scope="module")
+def files() -> dict[str, bytes]:
+    return step.render(handmade.solids("jaw"), handmade.layout("jaw").spec)
+
+
+def read(data: bytes, folder: Path):
+    import build123d as bd
+
+    path = folder / "read.step"
+    path.write_bytes(data)
+    return bd.import_step(path)
+
+
+def test_every_piece_of_mount_and_jaw_and_the_assembly_have_a_file(files):
+    pieces = {f"mount/hand-made-{name}.step" for name in ("jaw", "mount", "mount-spacer")}
+    assert set(files) == {*pieces, "mount/assembly.step"}
+
+
+def test_without_a_mount_there_is_no_file():
+    assert step.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}
+
+
+def test_the_assembly_holds_every_solid_in_place_valid_named_and_coloured(files, tmp_path):
+    whole = read(files["mount/assembly.step"], tmp_path)
+    wanted = handmade.solids("jaw")
+    assert [child.label for child in whole.children] == [solid.name for solid in wanted]
+    for child, solid in zip(whole.children, wanted, strict=True):
+        assert child.is_valid
+        assert child.volume == pytest.approx(solid.shape.volume, rel=1e-6)
+        ours, theirs = solid.shape.bounding_box(), child.bounding_box()
+        assert tuple(theirs.min) == pytest.approx(tuple(ours.min), abs=1e-5)
+        assert tuple(theirs.max) == pytest.approx(tuple(ours.max), abs=1e-5)
+        linear = tuple(child.color)[:3]
+        assert tuple(_display(value) for value in linear) == pytest.approx(solid.rgb, abs=0.01)
+
+
+def test_a_part_is_its_solid(files, tmp_path):
+    solid = next(s for s in handmade.solids("jaw") if s.name == "mount")
+    found = read(files["mount/hand-made-mount.step"], tmp_path)
+    assert found.is_valid
+    assert found.volume == pytest.approx(solid.shape.volume, rel=1e-6)
+    assert b"SI_UNIT(.MILLI.,.METRE.)" in files["mount/hand-made-mount.step"]
+
+
+def test_cadquery_reads_the_assembly_too(files, tmp_path):
+    import cadquery as cq
+
+    path = tmp_path / "assembly.step"
+    path.write_bytes(files["mount/assembly.step"])
+    volumes = sorted(solid.Volume() for solid in cq.importers.importStep(str(path)).solids().vals())
+    assert volumes == pytest.approx(sorted(s.shape.volume for s in handmade.solids("jaw")), rel=1e-6)
+
+
+def test_files_do_not_depend_on_what_was_written_before(files):
+    again = step.render(handmade.solids("jaw"), handmade.layout("jaw").spec)
+    assert again == files
+
+
+def test_the_header_s_time_is_the_epoch_or_what_the_environment_says(files, monkeypatch):
+    for data in files.values():
+        assert re.findall(rb"'(\d{4}-\d\d-\d\dT[\d:]+)'", data) == [b"1970-01-01T00:00:00"]
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    data = step.part(handmade.solids("jaw")[1], "mount")
+    assert b"'2023-11-14T22:13:20'" in data
+
+
+def test_occurrences_are_counted_from_one(files):
+    numbers = re.findall(rb"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('(\d+)'", files["mount/assembly.step"])
+    assert [int(n) for n in numbers] == list(range(1, 10))
+
+
+def _display(linear: float) -> float:
+    """Linear light to sRGB (IEC 61966-2-1), as OpenCASCADE reads colours into linear values."""
+    return 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1 / 2.4) - 0.055

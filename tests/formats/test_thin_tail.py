@@ -1,0 +1,177 @@
+"""A tail of fewer copper layers than the body: its holes end with its own layers, in every file that shows them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+from gerber_shapes import image, read
+from gerbonara import ExcellonFile
+from kicad_oracle import needs_kicad, rule_check, write
+from layouts import order_set, thin_tail, two_coils
+from shapely import Polygon
+from shapely import box as shapely_box
+
+import sitscad
+from sitscad.extraction import compare, extract
+from sitscad.formats import excellon
+from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.kicad import project as kicad
+from sitscad.geometry.path import bounding_box
+from sitscad.layout import lay_out
+from sitscad.layout.panel import plan
+from sitscad.layout.thickness import tail_layers
+from sitscad.spec.load import load_text
+
+MM = 1e-3
+
+SPEC = """
+sitscad: 1
+name: thin
+coil: {{shape: circle, outer_diameter: {across}, turns: 5, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}
+array: {array}
+fpc: {{tail: {{length: 30, layers: {tail}{turn}}}}}
+"""
+
+
+def board(layers=4, tail=2, array="{pattern: single}", across=6, turn=""):
+    return lay_out(load_text(SPEC.format(layers=layers, tail=tail, array=array, across=across, turn=turn), "thin.yaml"))
+
+
+BOARDS = {
+    "four layers": {},
+    "four layers, a tail of three": {"tail": 3},
+    "six layers": {"layers": 6, "across": 8},
+    "eight layers, four coils": {"layers": 8, "across": 9, "array": "{pattern: grid, count: [2, 2], pitch: 11}"},
+    "three coils, a tail that turns": {"array": "{pattern: line, count: 3, pitch: 8}", "turn": ", turn: left"},
+}
+
+
+@pytest.fixture(params=BOARDS.values(), ids=list(BOARDS), scope="module")
+def thin(request):
+    return board(**request.param)
+
+
+def holes(text: bytes) -> set[tuple[float, float]]:
+    file = ExcellonFile.from_string(text.decode("ascii"), filename="x.drl")
+    return {(round(hole.x, 4), round(hole.y, 4)) for hole in file.objects}
+
+
+def flashes(text: bytes) -> set[tuple[float, float]]:
+    found = (item for item in read(text).objects if type(item).__name__ == "Flash")
+    return {(round(item.x, 4), round(item.y, 4)) for item in found}
+
+
+def test_holes_in_the_tail_end_with_its_layers(thin):
+    last = thin.spec.fpc.tail.layers
+    assert not thin.findings
+    inside = [via for via in thin.vias if via.lowest is not None]
+    assert len(inside) == len(thin.coils)
+    assert {via.lowest for via in inside} == {last}
+    assert all(via.centre.x <= thin.body[2] for via in thin.vias if via.lowest is None)
+
+
+def test_every_span_has_its_drill_file_and_pads_on_its_layers_only(thin):
+    last, count = thin.spec.fpc.tail.layers, thin.copper_layers
+    drills = excellon.render(thin)
+    assert sorted(drills) == ["fpc/thin-PTH.drl", f"fpc/thin-front-in{last - 1}.drl"]
+    blind, through = drills[f"fpc/thin-front-in{last - 1}.drl"], drills["fpc/thin-PTH.drl"]
+    assert f"TF.FileFunction,Plated,1,{last},Blind\n".encode() in blind
+    assert f"TF.FileFunction,Plated,1,{count},PTH\n".encode() in through
+    assert not holes(blind) & holes(through)
+    for path, text in gerber.render(thin).items():
+        if number := re.search(rb"FileFunction,Copper,L(\d+)", text):
+            there = flashes(text)
+            assert holes(through) <= there, path
+            assert (holes(blind) <= there) if int(number[1]) <= last else not (holes(blind) & there), path
+
+
+def test_the_files_read_back_keep_their_word(thin, tmp_path):
+    files = order_set(thin, plan(thin))
+    for path, content in files.items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_bytes(content)
+    assert compare(extract(tmp_path)) == ()
+    job, last = (tmp_path / "fpc/thin-job.gbrjob").read_text(), thin.spec.fpc.tail.layers
+    assert f"Plated,1,{last},Blind" in job
+    drill = tmp_path / f"fpc/thin-front-in{last - 1}.drl"
+    drill.write_text(drill.read_text().replace(f"1,{last},Blind", f"1,{thin.copper_layers},PTH"))
+    kinds = {difference.kind.value for difference in compare(extract(tmp_path))}
+    assert {"no-layer", "hole-off-pad"} <= kinds
+
+
+def test_copper_beyond_the_end_of_its_layer_is_found(tmp_path):
+    files = order_set(thin_tail(two_coils(4)))
+    for path, content in files.items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_bytes(content)
+    copper = tmp_path / "fpc/two-coils-In2_Cu.gbr"
+    text = copper.read_text()
+    copper.write_text(text.replace("M02*", "%ADD90C,0.4*%\nD90*\nX12000000Y0D03*\nM02*"))
+    assert "no-layer" in {difference.kind.value for difference in compare(extract(tmp_path))}
+
+
+def test_the_test_netlist_meets_holes_of_the_tail_from_the_top(thin):
+    records = [line for line in order_set(thin)["fpc/thin-netlist.d356"].decode().splitlines() if line[:3] == "317"]
+    access = [line[38:41] for line in records]
+    assert access.count("A01") == len(thin.coils) and set(access) == {"A00", "A01"}
+
+
+@needs_kicad
+def test_kicad_takes_them_for_blind_vias_and_finds_nothing(thin, tmp_path):
+    files = kicad.render(thin)
+    text = files["kicad/thin.kicad_pcb"].decode()
+    assert text.count("(via blind ") == len(thin.coils)
+    assert f'(layers "F.Cu" "In{thin.spec.fpc.tail.layers - 1}.Cu")' in text
+    assert rule_check(write(files, tmp_path)) == ([], [])
+
+
+def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
+    """Drawn from the lap on over all of the tail, named in the papers; the body's ends at the step."""
+    files, lap = order_set(thin), thin.spec.fpc.rules.coverlay_lap
+    last = thin.spec.fpc.tail.layers
+    text = files["fpc/thin-Tail_Coverlay.gbr"]
+    assert f"TF.FileFunction,Other,Tail_Coverlay_L{last}*".encode() in text
+    area, box = image(read(text)), bounding_box([thin.outline])
+    x0, _, x1, _ = area.bounds
+    assert (x0, x1) == pytest.approx(((thin.body[2] - lap) / MM, box[2] / MM), abs=1e-5)
+    whole = Polygon([(p.x / MM, p.y / MM) for p in thin.outline.flattened(1e-6)])
+    assert area.area == pytest.approx(whole.intersection(shapely_box(x0, -1e3, 1e3, 1e3)).area, rel=1e-4)
+    words = " ".join(files["fpc/readme.txt"].decode().split())
+    assert f"The tail has a coverlay of its own under copper {last}" in words
+    assert "laps 500 um into the body" in words and "the bottom coverlay goes on" not in words
+    for name in ("drawing.svg", "stackup.svg"):
+        drawn = " ".join(re.sub(r"<[^>]*>", " ", files[f"fpc/thin-{name}"].decode()).split())
+        assert "coverlay" in drawn and re.search(r"laps\s+500 um\s+into", drawn), name
+    step = thin.spec.fpc.stackup.thickness - sum(layer.thickness for layer in tail_layers(thin))
+    assert f"the step of {step * 1e6:.4g} um" in words
+
+
+def test_copper_of_the_tail_that_nothing_covers_from_below_is_found(thin, tmp_path):
+    for path, content in order_set(thin).items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_bytes(content)
+    path = tmp_path / "fpc/thin-Tail_Coverlay.gbr"
+    little = "G36*\nX0Y0D02*\nG01*\nX1000Y0D01*\nX1000Y1000D01*\nX0Y0D01*\nG37*"
+    path.write_text(re.sub(r"G36\*.*G37\*", little, path.read_text(), flags=re.DOTALL))
+    assert "bare-copper" in {difference.kind.value for difference in compare(extract(tmp_path))}
+
+
+def test_a_hole_near_the_step_is_found_and_the_margin_that_is_named_mends_it(thin):
+    found = [f for f in sitscad.check(thin.spec, thin).findings if f.rule == "SIT130"]
+    gaps = [thin.body[2] - via.centre.x - via.drill / 2 for via in thin.vias if via.lowest is None]
+    holes = [f for f in found if "a hole of" in f.message]
+    assert bool(holes) == (min(gaps) < thin.spec.fpc.rules.hole_to_step)
+    for finding in found:
+        assert finding.severity.value == "warning"
+        x, y = re.search(r"fpc.margin: \[([\d.]+), ([\d.]+)\]", finding.hint).groups()
+        changed = replace(thin.spec, fpc=replace(thin.spec.fpc, margin=(float(x) * MM, float(y) * MM)))
+        left = {f.message.split(" ")[1] for f in sitscad.check(changed).findings if f.rule == "SIT130"}
+        assert finding.message.split(" ")[1] not in left
+
+
+def test_a_tail_of_all_layers_has_no_step():
+    whole = board(tail=4)
+    assert {path for path in order_set(whole) if "Tail_Coverlay" in path} == set()
+    assert "SIT130" not in {f.rule for f in sitscad.check(whole.spec, whole).findings}

@@ -1,0 +1,167 @@
+"""The bill of materials: what the spec has is listed once with the right size, what it has not is not."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import layouts
+import pytest
+
+from sitscad.layout import lay_out
+from sitscad.papers import bom
+from sitscad.report.section import section
+from sitscad.scene.stack import closed_span, stack
+from sitscad.spec import templates
+from sitscad.spec.load import load_text
+from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.sensor import Cable, CoilPlacement, ElastomerPad, Encapsulation, Jaw, Mount, Shield, Target
+
+MM = 1e-3
+RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")
+PDMS = ElastomerMaterial("pdms", 600e3, 0.3, 1e9)
+COPPER, STEEL = Conductor("copper", 58e6), Conductor("stainless-304", 1.39e6)
+ESTIMATES = SimpleNamespace(
+    readout=SimpleNamespace(capacitance=330e-12, capacitance_reason="E12, centre of both windows")
+)
+
+
+def full(name="two-coils"):
+    """The hand-made board with everything that a spec can have."""
+    layout = layouts.two_coils(name=name)
+    spec = replace(
+        layout.spec,
+        target=Target("circle", (4 * MM, 4 * MM), 0.2 * MM, COPPER),
+        elastomer=ElastomerPad(RUBBER, "square", (4 * MM, 4 * MM), 2 * MM, 0.15 * MM),
+        encapsulation=Encapsulation(PDMS, 0.1 * MM),
+        shield=Shield(COPPER, 0.1 * MM, 0.6 * MM),
+        mount=Mount("grasper-pad", Jaw("generic-5mm", 4.8 * MM, 20 * MM, 2.2 * MM, 5 * MM, STEEL), 1 * MM),
+        readout=replace(layout.spec.readout, cable=Cable(0.3, 180e-9, 30e-12, 0.3)),
+    )
+    return replace(layout, spec=spec)
+
+
+def rows_of(layout, estimates=ESTIMATES) -> dict[str, dict[str, str]]:
+    """The rows by their item, as a spreadsheet reads them."""
+    text = bom.render(layout, estimates)["bom.csv"].decode("utf-8")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert all(None not in row and None not in row.values() for row in rows)
+    found = {row["item"]: row for row in rows}
+    assert len(found) == len(rows)
+    return found
+
+
+def test_everything_of_a_full_spec_is_there():
+    rows = rows_of(full())
+    assert list(rows) == [
+        "flexible printed circuit", "connector", "capacitor", "converter", "clock", "cable", "elastomer", "target",
+        "encapsulation", "shield", "mount", "mount-spacer", "jaw",
+    ]  # fmt: skip
+    assert list(rows["target"]) == ["item", "quantity", "part", "material", "size", "note"]
+    assert rows["elastomer"]["size"] == "4 x 4 x 2 mm" and rows["elastomer"]["material"] == "ecoflex-00-30"
+    assert rows["target"]["size"] == "diameter 4 x 0.2 mm"
+    assert rows["connector"]["part"] == "zif-0.5mm, 4 contacts" and "2.5 mm wide" in rows["connector"]["size"]
+    assert rows["capacitor"]["quantity"] == "2" and rows["capacitor"]["part"] == "330 pF"
+    assert rows["clock"]["part"] == "40 MHz oscillator"
+    assert rows["cable"]["size"] == "300 mm" and rows["cable"]["quantity"] == "2"
+    made = rows["flexible printed circuit"]["note"]
+    assert "stiffener of polyimide, 5 mm along the tail, 2.5 mm across, 200 um thick" in made
+    assert "4 contacts 300 um wide and 3 mm long, pitch 500 um" in made
+
+
+def test_where_plates_are_mounted_is_said_where_it_is_not_over_the_mean():
+    layout = full()
+    pad = replace(layout.spec.elastomer, offset=(0.5 * MM, -0.25 * MM))
+    rows = rows_of(replace(layout, spec=replace(layout.spec, elastomer=pad)))
+    assert rows["elastomer"]["note"].endswith("; centre [0.5, -0.25] mm from the coils' mean")
+    assert "mean" not in rows["target"]["note"]
+
+
+def test_outline_and_thickness_of_the_circuit():
+    row = rows_of(full())["flexible printed circuit"]
+    assert row["size"] == "20.4 x 4.7 x 0.15 mm"
+    assert row["material"] == "flex-2l-35um, 2 copper layers"
+
+
+def test_a_bare_coil_board_lists_no_soft_parts_and_no_connector():
+    rows = rows_of(layouts.two_coils(tail=False))
+    assert list(rows) == ["flexible printed circuit", "wires", "capacitor", "converter", "clock"]
+
+
+@pytest.mark.parametrize(("coils", "converters"), [(1, 1), (4, 1), (5, 2), (8, 2)])
+def test_four_coils_a_converter(coils, converters):
+    layout = full()
+    placements = tuple(CoilPlacement(f"C{i}", (i * 4 * MM, 0.0)) for i in range(coils))
+    more = tuple(replace(layout.coils[0], placement=placement, net=placement.name) for placement in placements)
+    rows = rows_of(replace(layout, coils=more))
+    assert (rows["converter"]["quantity"], rows["capacitor"]["quantity"]) == (str(converters), str(coils))
+
+
+def test_no_capacitor_found_is_said():
+    none = SimpleNamespace(readout=SimpleNamespace(capacitance=None, capacitance_reason="no value fits both windows"))
+    row = rows_of(full(), none)["capacitor"]
+    assert row["part"] == "none found" and "no value fits" in row["note"]
+
+
+def test_a_formula_is_no_cell():
+    layout = full()
+    odd = replace(layout.spec.elastomer, material=replace(RUBBER, name='=HYPERLINK("x"),\n"y"'))
+    row = rows_of(replace(layout, spec=replace(layout.spec, elastomer=odd)))["elastomer"]
+    assert row["material"] == '\'=HYPERLINK("x"),\n"y"'
+
+
+def test_same_bytes_twice():
+    assert bom.render(full(), ESTIMATES) == bom.render(full(), ESTIMATES)
+
+
+@pytest.mark.parametrize(
+    ("standoff", "shield", "pieces"),
+    [
+        (0.7, 0.6, {"mount": "0.6 mm thick"}),
+        (1.0, 0.6, {"mount": "0.3 mm thick", "mount-spacer": "0.6 mm thick"}),
+        (0.7, None, {"mount": "0.7 mm thick"}),
+    ],
+)
+def test_the_mount_is_named_and_measured_as_in_drawing_and_report(standoff, shield, pieces):
+    layout = full()
+    mount = replace(layout.spec.mount, standoff=standoff * MM)
+    sheet = Shield(COPPER, 0.1 * MM, shield * MM) if shield else None
+    layout = replace(layout, spec=replace(layout.spec, mount=mount, shield=sheet))
+    rows = {name: row for name, row in rows_of(layout).items() if name.startswith("mount")}
+    assert {name: row["size"] for name, row in rows.items()} == pieces
+    assert all(f"{standoff:g} mm of standoff in all" in row["note"] for row in rows.values())
+    drawn = section(layout.spec)
+    for name, size in pieces.items():
+        words = f"{name} to the shield, " if shield == float(size.split()[0]) else f"{name}, "
+        shown = size.removesuffix(" thick")
+        assert words + (f"{float(shown.split()[0]) * 1e3:g} um" if float(shown.split()[0]) < 1 else shown) in drawn
+
+
+def test_the_drawings_pieces_are_those_of_the_list():
+    pytest.importorskip("build123d", reason="build123d is not installed")
+    from sitscad.parts.mount import mount as solids_of
+
+    layout = full()
+    heights = {}
+    for solid in solids_of(replace(layout, spec=replace(layout.spec, mount=replace(layout.spec.mount, standoff=1e-3)))):
+        box = solid.shape.bounding_box()
+        heights[solid.name] = box.max.Z - box.min.Z
+    assert set(heights) == {name for name in rows_of(layout) if name.startswith("mount")}
+    assert heights["mount-spacer"] == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("template", ["grasper_4layer", "racetrack_jaw"])
+def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(template):
+    """The list had the body's width, of which a quarter of a millimetre would have stood out of the port."""
+    layout = lay_out(load_text(templates.read(template)))
+    rows = rows_of(layout)
+    length, width, thickness = (float(side) for side in rows["shield"]["size"].removesuffix(" mm").split(" x "))
+    low, high = closed_span(layout)
+    levels = stack(layout).shield
+    corner = math.hypot(width / 2, (levels[0] - (low + high) / 2) / MM)
+    assert corner == pytest.approx(layout.spec.mount.jaw.port_diameter / 2 / MM, abs=1e-4)
+    assert width < layout.body_size[1] / MM and "to pass the port" in rows["shield"]["note"]
+    assert (length, thickness) == (pytest.approx(layout.body_size[0] / MM, abs=1e-4), 0.1)

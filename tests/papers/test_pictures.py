@@ -1,0 +1,248 @@
+"""The pictures of the layout, the stack-up drawing and the readme: measured in the SVG itself, drawn by librsvg."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from itertools import pairwise
+
+import layouts
+import pytest
+
+from sitscad.drawing import board_picture
+from sitscad.finding import Finding, Severity
+from sitscad.formats import excellon, ipc356
+from sitscad.formats.gerber import job as gerber_job
+from sitscad.formats.gerber import layers as gerber
+from sitscad.geometry.path import bounding_box
+from sitscad.layout import lay_out
+from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.papers import board_pictures
+from sitscad.papers import order_notes as fabrication_notes
+from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.spec.load import load_text
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def drawing(svg: str) -> ET.Element:
+    """The inner picture: the drawing to scale."""
+    return ET.fromstring(svg).find(f"{SVG}svg")
+
+
+def scale_of(svg: str) -> float:
+    """User units a millimetre, from the scale bar and what is written beside it."""
+    bar = next(path for path in ET.fromstring(svg).iter(f"{SVG}path") if path.get("d").startswith("M20 8V16M20 12H"))
+    end = float(re.search(r"H([0-9.]+)", bar.get("d"))[1])
+    words = [text.text for text in ET.fromstring(svg).iter(f"{SVG}text") if re.fullmatch(r"[0-9.]+ (mm|um)", text.text)]
+    number, unit = words[0].split()
+    return (end - 20.0) / (float(number) * (1e-3 if unit == "um" else 1.0))
+
+
+def test_tracks_and_vias_are_drawn_to_the_scale_of_the_bar(board):
+    for svg in (board_picture.picture(board), board_picture.picture(board, window=board.body)):
+        scale = scale_of(svg)
+        group = next(g for g in drawing(svg).iter(f"{SVG}g") if g.get("class") == "copper-1")
+        (width,) = {float(path.get("stroke-width")) for path in group}
+        assert width == pytest.approx(0.1 * scale, abs=0.006)
+        radii = sorted({float(circle.get("r")) for circle in drawing(svg).iter(f"{SVG}circle")})
+        assert radii == pytest.approx([0.075 * scale, 0.175 * scale], abs=0.006)
+
+
+def test_arcs_stay_arcs_and_turn_the_right_way():
+    svg = board_picture.picture(layouts.two_coils(), layers=[1])
+    spirals = [p.get("d") for p in drawing(svg).iter(f"{SVG}path") if p.get("d").count("A") == 9]
+    assert len(spirals) == 2
+    first = re.match(r"M([0-9.]+) ([0-9.]+)A([0-9.]+) [0-9.]+ 0 0 0 ([0-9.]+) ([0-9.]+)", spirals[0])
+    assert first, "a counter-clockwise half turn is a small arc of sweep 0 where y points down"
+    x0, y0, radius, x1, y1 = map(float, first.groups())
+    assert x0 - x1 == pytest.approx(2 * radius, abs=0.03) and y0 == pytest.approx(y1)
+
+
+def test_layers_are_chosen_and_coloured_apart(board):
+    last = board.copper_layers
+    everything = board_picture.picture(board)
+    only = board_picture.picture(board, layers=[last])
+    assert f"class='copper-{last}'" in only and "class='copper-1'" not in only
+    assert len({board_picture.COLOURS[i] for i in range(last)}) == last
+    assert all(f"class='copper-{i}'" in everything for i in range(1, last + 1))
+
+
+def test_labels_and_legend_name_what_is_shown(board):
+    whole, body = board_picture.picture(board), board_picture.picture(board, window=board.body)
+    for word in (
+        "C1",
+        "C2",
+        "1: C1.A",
+        "4: C2.A",
+        "stiffener 200 um",
+        "bend 90 deg down",
+        "top coverlay open",
+        "copper 1",
+    ):
+        assert f">{word}<" in whole
+    assert ">contacts<" not in body and ">bend zone<" not in body
+
+
+def test_pictures_are_self_contained(board):
+    for path, text in layouts.order_set(board).items():
+        if path.endswith(".svg"):
+            root = ET.fromstring(text)
+            assert not [e.tag for e in root.iter() if e.tag.rpartition("}")[2] in ("script", "image", "use", "style")]
+            assert b"href" not in text and b"url(" not in text and b" id=" not in text
+            assert b"nan" not in text.lower().replace(b"dominant", b"") and b"inf" not in text.lower()
+
+
+def test_names_are_escaped():
+    board = layouts.two_coils()
+    spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=replace(board.spec.fpc.stackup, name="a<b & c")))
+    ET.fromstring(stackup_drawing.drawing(replace(board, spec=spec), "a<b").svg())
+
+
+def bars(board) -> list[tuple[float, float]]:
+    """Left edge and height (mm on paper) of every bar of the stack-up drawing, from the top of each section."""
+    found = []
+    for shape in stackup_drawing.drawing(board, "").items:
+        if getattr(shape, "fill", None) in {*stackup_drawing.COLOURS.values(), stackup_drawing.PLATE}:
+            x0, y0, _, y1 = bounding_box(shape.paths)
+            found.append((x0, y1 - y0))
+    return found
+
+
+def test_stackup_drawing_has_heights_to_scale(board):
+    body = [height for x, height in bars(board) if x == stackup_drawing.JOINT]
+    layers = board.spec.fpc.stackup.layers
+    scale = body[0] / layers[0].thickness
+    assert body == pytest.approx([layer.thickness * scale for layer in layers], rel=1e-9)
+    tail = [height for x, height in bars(board) if x < stackup_drawing.JOINT]
+    bare = [*(layer.thickness for layer in layers), board.stiffener.thickness]
+    assert tail == pytest.approx([thickness * scale for thickness in bare], rel=1e-9)
+
+
+def test_readme_states_the_order():
+    text = fabrication_notes.readme(layouts.two_coils())
+    assert "2 copper layers" in text and "20.4 mm x 4.7 mm" in text
+    assert "150 um finished, without stiffener" in text
+    assert "4 of 150 um (pad 350 um), plated" in text
+    assert "DO NOT ORDER" not in text
+
+
+def test_readme_compares_the_contacts_with_the_connector():
+    board = layouts.two_coils()
+    assert finished_thickness(board, Where.CONTACT).nominal == pytest.approx(322.5e-6)
+    good = fabrication_notes.readme(board)
+    assert "give 322.5 um" in " ".join(good.split()) and "OUT OF TOLERANCE" not in good
+    thick = replace(board, stiffener=replace(board.stiffener, thickness=250e-6))
+    assert "OUT OF TOLERANCE" in fabrication_notes.readme(thick)
+
+
+def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_told():
+    board = layouts.thin_tail(layouts.two_coils(4))
+    assert finished_thickness(board, Where.CONTACT).nominal == pytest.approx(322.5e-6)
+    text = " ".join(fabrication_notes.readme(board).split())
+    assert "only its first 2 copper layers: copper 3 to 4 and what lies between end there" in text
+    assert "the tail is 150 um thick" in text
+    assert "only its first" not in fabrication_notes.readme(layouts.two_coils(4))
+    assert len([x for x, _ in bars(board) if x < stackup_drawing.JOINT]) == 5 + 1
+
+
+def test_readme_lists_every_file_of_the_set(board):
+    text = fabrication_notes.readme(board)
+    for module in (gerber, excellon, ipc356, gerber_job, board_pictures):
+        for path in module.render(board):
+            assert f"\n{path.rpartition('/')[2]} " in text
+
+
+def test_readme_of_an_incomplete_layout_says_so_first():
+    finding = Finding("SIT110", "no-room", Severity.ERROR, "no room for the inner via: 0.1 mm short")
+    text = fabrication_notes.readme(replace(layouts.two_coils(), findings=(finding,)))
+    assert "DO NOT ORDER" in text.splitlines()[3] and "SIT110 no room for the inner via" in text
+
+
+def test_a_board_without_tail_is_described_too():
+    board = layouts.two_coils(tail=False)
+    text = fabrication_notes.readme(board)
+    assert "Stiffener" not in text and "Bend" not in text
+    assert "bend zone" not in board_picture.picture(board)
+
+
+@pytest.mark.clients("rsvg-convert")
+def test_librsvg_draws_the_pictures(board, tmp_path):
+    for path, text in layouts.order_set(board).items():
+        if path.endswith(".svg"):
+            picture = tmp_path / "picture.png"
+            run = subprocess.run(["rsvg-convert", "-o", picture], input=text, capture_output=True, timeout=60)
+            assert run.returncode == 0 and run.stderr == b"" and picture.stat().st_size > 5000
+
+
+def test_marks_stand_at_their_places_and_do_not_hide_one_another(board):
+    """A mark is a ring about its place, one for places that lie together; those outside the window are left out."""
+    x0, y0, x1, y1 = board.body
+    marks = [
+        board_picture.Mark(x0, y0, "1", "warning"),
+        board_picture.Mark(x0, y0 + 1e-5, "2", "error"),
+        board_picture.Mark(x1, y1, "3", "warning"),
+        board_picture.Mark(x1 + 5e-3, 0.0, "4", "note"),
+    ]
+    text = board_picture.picture(board, window=board.body, marks=marks)
+    root = ET.fromstring(text)
+    groups = [g for g in root.iter() if g.get("class", "").startswith("mark-")]
+    assert [(g.get("class"), g[2].text) for g in groups] == [("mark-error", "1, 2"), ("mark-warning", "3")]
+    margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
+    scale = board_picture.WIDTH / (x1 - x0 + 2 * margin)
+    for group, (x, y) in zip(groups, ((margin, y1 - y0 + margin), (x1 - x0 + margin, margin)), strict=True):
+        assert (float(group[0].get("cx")), float(group[0].get("cy"))) == pytest.approx((x * scale, y * scale), abs=0.02)
+    assert ">error, numbered<" in text and ">note, numbered<" not in text
+    assert "mark-" not in board_picture.picture(board)
+
+
+@pytest.mark.parametrize("tail", ["connector: zif-0.3mm", "connector: zif-0.5mm, length: 200", "turn: left"])
+def test_names_of_contacts_do_not_cover_each_other(tail):
+    """Eight contacts at a pitch of 0.3 mm, a board so long that they are tiny, and one whose names stand upright."""
+    text = (
+        "sitscad: 1\nname: fine\ncoil: {shape: circle, outer_diameter: 4, turns: 5, layers: 2, trace_width: 0.1, "
+        "trace_spacing: 0.1}\narray: {pattern: grid, count: [2, 2], pitch: 6}\n"
+    )
+    layout = lay_out(load_text(f"{text}fpc: {{tail: {{{tail}}}}}\n"))
+    root = ET.fromstring(board_picture.picture(layout))
+    (group,) = [g for g in root.iter(f"{SVG}g") if any(": C" in (t.text or "") for t in g.findall(f"{SVG}text"))]
+    names = group.findall(f"{SVG}text")
+    assert [t.text for t in names] == [f"{p.number}: {p.pin}" if p.pin else f"{p.number}" for p in layout.pads]
+    size, axis = float(group.get("font-size")), "x" if "turn" in tail else "y"
+    places = sorted(float(t.get(axis)) for t in names)
+    assert min(b - a for a, b in pairwise(places)) > size > 1.0 and group.get("stroke-width") is None
+
+
+@pytest.mark.parametrize("layers", [1, 2, 4, 6])
+def test_every_colour_of_a_picture_is_in_its_legend_and_nothing_is_transparent(layers):
+    coil = f"{{shape: circle, outer_diameter: 8, turns: 5, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}"
+    spec = load_text(f"sitscad: 1\nname: colours\ncoil: {coil}\nfpc: {{tail: {{length: 30}}}}\n")
+    for svg in (board_picture.picture(lay_out(spec)), board_picture.picture(lay_out(spec), layers=[1])):
+        inner = ET.tostring(drawing(svg), encoding="unicode")
+        legend = svg[svg.index("</svg>") :]
+        colours = set(re.findall(r"(?:fill|stroke)=\"(#[0-9a-f]{6})\"", inner))
+        named = set(re.findall(r"(?:fill|stroke)='(#[0-9a-f]{6})'", legend))
+        plain = {board_picture.BOARD, board_picture.EDGE, "#000000", "#ffffff"}
+        assert colours - plain <= named and len(colours - plain) >= 4
+        assert "opacity" not in svg
+
+
+def test_metals_are_drawn_in_colours_of_their_own():
+    from sitscad.report.section import section
+    from sitscad.spec.profiles.presets import UNKNOWN_METAL, metal_colour, names
+
+    colours = {name: metal_colour(name) for name in names("conductor")}
+    assert len(set(colours.values())) == len(colours)
+    assert all(re.fullmatch("#[0-9a-f]{6}", colour) for colour in colours.values())
+    coil = "{shape: circle, outer_diameter: 8, turns: 5, layers: 2, trace_width: 0.1, trace_spacing: 0.1}"
+    for material, colour in (
+        ("aluminium", colours["aluminium"]),
+        ("copper", colours["copper"]),
+        ("{name: tin, conductivity: 9 MS/m}", UNKNOWN_METAL),
+    ):
+        text = f"sitscad: 1\nname: metal\ncoil: {coil}\ntarget: {{material: {material}, size: 8}}\n"
+        drawn = section(load_text(text))
+        assert f'fill="{colour}"' in drawn
+        assert (f'fill="{colours["copper"]}"' in drawn) == (material == "copper")
