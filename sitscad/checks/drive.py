@@ -18,6 +18,7 @@ from sitscad.checks.readings import (
 )
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
+from sitscad.scene.state import FREE
 from sitscad.units import show
 
 CODE_KEY = "readout.drive_code"
@@ -125,7 +126,7 @@ def _careful_code(subject: Subject, resistance: Reading) -> int:
 
 def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
     """A note for the bench, at room temperature: the coil alone may swing too far with the assembled sensor's code."""
-    bare = [r for r in readings_of(subject.at_room_temperature, "parallel_resistance") if r.state == "free"]
+    bare = [r for r in readings_of(subject.at_room_temperature, "parallel_resistance") if r.state == FREE]
     worst, swing = _widest(subject, bare)
     if worst is None or not is_assembled(subject):
         return

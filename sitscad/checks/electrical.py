@@ -24,6 +24,7 @@ from sitscad.checks.readings import (
 from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.remedy.moves import capacitor
+from sitscad.scene.state import FREE
 from sitscad.units import show
 
 
@@ -254,7 +255,7 @@ def tank_capacitor(subject: Subject) -> Iterator[Verdict]:
 
 
 def _distance_advice(subject: Subject, worst: Reading) -> str:
-    if worst.state == "free":
+    if worst.state == FREE:
         return "a higher sensor frequency (smaller capacitor) raises it too"
     standoff = "a larger mount.standoff (board higher over the metal), a copper shield or"
     mount = standoff if subject.spec.mount is not None else "or"

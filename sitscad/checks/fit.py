@@ -16,8 +16,9 @@ from sitscad.layout.stiffening import tail_thickness
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import calmer_tail, narrower, other_ends
 from sitscad.remedy.search import Left, in_vain, named, ways
-from sitscad.scene.slabs import Slab, slabs
-from sitscad.scene.stack import shield_size
+from sitscad.scene.bodies import Body, above_board
+from sitscad.scene.jaws import PartsError, closed_section
+from sitscad.scene.stack import shield
 from sitscad.spec.sensor import ElastomerPad, Jaw, SensorSpec
 from sitscad.units import show
 
@@ -45,12 +46,12 @@ def sensor_width(subject: Subject) -> Iterator[Verdict]:
             "m",
             advice=None if less else lambda left: _narrower_body(subject, left),
         )
-    for slab in slabs(subject.spec):
+    for slab in above_board(subject.spec):
         yield from _across_jaw(subject, jaw, slab)
     yield from _through_port(subject)
 
 
-def _across_jaw(subject: Subject, jaw: Jaw, slab: Slab) -> Iterator[Verdict]:
+def _across_jaw(subject: Subject, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
     """Elastomer or target across the jaw, each where it stands."""
     (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, subject.layout.body
     middle, width = (y0 + y1) / 2, high - low
@@ -153,9 +154,6 @@ def sensor_length(subject: Subject) -> Iterator[Verdict]:
 
 def stack_height(subject: Subject) -> Iterator[Verdict]:
     """The closed pair of jaws with the whole stack between them, inside the port's circle."""
-    from sitscad.parts import PartsError
-    from sitscad.parts.fit import closed_section
-
     try:
         section = closed_section(subject.layout)
     except PartsError as error:
@@ -273,24 +271,23 @@ def shield_gap(subject: Subject) -> Iterator[Verdict]:
 
 def _uncovered_coils(subject: Subject) -> Iterator[Verdict]:
     """Coils that reach beyond a shield which the port makes narrower than the body."""
-    from sitscad.parts import PartsError
-
     spec, (_, y0, _, y1) = subject.spec, subject.layout.body
     try:
-        sides = shield_size(subject.layout)
+        sheet = shield(subject.layout)
     except PartsError:
         return  # it stands in the jaw's metal, which is said below
-    assert sides is not None
-    middle = (y0 + y1) / 2
+    assert sheet is not None
+    middle, (_, low, _, high) = (y0 + y1) / 2, bounding_box((sheet.outline(),))
+    width = high - low
     across = 2.0 * max(abs(p.centre[1] - middle) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
-    if across > sides[1] + ROUNDING:
+    if across > width + ROUNDING:
         yield Complaint(
-            f"the shield is {show(sides[1], 'm', 3)} wide, as the port leaves it room, and the coils reach "
-            f"{show(across, 'm', 3)} across: {show((across - sides[1]) / 2, 'm', 3)} of them on each side see the jaw "
+            f"the shield is {show(width, 'm', 3)} wide, as the port leaves it room, and the coils reach "
+            f"{show(across, 'm', 3)} across: {show((across - width) / 2, 'm', 3)} of them on each side see the jaw "
             "beside it, and the estimate takes it as endless",
             "bring it nearer to the closed pair's middle (a smaller shield.gap, a lower stack), or take smaller coils",
             "shield.gap",
-            sides[1],
+            width,
             across,
             "m",
             Severity.WARNING,

@@ -16,6 +16,7 @@ from sitscad.record import record
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import other_ends, whole_turns
 from sitscad.remedy.search import Left, first_that_mends
+from sitscad.scene.state import FREE
 from sitscad.units import show
 
 NAMED, WARNED = 0.015, 0.03
@@ -72,7 +73,7 @@ def _arc(subject: Subject, coil: Coil, estimate: CoilEstimate) -> _Arc:
     linked = estimate.lead_parts.get("coupling", 0.0)
     ring = Ring(spec.coil, coil.placement, spec.fpc.rules.trace_spacing + spec.coil.trace_width / 2.0)
     resistance = estimate.resistance_ac * abs(turns) * ring.boundary.length / estimate.trace_length
-    free, parallel = estimate.states.get("free"), math.nan
+    free, parallel = estimate.states.get(FREE), math.nan
     if free is not None:
         # Rp = L / (R C), with the arc over without it
         parallel = free.inductance / (free.inductance - linked) * (1.0 - resistance / free.resistance) - 1.0

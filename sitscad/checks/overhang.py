@@ -27,7 +27,7 @@ from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
 from sitscad.remedy.fix import Edit, Fix
 from sitscad.remedy.search import Left
-from sitscad.scene.slabs import Slab, elastomer, target
+from sitscad.scene.bodies import Body, elastomer, target
 from sitscad.scene.stack import ground
 from sitscad.units import show
 
@@ -79,9 +79,9 @@ def overhang(subject: Subject) -> Iterator[Verdict]:
     )
 
 
-def _severity(slab: Slab, carrier: Path) -> Severity:
+def _severity(body: Body, carrier: Path) -> Severity:
     """An error where the middle of a piece lies beside what carries it: it falls off, and no number is that of it."""
-    return Severity.ERROR if beyond(carrier, slab.footprint.centre) > 0.0 else Severity.WARNING
+    return Severity.ERROR if beyond(carrier, body.footprint.centre) > 0.0 else Severity.WARNING
 
 
 def _length(over: float) -> str:

@@ -13,7 +13,7 @@ from sitscad.geometry.path import Path, rectangle
 from sitscad.layout.tail import CORNER_RADIUS
 from sitscad.remedy.fix import Edit, Fix
 from sitscad.remedy.moves import Plate, carrying, resized
-from sitscad.scene.slabs import Slab, elastomer, target
+from sitscad.scene.bodies import Body, elastomer, target
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
@@ -21,7 +21,7 @@ MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 """The largest margin and the longest side (m) that a spec takes."""
 
 
-def lowest(spec: SensorSpec) -> Slab | None:
+def lowest(spec: SensorSpec) -> Body | None:
     """What lies on the board itself."""
     return elastomer(spec) or target(spec)
 

@@ -13,12 +13,12 @@ from sitscad.record import record
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import capacitor
 from sitscad.remedy.search import Left, first_that_mends
+from sitscad.scene.state import FREE, in_words
 from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates import StateEstimate
 
-STATE_WORDS = {"free": "alone in free air", "rest": "at rest", "pressed": "pressed"}
 
 
 @record
@@ -39,7 +39,7 @@ def readings_of(subject: Subject, attribute: str, working: bool = False) -> list
         Reading(coil.name, name, float(value), *_scatter(state, attribute))
         for coil in subject.estimates.coils
         for name, state in coil.states.items()
-        if not (working and assembled and name == "free")
+        if not (working and assembled and name == FREE)
         and (value := getattr(state, attribute)) is not None
         and math.isfinite(value)
     ]
@@ -99,7 +99,7 @@ def near_limit(reading: Reading | None, limit: float, unit: str, words: str, hin
 
 def is_assembled(subject: Subject) -> bool:
     """Whether any state but the coil's own exists, also one in which the model failed."""
-    return any(name != "free" for coil in subject.estimates.coils for name in (*coil.states, *coil.failed_states))
+    return any(name != FREE for coil in subject.estimates.coils for name in (*coil.states, *coil.failed_states))
 
 
 def undecided(subject: Subject, attribute: str) -> Iterator[Verdict]:
@@ -110,14 +110,14 @@ def undecided(subject: Subject, attribute: str) -> Iterator[Verdict]:
         for name, state in coil.states.items():
             value = getattr(state, attribute)
             if value is None or not math.isfinite(value):
-                yield Undecided(f"no {words} was estimated for coil {coil.name} {STATE_WORDS.get(name, name)}")
+                yield Undecided(f"no {words} was estimated for coil {coil.name} {in_words(name)}")
 
 
 def failed_states(subject: Subject, words: str) -> Iterator[Undecided]:
     """A reason for every state that is absent because the model fails there."""
     failed = {state: reason for coil in subject.estimates.coils for state, reason in coil.failed_states.items()}
     for state, reason in failed.items():
-        yield Undecided(f"the {words} {STATE_WORDS.get(state, state)} is unknown: {reason}")
+        yield Undecided(f"the {words} {in_words(state)} is unknown: {reason}")
 
 
 def nothing_estimated(subject: Subject) -> Iterator[Verdict]:
@@ -182,14 +182,14 @@ def worst_of(subject: Subject, attribute: str, choose: Callable[..., Reading], w
 
 def where(reading: Reading) -> str:
     """Coil and state in words."""
-    return f"coil {reading.coil} {STATE_WORDS.get(reading.state, reading.state)}"
+    return f"coil {reading.coil} {in_words(reading.state)}"
 
 
 def other_states(subject: Subject, worst: Reading, attribute: str, unit: str, digits: int = 3) -> str:
     """The same coil's other states, in brackets, with as many digits as the message gives the worst."""
     others = [r for r in readings_of(subject, attribute) if r.coil == worst.coil and r.state != worst.state]
     words = [
-        f"{STATE_WORDS.get(r.state, r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}"
+        f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}"
         for r in others
     ]
     return f" ({', '.join(words)})" if words else ""

@@ -11,6 +11,7 @@ from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
 from sitscad.record import record
+from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -44,7 +45,7 @@ def responses(subject: Subject) -> list[Response]:
     """The response of every coil that has both states."""
     found = []
     for coil in subject.estimates.coils:
-        rest, pressed = coil.states.get("rest"), coil.states.get("pressed")
+        rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
         if rest is None or pressed is None or not rest.quantum:
             continue
         before, after = rest.converter_inductance, pressed.converter_inductance

@@ -13,6 +13,7 @@ from sitscad.finding import Severity
 from sitscad.record import record
 from sitscad.remedy.moves import thicker_target
 from sitscad.remedy.search import Left, tried
+from sitscad.scene.state import REST
 from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import SensorSpec, Target
 from sitscad.units import show
@@ -186,7 +187,7 @@ def _effects(subject: Subject, design: Subject) -> dict[str, float]:
         return {coil.name: found[0] for coil in design.estimates.coils if (found := coil.sensitivity(force))}
     bare = subject.once("without its target", lambda: _compared(subject, replace(subject.spec, target=None)))
     without = {r.coil: r.value for r in readings_of(bare, "inductance", True)}
-    rest = [r for r in readings_of(design, "inductance") if r.state == "rest" and r.coil in without]
+    rest = [r for r in readings_of(design, "inductance") if r.state == REST and r.coil in without]
     return {r.coil: r.value - without[r.coil] for r in rest}
 
 

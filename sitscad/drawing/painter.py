@@ -12,10 +12,11 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from sitscad.parts.jaw import section
 from sitscad.parts.mesh import TriangleMesh, manifold, tessellate
-from sitscad.parts.solid import Solid, SolidRole
+from sitscad.parts.solid import Solid
 from sitscad.record import record
+from sitscad.scene.bodies import BodyRole
+from sitscad.scene.jaws import section
 from sitscad.spec.sensor import SensorSpec
 
 CHORD, TURN = 0.02, 0.5  # mm, rad: a picture's mesh
@@ -93,7 +94,7 @@ def _camera() -> tuple[Any, Any, Any]:
 def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
     """The meshes, cut off a little beyond the sensor so that a long tail does not make it small."""
     meshes = [(solid, tessellate(solid, CHORD, TURN)) for solid in solids]
-    body = [m.vertices[:, 0] for s, m in meshes if s.role not in (SolidRole.BOARD, SolidRole.STIFFENER)]
+    body = [m.vertices[:, 0] for s, m in meshes if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER)]
     if not body:
         return meshes
     x0, x1 = min(float(x.min()) for x in body), max(float(x.max()) for x in body)
@@ -263,7 +264,7 @@ def _port(cuts: list, spec: SensorSpec, top: float) -> tuple[float, float, list]
     jaw = spec.mount.jaw if spec.mount else None
     if jaw is None:
         return None
-    lower = next(polygons for solid, polygons in cuts if solid.role is SolidRole.JAW)
+    lower = next(polygons for solid, polygons in cuts if solid.role is BodyRole.JAW)
     bottom = min(point[1] for polygon in lower for point in polygon)
     axis = (bottom + top + (jaw.opposing_pad_thickness + jaw.height) * 1e3) / 2
     mirrored = [[(y, 2 * axis - z) for y, z in reversed(polygon)] for polygon in lower]
@@ -314,7 +315,7 @@ def _right_end(polygons: list, level: float) -> float:
 
 
 def _is_film(solid: Solid) -> bool:
-    return solid.role is SolidRole.ENCAPSULATION
+    return solid.role is BodyRole.ENCAPSULATION
 
 
 def _thickness(solid: Solid, height: float, spec: SensorSpec) -> float:

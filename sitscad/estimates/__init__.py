@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import FREE, PRESSED, REST, Assembly, NoReflection, Reflection, assemble, warmed
+from sitscad.estimates.assembly import Assembly, NoReflection, Reflection, assemble, warmed
 from sitscad.estimates.cross_checks import cross_checks, no_cross_check
 from sitscad.estimates.drive import driven
 from sitscad.estimates.failed_states import damped_words, overdamped, without, working
@@ -69,6 +69,7 @@ from sitscad.physics.resistance import conductivity_at
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.record import record
+from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import CoilSpec, SensorSpec
 
 Array = NDArray[np.float64]
@@ -137,6 +138,7 @@ def estimate(
         notes=tuple(_notes(layout, coils[0], winding, assembly, shares, failed)),
         normal_force=spec.requirements.normal_force,
         temperature=temperature,
+        states=tuple(replace(around.state, temperature=temperature) for around in assembly.states),
     )
 
 
@@ -339,14 +341,14 @@ def _reflections(
         spectrum = winding.spectrum
         nothing = spectrum is None or (around.above is None and around.below is None)
         for name in names:
-            share = shares.of(name, around.state)
-            if (around.state, share) not in known:
-                known[around.state, share] = (
+            share = shares.of(name, around.name)
+            if (around.name, share) not in known:
+                known[around.name, share] = (
                     NoReflection()
                     if nothing or spectrum is None
                     else Reflection(spectrum, around, distances, share, winding.crowding)
                 )
-            found[name][around.state] = known[around.state, share]
+            found[name][around.name] = known[around.name, share]
     return found
 
 

@@ -17,28 +17,33 @@ from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
 from sitscad.physics.near_metal import CrowdingNearMetal
 from sitscad.physics.resistance import conductivity_at
 from sitscad.record import record
-from sitscad.scene.slabs import target
+from sitscad.scene.bodies import room_behind, seat_heights, shield_heights, target
+from sitscad.scene.pose import REST_POSE, Pose
+from sitscad.scene.state import FREE, PRESSED, REST, State
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-FREE, REST, PRESSED = "free", "rest", "pressed"
-
-
 @record
 class Surroundings:
-    """One state: reflectors above and below the coils; distances count from the board's top face, z = 0."""
+    """What is round the coils in a state: reflectors above and below, with distances from the board's top face."""
 
-    state: str
-    above: Reflector | None
-    below: Reflector | None
+    state: State
+    above: Reflector | None = None
+    below: Reflector | None = None
+
+    @property
+    def name(self) -> str:
+        """The state's name."""
+        return self.state.name
 
 
 @record
 class Assembly:
-    """The states that exist, their gaps (m) by name, the compression, and what is worth saying about the model.
+    """The states that exist with what is round the coils in each, the gaps (m) by name, the compression, and what is
+    worth saying about the model.
 
     `ranges` are states by their names with one sigma less and one more of what scatters the gap (see `pressing`).
     """
@@ -61,31 +66,44 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
 
     `sigmas` are the standard deviations (m) of the elastomer's thickness and size; none when left out.
     """
-    sigmas = sigmas or {}
-    below, behind = _behind(spec)
-    states, gaps = [Surroundings(FREE, None, None)], {}
-    compression = None
+    sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
+    around, gaps = [Surroundings(State(FREE))], {}
     ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
-    if spec.target is not None or below is not None:
-        over = target(spec)
-        rest = over.lower if over is not None else 0.0
-        states.append(Surroundings(REST, _target(spec, rest), below))
-        if spec.target is not None:
-            gaps[REST] = rest
-        if spec.target is not None and spec.elastomer is not None and sigmas.get(PAD):
-            thin, thick = _pads(spec.elastomer.thickness, sigmas[PAD])
-            ranges[REST, PAD] = (Surroundings(REST, _target(spec, thin), below),
-                                 Surroundings(REST, _target(spec, thick), below))  # fmt: skip
-    if spec.target is not None and spec.elastomer is not None and spec.requirements.normal_force:
+    if over is not None or behind is not None:
+        around.append(_around(spec, State(REST, REST_POSE), behind))
+    if over is not None:
+        gaps[REST] = over.lower
+    if over is not None and spec.elastomer is not None and sigmas.get(PAD):
+        thin, thick = _pads(spec.elastomer.thickness, sigmas[PAD])
+        ranges[REST, PAD] = (_at_gap(spec, REST, thin, behind), _at_gap(spec, REST, thick, behind))
+    compression = None
+    if over is not None and spec.elastomer is not None and spec.requirements.normal_force:
         compression = pressed(spec)
-        states.append(Surroundings(PRESSED, _target(spec, compression.gap), below))
+        around.append(_at_gap(spec, PRESSED, compression.gap, behind))
         gaps[PRESSED] = compression.gap
         for cause, (less, more) in pressed_cases(spec, sigmas).items():
-            ranges[PRESSED, cause] = (Surroundings(PRESSED, _target(spec, less.gap), below),
-                                      Surroundings(PRESSED, _target(spec, more.gap), below))  # fmt: skip
+            ranges[PRESSED, cause] = (
+                _at_gap(spec, PRESSED, less.gap, behind),
+                _at_gap(spec, PRESSED, more.gap, behind),
+            )
     if behind is not None:
-        gaps["behind_the_board"] = behind
-    return Assembly(tuple(states), gaps, compression, tuple(_notes(spec, compression)), ranges)
+        gaps["behind_the_board"] = room_behind(spec)
+    return Assembly(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges)
+
+
+def _at_gap(spec: SensorSpec, name: str, gap: float, behind: Reflector | None) -> Surroundings:
+    # the target let down straight to a gap (m)
+    over = target(spec)
+    assert over is not None
+    force = spec.requirements.normal_force if name == PRESSED else None
+    return _around(spec, State(name, Pose(z=gap - over.lower), force or 0.0), behind)
+
+
+def _around(spec: SensorSpec, state: State, behind: Reflector | None) -> Surroundings:
+    over = target(spec)
+    if over is None or over.metal is None or state.pose is None:
+        return Surroundings(state, None, behind)
+    return Surroundings(state, Reflector(over.lower + state.pose.z, (_plate(over.metal, over.thickness),)), behind)
 
 
 def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
@@ -110,28 +128,19 @@ def _plate(material: Conductor, thickness: float = math.inf) -> Plate:
     return Plate(material.conductivity, material.relative_permeability, thickness)
 
 
-def _target(spec: SensorSpec, gap: float) -> Reflector | None:
-    if spec.target is None:
-        return None
-    return Reflector(gap, (_plate(spec.target.material, spec.target.thickness),))
-
-
-def _behind(spec: SensorSpec) -> tuple[Reflector | None, float | None]:
-    # The shield, and behind it the jaw's metal across the air that is left between them; or one of the two alone.
+def metal_behind(spec: SensorSpec) -> Reflector | None:
+    """The shield, and behind it the jaw's metal across the air that is left between them; or one of the two alone."""
     jaw = spec.mount.jaw if spec.mount is not None else None
-    standoff = spec.mount.standoff if spec.mount is not None and jaw is not None else math.inf
-    board = spec.fpc.stackup.thickness
-    if spec.shield is None:
-        if jaw is None:
-            return None, None
-        return Reflector(board + standoff, (_plate(jaw.material),)), standoff
-    plates = [_plate(spec.shield.material, spec.shield.thickness)]
+    sheet, seat = shield_heights(spec), seat_heights(spec)
+    plates: list[Plate] = []
+    if spec.shield is not None and sheet is not None:
+        plates.append(_plate(spec.shield.material, spec.shield.thickness))
+        if jaw is not None and seat is not None and sheet[0] > seat[0]:
+            plates.append(Plate(0.0, 1.0, sheet[0] - seat[0]))
     if jaw is not None:
-        air = standoff - spec.shield.gap - spec.shield.thickness
-        if air > 0.0:
-            plates.append(Plate(0.0, 1.0, air))
         plates.append(_plate(jaw.material))
-    return Reflector(board + spec.shield.gap, tuple(plates)), spec.shield.gap
+    nearest = sheet[1] if sheet is not None else seat[0] if seat is not None else 0.0
+    return Reflector(-nearest, tuple(plates)) if plates else None
 
 
 def _pads(thickness: float, sigma: float) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimat
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
+from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
@@ -67,7 +68,7 @@ def _least(codes: Sequence[int], swings: Sequence[_Swing], family: Family) -> li
 
 
 def _swing(coil: CoilEstimate) -> _Swing:
-    states = [state for name, state in coil.states.items() if name != "free"] or list(coil.states.values())
+    states = [state for name, state in coil.states.items() if name != FREE] or list(coil.states.values())
     values = [state.parallel_resistance for state in states]
     return _Swing(min(values), max(values), max(_careful(state) for state in states))
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from sitscad.estimates.assembly import FREE
 from sitscad.estimates.tank import CoilCircuit, Tank
+from sitscad.scene.state import FREE
 from sitscad.units import show
 
 LEAST_SHARE = 0.02

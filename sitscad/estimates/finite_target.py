@@ -27,6 +27,7 @@ from sitscad.physics.finite_plate import (
     stepped,
 )
 from sitscad.record import record
+from sitscad.scene.state import in_words
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
 
@@ -73,7 +74,7 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     Places are those of the coils' centres in the target's own axes, about its centre; mirrored ones are solved once.
     Coils that are not round count as round ones with the same area turn by turn.
     """
-    covered = [(state.state, state.above.distance, state.below) for state in states if state.above is not None]
+    covered = [(around.name, around.above.distance, around.below) for around in states if around.above is not None]
     if spec.target is None or not covered:
         return TargetShares({}, {}, ())
     rings = equivalent_rings(spec.coil, heights)
@@ -248,4 +249,4 @@ def _range(shares: Mapping[tuple[str, str], float], state: str) -> str:
     values = [share for (_, where), share in shares.items() if where == state]
     low, high = min(values), max(values)
     share = f"{100.0 * low:.0f}" + (f" to {100.0 * high:.0f}" if high - low > 0.005 else "")
-    return f"{share} % {'at rest' if state == 'rest' else state}"
+    return f"{share} % {in_words(state)}"

@@ -12,6 +12,7 @@ from sitscad.layout.board import Coil
 from sitscad.physics.capacitance import Slab, strip_layers, turn_capacitance, winding_capacitance, winding_voltages
 from sitscad.physics.constants import EPSILON0
 from sitscad.record import record
+from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind, Stackup
 from sitscad.units import show
@@ -100,7 +101,7 @@ def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: floa
 
 def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: float, tank: float) -> list[str]:
     """A note where metal may add more to the own capacitance (F) than that is good to; `tank` is the whole (F)."""
-    gap = min((gaps[state] for state in ("rest", "pressed") if state in gaps), default=None)
+    gap = min((gaps[state] for state in (REST, PRESSED) if state in gaps), default=None)
     behind = gaps.get("behind_the_board")
     if gap is None and behind is None:
         return []

@@ -10,7 +10,7 @@ from sitscad.geometry.convex import centroid
 from sitscad.geometry.path import Path, bounding_box, enclosed_area
 from sitscad.mechanics.elastomer import Compression, Face, model_sigma, press_part
 from sitscad.record import record
-from sitscad.scene.slabs import elastomer, target
+from sitscad.scene.bodies import elastomer, target
 from sitscad.spec.sensor import SensorSpec
 
 MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elastomer size", "part of the pad loaded"

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from sitscad.record import record
+from sitscad.scene.state import PRESSED, REST
 
 if TYPE_CHECKING:
     from sitscad.estimates.values import CoilEstimate, Estimates
@@ -40,7 +41,7 @@ def _signal(coil: CoilEstimate, force: float | None) -> Signal | None:
     change = coil.sensitivity(force)
     if change is None or not force or not all(map(math.isfinite, change)):
         return None
-    rest, pressed = coil.states["rest"], coil.states["pressed"]
+    rest, pressed = coil.states[REST], coil.states[PRESSED]
     sigma = coil.sensitivity_sigma(force) or (None, None)
     before, after = rest.converter_inductance, pressed.converter_inductance
     if before is None or after is None:

@@ -18,6 +18,7 @@ from sitscad.physics.resonator import Network, Oscillation, apparent_inductance,
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
+from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
 
@@ -191,7 +192,7 @@ class Tank:
 def working_states(circuit: CoilCircuit) -> list[str]:
     """The states in which the sensor works: all but free when it is assembled."""
     states = list(circuit.reflections)
-    return [state for state in states if state != "free"] or states
+    return [state for state in states if state != FREE] or states
 
 
 def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:

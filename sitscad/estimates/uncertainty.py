@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import FREE, Assembly, Surroundings, mirror
+from sitscad.estimates.assembly import Assembly, Surroundings, mirror
 from sitscad.estimates.finite_target import TargetShares
 from sitscad.estimates.pressing import PAD, PAD_SIZE
 from sitscad.estimates.tank import CoilCircuit, Tank
@@ -28,6 +28,7 @@ from sitscad.physics.spirals import SpiralLayer
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
+from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 
@@ -283,17 +284,17 @@ def moved_by_surroundings(
             share, lost = shares.of(coil, state)
             found[state][cause] = _between(spectrum, states[state].frequency, pair, (0.5 * share, 0.5 * lost))
     for around in assembly.states:
-        if around.state not in states:
+        if around.name not in states:
             continue
         for cause, (above, below) in deeper.items() if around.above is not None or around.below is not None else ():
             moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
-            factors = shares.of(coil, around.state)
-            found[around.state][cause] = _between(spectrum, states[around.state].frequency, (moved, around), factors)
+            factors = shares.of(coil, around.name)
+            found[around.name][cause] = _between(spectrum, states[around.name].frequency, (moved, around), factors)
         if around.above is not None and shares.error:
-            share, lost = shares.of(coil, around.state)
+            share, lost = shares.of(coil, around.name)
             factors = share * shares.error / math.sqrt(3.0), lost * shares.loss_error / math.sqrt(3.0)
             bare = replace(around, above=None)
-            found[around.state][SHARE] = _between(spectrum, states[around.state].frequency, (around, bare), factors)
+            found[around.name][SHARE] = _between(spectrum, states[around.name].frequency, (around, bare), factors)
     return found
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from sitscad.estimates.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
 from sitscad.record import record
+from sitscad.scene.state import PRESSED, REST, State
 from sitscad.spec.converter import Converter
 
 
@@ -111,14 +112,14 @@ class CoilEstimate:
         """Change of inductance at the contacts (H/N) and of frequency (Hz/N) from rest to pressed by that force (N):
         the secant.
         """
-        rest, pressed = self.states.get("rest"), self.states.get("pressed")
+        rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or not force:
             return None
         return (pressed.inductance - rest.inductance) / force, (pressed.frequency - rest.frequency) / force
 
     def sensitivity_sigma(self, force: float | None) -> tuple[float, float] | None:
         """One sigma of the two (H/N, Hz/N): what each tolerance, which both states share, does to their difference."""
-        rest, pressed = self.states.get("rest"), self.states.get("pressed")
+        rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or not force or rest.spread is None or pressed.spread is None:
             return None
         before, after = rest.spread.shifts, pressed.spread.shifts
@@ -134,7 +135,7 @@ class CoilEstimate:
         It is larger than the one at the contacts: the formula's C lacks the coil's own capacitance. At that fixed C the
         formula's L moves by -2 L df/f.
         """
-        rest, pressed = self.states.get("rest"), self.states.get("pressed")
+        rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or not force:
             return None
         if rest.converter_inductance is None or pressed.converter_inductance is None:
@@ -217,7 +218,8 @@ class Estimates:
     name; `notes` say what the numbers leave out; `normal_force` (N) is the one of the pressed state, `temperature`
     (degrees Celsius) the one of copper and metals. `compression_scatter` and `gap_sigmas` (m) are one sigma of the
     pressed pad and of the gaps. `incomplete` says what the layout lacks, and the terminal values with it (None:
-    nothing); `no_cross_check` why there is no closed formula beside the estimate.
+    nothing); `no_cross_check` why there is no closed formula beside the estimate;
+    `states` are those that the sensor has, with the target's pose in each.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -234,6 +236,7 @@ class Estimates:
     gap_sigmas: Mapping[str, float] = field(default_factory=dict)
     incomplete: str | None = None
     no_cross_check: str | None = None
+    states: tuple[State, ...] = ()
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""

@@ -11,7 +11,8 @@ from io import BytesIO
 from xml.sax.saxutils import quoteattr
 
 from sitscad.parts.mesh import TriangleMesh, tessellate
-from sitscad.parts.solid import Solid, SolidRole, of_role
+from sitscad.parts.solid import Solid, of_role
+from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 
 _XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -31,7 +32,7 @@ _RELATIONS = (
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """``mount/NAME-<solid>.3mf`` of every piece of mount and jaw; nothing without a mount."""
-    pieces = of_role(solids, SolidRole.MOUNT, SolidRole.JAW)
+    pieces = of_role(solids, BodyRole.MOUNT, BodyRole.JAW)
     return {
         f"mount/{spec.name}-{piece.name}.3mf": package(piece, tessellate(piece).on_bed(), f"{spec.name}-{piece.name}")
         for piece in pieces

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from sitscad.parts.extras import require
 from sitscad.parts.mesh import NotManifold, TriangleMesh, tessellate
-from sitscad.parts.solid import Solid, SolidRole, of_role
+from sitscad.parts.solid import Solid, of_role
+from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """``mount/NAME-<solid>.stl`` of every piece of mount and jaw; nothing without a mount."""
-    pieces = of_role(solids, SolidRole.MOUNT, SolidRole.JAW)
+    pieces = of_role(solids, BodyRole.MOUNT, BodyRole.JAW)
     return {f"mount/{spec.name}-{piece.name}.stl": stl(tessellate(piece).on_bed()) for piece in pieces}
 
 

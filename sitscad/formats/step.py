@@ -16,7 +16,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from sitscad.parts.extras import require
-from sitscad.parts.solid import Solid, SolidRole, of_role
+from sitscad.parts.solid import Solid, of_role
+from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 
 _HEADER = re.compile(r"FILE_NAME\(.*?\);", re.DOTALL)
@@ -28,7 +29,7 @@ _ENTITY = re.compile(r"^#(\d+) = ", re.MULTILINE)
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """``mount/NAME-<solid>.step`` of each piece of mount and jaw, ``mount/assembly.step``; nothing without a mount."""
-    pieces = of_role(solids, SolidRole.MOUNT, SolidRole.JAW)
+    pieces = of_role(solids, BodyRole.MOUNT, BodyRole.JAW)
     if not pieces:
         return {}
     files = {f"mount/{spec.name}-{piece.name}.step": part(piece, f"{spec.name}-{piece.name}") for piece in pieces}

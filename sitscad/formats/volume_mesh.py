@@ -14,7 +14,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from sitscad.parts.extras import require
-from sitscad.parts.solid import Solid, SolidRole, of_role
+from sitscad.parts.solid import Solid, of_role
+from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 
 ELEMENTS_THROUGH_THICKNESS = 5
@@ -49,7 +50,7 @@ _OPTIONS = {
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """``mesh/NAME-elastomer.msh``; nothing without an elastomer."""
-    if not of_role(solids, SolidRole.ELASTOMER):
+    if not of_role(solids, BodyRole.ELASTOMER):
         return {}
     return {f"mesh/{spec.name}-elastomer.msh": elastomer_mesh(solids)}
 
@@ -92,7 +93,7 @@ def _imported(gmsh: Any, solids: tuple[Solid, ...], folder: FilePath) -> list[li
     """The volumes of pad, board and target, handed over as BREP text."""
     bd = require("build123d")
     volumes = []
-    for role in (SolidRole.ELASTOMER, SolidRole.BOARD, SolidRole.TARGET):
+    for role in (BodyRole.ELASTOMER, BodyRole.BOARD, BodyRole.TARGET):
         found: list[tuple[int, int]] = []
         for solid in of_role(solids, role):
             path = folder / f"{role.value}.brep"

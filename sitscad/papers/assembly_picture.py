@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from sitscad.drawing.painter import assembly_svg
-from sitscad.parts.solid import Solid, SolidRole, of_role
+from sitscad.parts.solid import Solid, of_role
+from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """``mount/assembly.svg``; nothing without a mount."""
-    if not of_role(solids, SolidRole.MOUNT, SolidRole.JAW):
+    if not of_role(solids, BodyRole.MOUNT, BodyRole.JAW):
         return {}
     return {"mount/assembly.svg": assembly_svg(solids, spec).encode("utf-8")}

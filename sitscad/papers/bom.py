@@ -12,7 +12,8 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.papers.tank import Sized, capacitance_text
 from sitscad.record import record
-from sitscad.scene.stack import MOUNT_PIECES, seat_spans, shield_size
+from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
+from sitscad.scene.stack import shield
 from sitscad.spec.places import place_in_words
 from sitscad.spec.sensor import ElastomerPad, Mount, SensorSpec, Target
 from sitscad.units import show
@@ -151,10 +152,11 @@ def _place(plate: Target | ElastomerPad) -> str:
 
 def _carriers(layout: Layout) -> Iterator[Item]:
     spec = layout.spec
-    sides = shield_size(layout)
-    if spec.shield is not None and sides is not None:
-        size = f"{_mm(sides[0])} x {_mm(sides[1])} x {_mm(spec.shield.thickness)} mm"
-        narrowed = ", narrower than the circuit's body to pass the port" if sides[1] < layout.body_size[1] else ""
+    sheet = shield(layout)
+    if spec.shield is not None and sheet is not None:
+        x0, y0, x1, y1 = bounding_box((sheet.outline(),))
+        size = f"{_mm(x1 - x0)} x {_mm(y1 - y0)} x {_mm(spec.shield.thickness)} mm"
+        narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
         note = f"{_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
     if spec.mount is None:
@@ -174,8 +176,8 @@ def _mount(spec: SensorSpec, mount: Mount) -> Iterator[Item]:
     if mount.kind != "grasper-pad":
         yield Item("mount", 1, mount.kind, "printed", f"standoff {_mm(mount.standoff)} mm", note)
         return
-    sheet = spec.shield
-    shield = (-sheet.gap - sheet.thickness, -sheet.gap) if sheet is not None else None
-    whole = f"{_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if shield else "")
-    for name, (lower, upper) in zip(MOUNT_PIECES, seat_spans(0.0, mount.standoff, shield), strict=False):
+    sheet = shield_heights(spec)
+    whole = f"{_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
+    spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
+    for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         yield Item(name, 1, mount.kind, "printed", f"{_mm(upper - lower)} mm thick", f"{note}; {whole}")

@@ -11,6 +11,7 @@ from sitscad.papers.firmware_macros import addr_pin, force_document, force_macro
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import ChannelSettings, Register
 from sitscad.record import record
+from sitscad.scene.state import FREE, PRESSED
 from sitscad.spec.converter import Converter
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -191,7 +192,7 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
                 "centre_m": list(coil.centre),
                 "expected": {
                     name: {
-                        "force_N": spec.requirements.normal_force if name == "pressed" else 0.0,
+                        "force_N": spec.requirements.normal_force if name == PRESSED else 0.0,
                         "frequency_Hz": state.frequency,
                         "inductance_H": state.converter_inductance,
                     }
@@ -285,9 +286,9 @@ def _expected(spec: SensorSpec, estimates: Measured) -> list[str]:
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
                 f"one count of the reference {_shown(state.quantum, 'H', 2)}{_scatter(state)}"
             )
-    if any(name != "free" for coil in estimates.coils for name in coil.states):
+    if any(name != FREE for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
-    if force and any("pressed" in coil.states for coil in estimates.coils):
+    if force and any(PRESSED in coil.states for coil in estimates.coils):
         lines.append(
             f"Free and rest are without force, pressed is with {show(force, 'N')} on the middle of the target."
         )

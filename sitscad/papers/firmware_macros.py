@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from sitscad.readout import FAMILIES
+from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.converter import Converter
 
 
@@ -78,7 +79,7 @@ def force_macros(converter: Converter, coils: Sequence[Felt], force: float | Non
 
 
 def _expected(coil: Felt, force: float | None) -> list[tuple[str, float]]:
-    names = {"rest": "L_REST_H", "pressed": "L_PRESSED_H"}
+    names = {REST: "L_REST_H", PRESSED: "L_PRESSED_H"}
     found = [
         (names[state], at.converter_inductance)
         for state, at in coil.states.items()

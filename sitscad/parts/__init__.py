@@ -9,12 +9,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sitscad.parts.extras import MissingExtra
-from sitscad.parts.solid import PartsError, Solid, SolidRole
+from sitscad.parts.solid import PartsError, Solid
+from sitscad.scene.bodies import BodyRole
 
 if TYPE_CHECKING:
     from sitscad.layout.board import Layout
 
-__all__ = ["MissingExtra", "PartsError", "Solid", "SolidRole", "solids"]
+__all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "solids"]
 
 
 def solids(layout: Layout) -> tuple[Solid, ...]:

@@ -14,11 +14,18 @@ from sitscad.geometry.path import rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
-from sitscad.parts.jaw import jaw_range
 from sitscad.parts.prism import MM, box, face, one_solid, plate_outline, prism, raised
-from sitscad.parts.solid import Solid, SolidRole
-from sitscad.scene.slabs import slabs
-from sitscad.scene.stack import MOUNT_PIECES, Stack, closed_span, fitted_jaw, seat_spans, stack
+from sitscad.parts.solid import Solid
+from sitscad.scene.bodies import (
+    MOUNT_PIECES,
+    BodyRole,
+    Heights,
+    above_board,
+    board_heights,
+    film_thickness,
+    seat_spans,
+)
+from sitscad.scene.jaws import axis, closed_span, fitted_jaw, jaw_range, shield_that_fits
 
 MATERIAL, COLOUR = "printed resin", "#dfe6e9"
 CLEARANCE = 0.15e-3
@@ -40,14 +47,13 @@ def mount(layout: Layout) -> tuple[Solid, ...]:
     build = {"grasper-pad": grasper_pad, "bench-plate": bench_plate}[wanted.kind]
     shapes = build(layout, wanted.standoff)
     named = zip(MOUNT_PIECES, shapes, strict=False)
-    return tuple(Solid(name, shape, MATERIAL, COLOUR, SolidRole.MOUNT) for name, shape in named)
+    return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOUNT) for name, shape in named)
 
 
 def grasper_pad(layout: Layout, standoff: float) -> tuple[Any, ...]:
     """The seat under the board's body, with a stop for the board at the jaw's tip where the jaw is long enough."""
     x0, y0, x1, y1 = layout.body
-    levels = stack(layout)
-    spans = seat_spans(levels.board[0], standoff, levels.shield)
+    spans = seat_spans(board_heights(layout.spec)[0], standoff, shield_that_fits(layout.spec))
     slabs = [box(x0, y0, lower, x1, y1, upper) for lower, upper in spans]
     stop = _stop(layout, *spans[0]) if spans else None
     if stop is not None:
@@ -57,17 +63,17 @@ def grasper_pad(layout: Layout, standoff: float) -> tuple[Any, ...]:
 
 def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     """A plate flush with the board's top face: a recess for the board, relief for the tail, four M2 clearance holes."""
-    levels = stack(layout)
-    used = levels.board[0] - (levels.shield[0] if levels.shield else levels.board[0])
+    under, shield = board_heights(layout.spec)[0], shield_that_fits(layout.spec)
+    used = under - (shield[0] if shield else under)
     floor = standoff - used if fitted_jaw(layout) else max(standoff - used, BENCH_FLOOR)
     if floor <= 0.0:
-        return _spacer(layout, levels)
-    bottom = levels.board[0] - used - floor
-    plan = _plate_plan(layout, levels.film)
+        return _spacer(layout, shield)
+    bottom = under - used - floor
+    plan = _plate_plan(layout, film_thickness(layout.spec))
     plate = prism(rectangle(*plan, BENCH_CORNER), bottom, 0.0)
-    for cut in (*_recess(layout, levels), *_tail_relief(layout, levels, plan, floor), *_holes(layout, plan, bottom)):
+    for cut in (*_recess(layout, shield), *_tail_relief(layout, plan, floor), *_holes(layout, plan, bottom)):
         plate = one_solid(plate - cut, "mount")
-    return (plate, *_spacer(layout, levels))
+    return (plate, *_spacer(layout, shield))
 
 
 def _within_port(layout: Layout, slab: Any) -> Any:
@@ -76,12 +82,12 @@ def _within_port(layout: Layout, slab: Any) -> Any:
     if fitted is None or span is None:
         return slab
     bd, radius = require("build123d"), fitted.port_diameter / 2 * MM
-    bounds, middle, axis = slab.bounding_box(), stack(layout).axis[1] * MM, (span[0] + span[1]) / 2 * MM
-    heights = (bounds.min.Z - axis, bounds.max.Z - axis)
+    bounds, middle, level = slab.bounding_box(), axis(layout).y * MM, (span[0] + span[1]) / 2 * MM
+    heights = (bounds.min.Z - level, bounds.max.Z - level)
     reach = max(math.hypot(bounds.max.Y - middle, height) for height in heights)
     if reach <= radius or max(map(abs, heights)) >= radius:
         return slab
-    along = bd.Plane((bounds.min.X - 1, middle, axis), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
+    along = bd.Plane((bounds.min.X - 1, middle, level), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
     return one_solid(slab & bd.Solid.make_cylinder(radius, bounds.size.X + 2, along), "mount")
 
 
@@ -98,12 +104,13 @@ def _stop(layout: Layout, bottom: float, foot: float) -> Any | None:
     return one_solid(rounded + box(outer + STOP_THICKNESS / 2, y0, bottom, x0, y1, foot), "mount")
 
 
-def _spacer(layout: Layout, levels: Stack) -> tuple[Any, ...]:
+def _spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     """The slab that keeps the shield at its gap below the board of a bench plate."""
-    if levels.shield is None or levels.board[0] - levels.shield[1] < 1e-9:
+    under = board_heights(layout.spec)[0]
+    if shield is None or under - shield[1] < 1e-9:
         return ()
     x0, y0, x1, y1 = layout.body
-    return (box(x0, y0, levels.shield[1], x1, y1, levels.board[0]),)
+    return (box(x0, y0, shield[1], x1, y1, under),)
 
 
 def _plate_plan(layout: Layout, film: float) -> tuple[float, float, float, float]:
@@ -111,27 +118,28 @@ def _plate_plan(layout: Layout, film: float) -> tuple[float, float, float, float
     x0, y0, x1, y1 = layout.body
     near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BENCH_BORDER]
     y0, y1 = min(y0, *near), max(y1, *near)
-    for slab in slabs(layout.spec):
-        left, low, right, high = slab.footprint.box
+    for body in above_board(layout.spec):
+        left, low, right, high = body.footprint.box
         x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
     return x0 - BENCH_BORDER, y0 - BENCH_BORDER, x1 + BENCH_BORDER, y1 + BENCH_BORDER
 
 
-def _recess(layout: Layout, levels: Stack) -> tuple[Any, ...]:
+def _recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     """What the board with its clearance takes out of the plate, and below it the shield and its spacer."""
-    cuts = [raised(_grown(layout), levels.board[0], 1e-3)]
-    if levels.shield is not None:
+    under = board_heights(layout.spec)[0]
+    cuts = [raised(_grown(layout), under, 1e-3)]
+    if shield is not None:
         x0, y0, x1, y1 = layout.body
         pocket = rectangle(x0 - CLEARANCE, y0 - CLEARANCE, x1 + CLEARANCE, y1 + CLEARANCE)
-        cuts.append(prism(pocket, levels.shield[0], 1e-3))
+        cuts.append(prism(pocket, shield[0], 1e-3))
     if layout.stiffener is not None:
         x0, y0, x1, y1 = _box_of(face(layout.stiffener.outline))
-        deep = levels.board[0] - layout.stiffener.thickness - CLEARANCE
+        deep = under - layout.stiffener.thickness - CLEARANCE
         cuts.append(box(x0 - CLEARANCE, y0 - CLEARANCE, deep, x1 + CLEARANCE, y1 + CLEARANCE, 1e-3))
     return tuple(cuts)
 
 
-def _tail_relief(layout: Layout, levels: Stack, plan: tuple[float, ...], floor: float) -> tuple[Any, ...]:
+def _tail_relief(layout: Layout, plan: tuple[float, ...], floor: float) -> tuple[Any, ...]:
     """A deeper slot under the tail from the body to the plate's edge, so that the tail may bend down freely."""
     start = layout.body[2] + CLEARANCE
     depth = min(TAIL_RELIEF, floor / 2)
@@ -141,7 +149,7 @@ def _tail_relief(layout: Layout, levels: Stack, plan: tuple[float, ...], floor: 
     x0, y0, x1, y1 = _box_of(beyond)
     if x1 < plan[2] - 1e-9:
         return ()
-    return (box(x0, y0, levels.board[0] - depth, plan[2] + 1e-3, y1, 1e-3),)
+    return (box(x0, y0, board_heights(layout.spec)[0] - depth, plan[2] + 1e-3, y1, 1e-3),)
 
 
 def _holes(layout: Layout, plan: tuple[float, ...], bottom: float) -> tuple[Any, ...]:

@@ -6,26 +6,28 @@ from typing import Any
 
 from sitscad.layout.board import Layout
 from sitscad.parts.prism import MM, box, one_solid, prism, top_edges
-from sitscad.parts.solid import Solid, SolidRole
-from sitscad.scene import slabs
-from sitscad.scene.slabs import Slab
-from sitscad.scene.stack import FILM_ROUNDING, Stack, stack
+from sitscad.parts.solid import Solid
+from sitscad.scene import bodies
+from sitscad.scene.bodies import Body, BodyRole
+from sitscad.scene.jaws import FILM_ROUNDING
 from sitscad.spec.profiles.presets import metal_colour
 
 
 def elastomer(layout: Layout) -> Solid | None:
     """The soft pad at its nominal size (the laser's kerf is the cut file's business), in its place."""
-    return _solid(slabs.elastomer(layout.spec), "#e8d8c8", SolidRole.ELASTOMER)
+    return _solid(bodies.elastomer(layout.spec), "#e8d8c8")
 
 
 def target(layout: Layout) -> Solid | None:
     """The conducting plate on the elastomer; on the board's face where there is no elastomer."""
-    plate = slabs.target(layout.spec)
-    return _solid(plate, metal_colour(plate.material) if plate else "", SolidRole.TARGET)
+    plate = bodies.target(layout.spec)
+    return _solid(plate, metal_colour(plate.material) if plate else "")
 
 
-def _solid(slab: Slab | None, colour: str, role: SolidRole) -> Solid | None:
-    return None if slab is None else Solid(slab.name, prism(slab.outline(), *slab.heights), slab.material, colour, role)
+def _solid(body: Body | None, colour: str) -> Solid | None:
+    if body is None:
+        return None
+    return Solid(body.name, prism(body.outline(), *body.heights), body.material, colour, body.role)
 
 
 def encapsulation(layout: Layout) -> Solid | None:
@@ -38,12 +40,12 @@ def encapsulation(layout: Layout) -> Solid | None:
     if film is None:
         return None
     shape = _board_film(layout, film.thickness)
-    for cover in _covers(stack(layout)):
+    for cover in _covers(layout):
         shape = one_solid(shape + cover, "encapsulation")
     for inside in (elastomer(layout), target(layout)):
         if inside is not None:
             shape = one_solid(shape - inside.shape, "encapsulation")
-    return Solid("encapsulation", shape, film.material.name, "#9fc5e8", SolidRole.ENCAPSULATION)
+    return Solid("encapsulation", shape, film.material.name, "#9fc5e8", BodyRole.ENCAPSULATION)
 
 
 def _board_film(layout: Layout, thickness: float) -> Any:
@@ -55,19 +57,20 @@ def _board_film(layout: Layout, thickness: float) -> Any:
     return one_solid(film, "encapsulation")
 
 
-def _covers(levels: Stack) -> list[Any]:
+def _covers(layout: Layout) -> list[Any]:
     """Rounded blocks that leave the film's thickness around elastomer and target (one block where they are equal)."""
-    pad, plate, film = levels.elastomer, levels.target, levels.film
+    spec = layout.spec
+    pad, plate, film = bodies.elastomer(spec), bodies.target(spec), bodies.film_thickness(spec)
     if pad and plate and pad.footprint == plate.footprint:
-        return [_rounded_block(plate, 0.0, levels.top, film)]
+        return [_rounded_block(plate, 0.0, bodies.top_height(spec), film)]
     blocks = []
     if pad:
         blocks.append(_rounded_block(pad, 0.0, pad.upper + film, film))
     if plate:
-        blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), levels.top, film))
+        blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), bodies.top_height(spec), film))
     return blocks
 
 
-def _rounded_block(slab: Slab, lower: float, upper: float, film: float) -> Any:
-    block = prism(slab.outline(film), lower, upper)
+def _rounded_block(body: Body, lower: float, upper: float, film: float) -> Any:
+    block = prism(body.outline(film), lower, upper)
     return block.fillet(FILM_ROUNDING * film * MM, top_edges(block))

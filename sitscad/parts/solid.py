@@ -2,26 +2,11 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import Any
 
 from sitscad.record import record
-from sitscad.scene.stack import PartsError as PartsError
-
-
-class SolidRole(StrEnum):
-    """What a solid is in the sensor."""
-
-    JAW = "jaw"
-    MOUNT = "mount"
-    SHIELD = "shield"
-    STIFFENER = "stiffener"
-    BOARD = "board"
-    ELASTOMER = "elastomer"
-    TARGET = "target"
-    ENCAPSULATION = "encapsulation"
-    OPPOSING_JAW = "opposing-jaw"
-    OPPOSING_PAD = "opposing-pad"
+from sitscad.scene.bodies import BodyRole
+from sitscad.scene.jaws import PartsError as PartsError
 
 
 @record
@@ -36,7 +21,7 @@ class Solid:
     shape: Any
     material: str
     colour: str
-    role: SolidRole
+    role: BodyRole
 
     @property
     def volume(self) -> float:
@@ -50,6 +35,6 @@ class Solid:
         return red, green, blue
 
 
-def of_role(solids: tuple[Solid, ...], *roles: SolidRole) -> tuple[Solid, ...]:
+def of_role(solids: tuple[Solid, ...], *roles: BodyRole) -> tuple[Solid, ...]:
     """The solids that have one of the roles, in their order."""
     return tuple(solid for solid in solids if solid.role in roles)

@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
-from sitscad.report.quantities import NONE, STATES, plus_minus, quantity
+from sitscad.report.quantities import NONE, plus_minus, quantity
 from sitscad.report.signal import OTHERS_HEAD, OTHERS_MEANING, OTHERS_TITLE, SIGNAL_TITLE, other_rows, signal_rows
+from sitscad.scene.state import NAMED, titled
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
@@ -87,10 +88,11 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
 def resistance_error_rows(estimates: Estimates) -> list[list[str]]:
     """How far off the computed resistance of each state can be, one value a coil; nothing where none is known."""
     found = []
-    for state, words in STATES.items():
+    for state in NAMED:
         errors = [coil.states[state].resistance_error if state in coil.states else None for coil in estimates.coils]
         if any(error is not None for error in errors):
-            found.append([f"resistance at the contacts, {words}: relative error, at most", *map(percent, errors)])
+            name = f"resistance at the contacts, {titled(state)}: relative error, at most"
+            found.append([name, *map(percent, errors)])
     return found
 
 
@@ -145,7 +147,7 @@ def reading_rows(estimates: Estimates) -> list[list[str]]:
     return [
         [
             coil.name,
-            STATES.get(state.state, state.state),
+            titled(state.state),
             quantity(state.quantum, "H", 3),
             quantity(state.noise, "H", 3),
             quantity(state.coil_amplitude, "V", 3),
@@ -164,7 +166,7 @@ def spread_rows(estimates: Estimates) -> list[list[str]]:
     return [
         [
             coil.name,
-            STATES.get(state.state, state.state),
+            titled(state.state),
             _share(spread.inductance, state.inductance),
             _share(spread.resistance, state.resistance),
             _share(spread.frequency, state.frequency),
@@ -192,7 +194,7 @@ def state_rows(estimates: Estimates) -> list[list[str]]:
     return [
         [
             coil.name,
-            STATES.get(state.state, state.state),
+            titled(state.state),
             quantity(state.inductance, "H"),
             quantity(state.resistance, "ohm"),
             quantity(state.frequency, "Hz"),
@@ -280,7 +282,7 @@ PRESSED_TITLE = "Elastomer under the required force, +- one sigma"
 def gap_rows(estimates: Estimates) -> list[list[str]]:
     """The gaps by their names."""
     return [
-        [STATES.get(name, name.replace("_", " ")), plus_minus(gap, estimates.gap_sigmas.get(name), "m", digits=4)]
+        [titled(name), plus_minus(gap, estimates.gap_sigmas.get(name), "m", digits=4)]
         for name, gap in estimates.gaps.items()
     ]
 

@@ -1,13 +1,10 @@
-"""Numbers as estimate and report print them, and what the states are called."""
+"""Numbers as estimate and report print them."""
 
 from __future__ import annotations
 
 import math
 
 from sitscad.units import show
-
-STATES = {"free": "free (coil alone)", "rest": "at rest (assembled)", "pressed": "pressed (required force)"}
-"""What the states of an estimate are called."""
 
 NONE = "-"
 

@@ -6,8 +6,15 @@ from collections.abc import Iterator
 from html import escape
 
 from sitscad.record import record
-from sitscad.scene.slabs import slabs
-from sitscad.scene.stack import MOUNT_PIECES
+from sitscad.scene.bodies import (
+    MOUNT_PIECES,
+    above_board,
+    board_heights,
+    film_thickness,
+    seat_heights,
+    shield_heights,
+    top_height,
+)
 from sitscad.spec.profiles.presets import metal_colour
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
@@ -61,16 +68,15 @@ def section(spec: SensorSpec) -> str:
 
 def _slices(spec: SensorSpec) -> Iterator[Slice]:
     """The layers from the top down."""
-    top = 0.0
     above: list[Slice] = []
-    for slab in slabs(spec):
-        label = f"{slab.name}, {slab.material}, {show(slab.upper - slab.lower, 'm')}"
-        colour = metal_colour(slab.material) if slab.name == "target" else COLOURS[slab.name]
-        above.append(Slice(*slab.heights, colour, label, 40.0))
-        top = slab.upper
+    for body in above_board(spec):
+        label = f"{body.name}, {body.material}, {show(body.thickness, 'm')}"
+        colour = metal_colour(body.material) if body.name == "target" else COLOURS[body.name]
+        above.append(Slice(*body.heights, colour, label, 40.0))
     if spec.encapsulation is not None:
         label = f"encapsulation, {spec.encapsulation.material.name}, {show(spec.encapsulation.thickness, 'm')}"
-        above.append(Slice(top, top + spec.encapsulation.thickness, COLOURS["film"], label, 20.0))
+        top = top_height(spec)
+        above.append(Slice(top - film_thickness(spec), top, COLOURS["film"], label, 20.0))
     yield from reversed(above)
     yield from _board(spec)
     yield from _behind(spec)
@@ -89,20 +95,18 @@ def _board(spec: SensorSpec) -> Iterator[Slice]:
 
 def _behind(spec: SensorSpec) -> Iterator[Slice]:
     """Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield."""
-    bottom = -spec.fpc.stackup.thickness
-    shield, mount = spec.shield, spec.mount
-    here = bottom
-    if shield is not None:
-        below = mount is not None and mount.standoff - shield.gap - shield.thickness > 1e-9
+    here = board_heights(spec)[0]
+    shield, mount, levels, seat = spec.shield, spec.mount, shield_heights(spec), seat_heights(spec)
+    if shield is not None and levels is not None:
+        below = seat is not None and levels[0] - seat[0] > 1e-9
         what = "gap" if mount is None else MOUNT_PIECES[1 if below else 0]
-        yield Slice(here - shield.gap, here, COLOURS["standoff"], f"{what} to the shield, {show(shield.gap, 'm')}")
-        here -= shield.gap
+        yield Slice(levels[1], here, COLOURS["standoff"], f"{what} to the shield, {show(shield.gap, 'm')}")
         label = f"shield, {shield.material.name}, {show(shield.thickness, 'm')}"
-        yield Slice(here - shield.thickness, here, metal_colour(shield.material.name), label)
-        here -= shield.thickness
-    if mount is None:
+        yield Slice(*levels, metal_colour(shield.material.name), label)
+        here = levels[0]
+    if mount is None or seat is None:
         return
-    face = bottom - mount.standoff
+    face = seat[0]
     if here - face > 1e-9:
         yield Slice(face, here, COLOURS["standoff"], f"{MOUNT_PIECES[0]}, {show(here - face, 'm')}")
     if mount.jaw is not None:

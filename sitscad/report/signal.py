@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from sitscad.report.quantities import NONE, STATES, plus_minus, quantity
+from sitscad.report.quantities import NONE, plus_minus, quantity
+from sitscad.scene.state import titled
 from sitscad.units import show
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def other_rows(estimates: Estimates) -> list[list[str]]:
     return [
         [
             coil.name,
-            STATES.get(state.state, state.state),
+            titled(state.state),
             quantity(state.apparent_inductance, "H"),
             quantity(state.converter_inductance, "H"),
         ]

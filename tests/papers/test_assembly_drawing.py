@@ -14,7 +14,7 @@ from sitscad.drawing.sheet import Label, Shape
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.papers.drawings import assembly as assembly_drawing
-from sitscad.scene.slabs import slabs
+from sitscad.scene.bodies import above_board
 from sitscad.spec.load import load_text
 
 COIL = "coil: {shape: circle, outer_diameter: 6, turns: 5, layers: 2, trace_width: 0.1, trace_spacing: 0.1}"
@@ -53,7 +53,7 @@ def test_it_is_legible(sensor):
 
 def test_pieces_are_drawn_to_scale_where_they_lie_on_the_coils(sensor):
     sheet = assembly_drawing.drawing(sensor)
-    scale, pieces = _scale(sheet), slabs(sensor.spec)
+    scale, pieces = _scale(sheet), above_board(sensor.spec)
     ink = {pen: [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen == pen and i.paths[0].is_closed]
            for pen in assembly_drawing.PENS.values()}  # fmt: skip
     (red,) = [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen and i.pen.colour == "#b00000"][:1]
@@ -72,7 +72,7 @@ def test_edges_and_centres_are_dimensioned(sensor):
     sheet = assembly_drawing.drawing(sensor)
     labels = {item.text for item in sheet.items if isinstance(item, Label)}
     words = " ".join(item.text for item in sheet.items if isinstance(item, Label))
-    for piece in slabs(sensor.spec):
+    for piece in above_board(sensor.spec):
         assert {mm(round(side, 7)) for side in piece.footprint.box} <= labels
         at = piece.footprint.centre
         assert f"{piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}" in words

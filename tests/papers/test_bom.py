@@ -14,7 +14,8 @@ import pytest
 from sitscad.layout import lay_out
 from sitscad.papers import bom
 from sitscad.report.section import section
-from sitscad.scene.stack import closed_span, stack
+from sitscad.scene.bodies import shield_heights
+from sitscad.scene.jaws import closed_span
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial
@@ -160,7 +161,7 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
     rows = rows_of(layout)
     length, width, thickness = (float(side) for side in rows["shield"]["size"].removesuffix(" mm").split(" x "))
     low, high = closed_span(layout)
-    levels = stack(layout).shield
+    levels = shield_heights(layout.spec)
     corner = math.hypot(width / 2, (levels[0] - (low + high) / 2) / MM)
     assert corner == pytest.approx(layout.spec.mount.jaw.port_diameter / 2 / MM, abs=1e-4)
     assert width < layout.body_size[1] / MM and "to pass the port" in rows["shield"]["note"]

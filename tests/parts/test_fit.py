@@ -7,9 +7,11 @@ from dataclasses import replace
 import handmade
 import pytest
 
-from sitscad.parts import Solid, SolidRole, fit
+from sitscad.parts import Solid, fit
 from sitscad.parts.assembly import closed_pair
 from sitscad.parts.prism import box
+from sitscad.scene.bodies import BodyRole
+from sitscad.scene.jaws import closed_section
 
 FITTED = {
     "as made": {},
@@ -33,34 +35,34 @@ FITTED = {
 def test_figures_and_meshes_agree_on_the_envelope(case):
     layout = handmade.jaw_sensor(**FITTED[case])
     pair = closed_pair(layout)
-    section = fit.closed_section(layout)
+    section = closed_section(layout)
     assert fit.envelope_radius(pair) == pytest.approx(section.radius, rel=1e-4)
     assert fit.interferences(pair) == ()
-    jaws = [s.shape.bounding_box() for s in pair if s.role in (SolidRole.JAW, SolidRole.OPPOSING_JAW)]
+    jaws = [s.shape.bounding_box() for s in pair if s.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
     height = max(b.max.Z for b in jaws) - min(b.min.Z for b in jaws)
     assert height * 1e-3 == pytest.approx(section.height, rel=1e-6)
 
 
 def test_the_height_is_the_sum_of_the_stack():
-    section = fit.closed_section(handmade.jaw_sensor())
+    section = closed_section(handmade.jaw_sensor())
     assert section.height == pytest.approx(2 * 1.2e-3 + 1.0e-3 + 0.2e-3 + 1e-3 + 0.2e-3 + 0.1e-3)
     assert section.radius == pytest.approx(2.5e-3)  # the seat, cut back to the port
     assert section.fits
 
 
 def test_a_pair_that_is_too_high_or_too_wide_does_not_fit_and_says_what_decides():
-    high = fit.closed_section(
+    high = closed_section(
         handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(height=1.4e-3), 1e-3))
     )
     assert not high.fits
     assert "jaw" in high.decided_by
-    wide = fit.closed_section(handmade.jaw_sensor(**FITTED["wide target"]))
+    wide = closed_section(handmade.jaw_sensor(**FITTED["wide target"]))
     assert not wide.fits
     assert wide.decided_by == "encapsulation"
 
 
 def test_without_a_jaw_there_is_no_closed_pair():
-    assert fit.closed_section(handmade.bench_sensor()) is None
+    assert closed_section(handmade.bench_sensor()) is None
 
 
 @pytest.mark.cad
@@ -76,7 +78,7 @@ def test_the_envelope_needs_both_jaws_and_leaves_the_tail_out():
 
 @pytest.mark.cad
 def test_clearances_and_interferences_of_two_boxes():
-    first = Solid("a", box(0.0, 0.0, 0.0, 1e-3, 1e-3, 1e-3), "m", "#000000", SolidRole.MOUNT)
+    first = Solid("a", box(0.0, 0.0, 0.0, 1e-3, 1e-3, 1e-3), "m", "#000000", BodyRole.MOUNT)
 
     def second(x: float) -> Solid:
         return replace(first, name="b", shape=box(x, 0.0, 0.0, x + 1e-3, 1e-3, 1e-3))
@@ -95,7 +97,7 @@ def test_a_part_that_is_moved_into_another_is_found():
     import build123d as bd
 
     moved = [
-        replace(s, shape=s.shape.moved(bd.Location((0, 0, -0.01)))) if s.role is SolidRole.TARGET else s
+        replace(s, shape=s.shape.moved(bd.Location((0, 0, -0.01)))) if s.role is BodyRole.TARGET else s
         for s in handmade.solids("jaw")
     ]
     (found,) = fit.interferences(tuple(moved))

@@ -8,9 +8,11 @@ import handmade
 import pytest
 from handmade import bounds, piece
 
-from sitscad.parts import SolidRole, fit, jaw, mount, solids
+from sitscad.parts import fit, mount, solids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import of_role
+from sitscad.scene.bodies import BodyRole
+from sitscad.scene.jaws import closed_section, section
 
 pytestmark = pytest.mark.cad
 
@@ -51,9 +53,9 @@ def test_the_seat_s_edges_stay_inside_the_port():
 
 def test_the_shield_is_narrowed_to_the_port_where_the_body_is_too_wide_for_it():
     wide = handmade.board(handmade.jaw_sensor(mount=pad(0.8e-3)).spec, body=(9e-3, 4.7e-3))
-    sheet = next(solid for solid in solids(wide) if solid.role is SolidRole.SHIELD)
+    sheet = next(solid for solid in solids(wide) if solid.role is BodyRole.SHIELD)
     _, y0, z0, _, y1, _ = bounds(sheet)
-    axis = fit.closed_section(wide).axis
+    axis = closed_section(wide).axis
     assert y1 - y0 < 4.7e-3
     assert math.hypot(y1, z0 - axis) == pytest.approx(2.5e-3)
     assert bounds(piece("bench-shielded", "shield"))[4] == pytest.approx(3.8e-3)
@@ -106,18 +108,18 @@ def test_a_stiffener_inside_the_plate_gets_its_own_pocket():
 
 @pytest.mark.parametrize(("width", "height"), [(4.8e-3, 1.3e-3), (4e-3, 1.3e-3), (3e-3, 2e-3), (6e-3, 2.6e-3)])
 def test_a_jaw_s_section_has_its_height_and_the_port_s_back(width, height):
-    section = jaw.section(handmade.jaw(width, height))
-    back = section.outline.segments[0]
-    assert section.outline.is_closed
+    bar = section(handmade.jaw(width, height))
+    back = bar.outline.segments[0]
+    assert bar.outline.is_closed
     assert back.radius == pytest.approx(2.5e-3)
     assert back.at(0.5).y == pytest.approx(-height)
-    assert section.face <= width + 1e-12
+    assert bar.face <= width + 1e-12
     chord = 2 * math.sqrt(height * (5e-3 - height)) if height < 2.5e-3 else 5e-3
-    assert section.face == pytest.approx(min(width, chord))
+    assert bar.face == pytest.approx(min(width, chord))
 
 
 def test_the_jaw_s_face_lies_at_the_standoff_and_its_length_is_the_spec_s():
-    (metal,) = of_role(handmade.solids("jaw"), SolidRole.JAW)
+    (metal,) = of_role(handmade.solids("jaw"), BodyRole.JAW)
     assert bounds(metal)[2::3] == pytest.approx((-2.4e-3, -1.2e-3))
     assert bounds(metal)[0::3] == pytest.approx((-8e-3, 8e-3))
     assert metal.material == "stainless-304"

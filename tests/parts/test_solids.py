@@ -9,8 +9,9 @@ import pytest
 from handmade import bounds
 
 from sitscad.geometry.path import enclosed_area
-from sitscad.parts import PartsError, SolidRole, fit, solids
+from sitscad.parts import PartsError, fit, solids
 from sitscad.parts.mesh import manifold, tessellate
+from sitscad.scene.bodies import BodyRole
 
 pytestmark = pytest.mark.cad
 
@@ -99,7 +100,7 @@ def test_the_pad_stands_over_the_middle_of_the_array():
     )
     coils = (handmade.CoilPlacement("C1", (1e-3, 0.2e-3)), handmade.CoilPlacement("C2", (2e-3, 0.4e-3)))
     spec = replace(layout.spec, array=handmade.ArraySpec("explicit", coils))
-    pad = next(s for s in solids(replace(layout, spec=spec)) if s.role is SolidRole.ELASTOMER)
+    pad = next(s for s in solids(replace(layout, spec=spec)) if s.role is BodyRole.ELASTOMER)
     assert bounds(pad) == pytest.approx((0.5e-3, -0.7e-3, 0.0, 2.5e-3, 1.3e-3, 1e-3), abs=1e-9)
 
 

@@ -7,6 +7,7 @@ import pytest
 from sitscad.layout import lay_out
 from sitscad.parts import fit, solids
 from sitscad.parts.assembly import closed_pair
+from sitscad.scene.jaws import closed_section
 from sitscad.spec.load import load
 
 pytestmark = pytest.mark.cad
@@ -16,7 +17,7 @@ def test_a_template_s_solids_fit_together(template):
     layout = lay_out(load(template))
     built = solids(layout)
     assert all(solid.shape.is_valid for solid in built)
-    pair, section = closed_pair(layout), fit.closed_section(layout)
+    pair, section = closed_pair(layout), closed_section(layout)
     assert fit.interferences(pair or built) == ()
     assert (section is None) == (not pair)
     if section is not None:

@@ -31,7 +31,7 @@ from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.geometry.clipping import Box, parts_inside
 from sitscad.geometry.path import Point, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.scene.slabs import Slab, slabs
+from sitscad.scene.bodies import Body, above_board
 from sitscad.units import show
 
 ROOM = (44.0, 34.0, 116.0, 146.0)
@@ -51,7 +51,7 @@ def render(layout: Layout, forced: str) -> dict[str, bytes]:
 
 def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     """The sheet; None where nothing lies on the board."""
-    pieces = slabs(layout.spec)
+    pieces = above_board(layout.spec)
     if not pieces:
         return None
     box = _shown(layout, pieces)
@@ -71,7 +71,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     return sheet
 
 
-def _shown(layout: Layout, pieces: tuple[Slab, ...]) -> Box:
+def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
     """The board's body and all that lies over it or hangs over its edge (m)."""
     boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
@@ -110,7 +110,7 @@ def _names(sheet: Sheet, layout: Layout, view: View) -> None:
         sheet.text(left, low, coil.name, size)
 
 
-def _dimensions(sheet: Sheet, layout: Layout, pieces: tuple[Slab, ...], view: View) -> None:
+def _dimensions(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View) -> None:
     """The edges of body and pieces and the coils' centres, by their coordinates."""
     boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
     low, left = min(view.y(box[1]) for box in boxes), min(view.x(box[0]) for box in boxes)
@@ -129,7 +129,7 @@ def _coils(layout: Layout) -> Iterator[tuple[str, ...]]:
         yield coil.name, mm(coil.centre.x), mm(coil.centre.y), turned
 
 
-def _legend(sheet: Sheet, pieces: tuple[Slab, ...], top: float) -> float:
+def _legend(sheet: Sheet, pieces: tuple[Body, ...], top: float) -> float:
     """What each line means; the y below it."""
     for piece in reversed(pieces):
         sheet.line(COLUMN + 1.0, top + 1.0, COLUMN + 15.0, top + 1.0, PENS[piece.name])
@@ -138,13 +138,13 @@ def _legend(sheet: Sheet, pieces: tuple[Slab, ...], top: float) -> float:
     return top
 
 
-def _size(piece: Slab) -> str:
+def _size(piece: Body) -> str:
     thick, (x, y) = show(piece.upper - piece.lower, "m"), piece.footprint.size
     across = f"diameter {show(x, 'm')}" if piece.footprint.is_round else f"{show(x, 'm')} x {show(y, 'm')}"
     return f"{across}, {thick} thick"
 
 
-def _notes(layout: Layout, pieces: tuple[Slab, ...]) -> Iterator[str]:
+def _notes(layout: Layout, pieces: tuple[Body, ...]) -> Iterator[str]:
     yield "1. Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
     for i, piece in enumerate(reversed(pieces), 2):
         at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)

@@ -32,6 +32,7 @@ from sitscad.geometry.path import bounding_box, circle, rectangle
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
 from sitscad.layout.thickness import tail_copper
 from sitscad.papers.text_section import TEXT_WIDTH, section
+from sitscad.scene.state import FREE
 from sitscad.units import show
 
 ROOM = (32.0, 46.0, 150.0, 135.0)
@@ -266,9 +267,9 @@ def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
         yield f"There is no coupon: {panel.no_coupon}."
         return
     coil = estimates.coils[0] if estimates is not None else None
-    if coil is None or "free" not in coil.states:
+    if coil is None or FREE not in coil.states:
         return
-    free = coil.states["free"]
+    free = coil.states[FREE]
     low = math.fsum(value for name, value in coil.inductance_parts.items() if name != "crowding")
     high = (
         f", {show(free.apparent_inductance, 'H')} at {show(free.frequency, 'Hz', 3)} (as a meter reads it there, with "

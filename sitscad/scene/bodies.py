@@ -1,0 +1,157 @@
+"""The pieces of the sensor in their places: what each is, where it lies from above, and how high.
+
+Heights follow from the spec alone and are worked out here, nowhere else; z = 0 is the board's top face.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+
+from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.path import Path
+from sitscad.geometry.region import Region
+from sitscad.record import record
+from sitscad.spec.materials import Conductor
+from sitscad.spec.places import footprint
+from sitscad.spec.sensor import SensorSpec
+
+Heights = tuple[float, float]
+
+
+class BodyRole(StrEnum):
+    """What a piece is in the sensor."""
+
+    JAW = "jaw"
+    MOUNT = "mount"
+    SHIELD = "shield"
+    STIFFENER = "stiffener"
+    BOARD = "board"
+    ELASTOMER = "elastomer"
+    TARGET = "target"
+    ENCAPSULATION = "encapsulation"
+    OPPOSING_JAW = "opposing-jaw"
+    OPPOSING_PAD = "opposing-pad"
+
+
+@record
+class Body:
+    """A piece in its place: its plan (what it covers, from above), the heights (m) of its lower and its upper face, and
+    what it is made of; `metal` where that conducts or is magnetic.
+
+    A jaw's plan is that of its face, and its heights are those of the face and of the lowest point of its back.
+    """
+
+    role: BodyRole
+    plan: Footprint | Region
+    lower: float
+    upper: float
+    material: str
+    metal: Conductor | None = None
+
+    @property
+    def name(self) -> str:
+        """What papers and files call it."""
+        return self.role.value
+
+    @property
+    def heights(self) -> Heights:
+        """Both heights (m)."""
+        return self.lower, self.upper
+
+    @property
+    def thickness(self) -> float:
+        """From face to face (m)."""
+        return self.upper - self.lower
+
+    @property
+    def footprint(self) -> Footprint:
+        """The plan of a disc or a rectangle; raises TypeError for any other."""
+        if not isinstance(self.plan, Footprint):
+            raise TypeError(f"the {self.name} is neither a disc nor a rectangle")
+        return self.plan
+
+    def outline(self, margin: float = 0.0) -> Path:
+        """The closed outline from above; that of a disc or a rectangle grown by `margin` (m) with round corners."""
+        if isinstance(self.plan, Region) and not margin:
+            return self.plan.outline
+        return self.footprint.outline(margin)
+
+    @property
+    def region(self) -> Region:
+        """What it covers, from above, with the holes in it."""
+        return self.plan if isinstance(self.plan, Region) else Region(self.plan.outline())
+
+
+def elastomer(spec: SensorSpec) -> Body | None:
+    """The soft pad on the board's top face, at its nominal size (the laser's kerf is the cut file's business)."""
+    pad = spec.elastomer
+    if pad is None:
+        return None
+    return Body(BodyRole.ELASTOMER, footprint(spec, pad), 0.0, pad.thickness, pad.material.name)
+
+
+def target(spec: SensorSpec) -> Body | None:
+    """The conducting plate on the elastomer at rest; on the board's top face where there is no elastomer."""
+    plate = spec.target
+    if plate is None:
+        return None
+    under = spec.elastomer.thickness if spec.elastomer is not None else 0.0
+    upper, metal = under + plate.thickness, plate.material
+    return Body(BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal)
+
+
+def above_board(spec: SensorSpec) -> tuple[Body, ...]:
+    """Elastomer and target, those that the spec has."""
+    return tuple(body for body in (elastomer(spec), target(spec)) if body is not None)
+
+
+def board_heights(spec: SensorSpec) -> Heights:
+    """The board, without stiffener."""
+    return -spec.fpc.stackup.thickness, 0.0
+
+
+def shield_heights(spec: SensorSpec) -> Heights | None:
+    """The sheet behind the board, whether or not it fits above the metal of the jaw; None without one."""
+    if spec.shield is None:
+        return None
+    upper = board_heights(spec)[0] - spec.shield.gap
+    return upper - spec.shield.thickness, upper
+
+
+def seat_heights(spec: SensorSpec) -> Heights | None:
+    """From the face that carries the mount up to the board's bottom face: the standoff; None without a mount."""
+    lower = board_heights(spec)[0]
+    return None if spec.mount is None else (lower - spec.mount.standoff, lower)
+
+
+def room_behind(spec: SensorSpec) -> float:
+    """The room (m) from the board's bottom face to the shield, or to what carries the mount; endless without either."""
+    if spec.shield is not None:
+        return spec.shield.gap
+    return math.inf if spec.mount is None else spec.mount.standoff
+
+
+def seat_spans(board_bottom: float, standoff: float, shield: Heights | None) -> list[Heights]:
+    """The heights (m) that the seat on a jaw fills, from the metal to the shield and from there to the board's bottom.
+
+    Its pieces are printed, and bear the names of `MOUNT_PIECES` in that order.
+    """
+    metal = board_bottom - standoff
+    spans = [(metal, board_bottom)] if shield is None else [(metal, shield[0]), (shield[1], board_bottom)]
+    return [(lower, upper) for lower, upper in spans if upper - lower > 1e-9]
+
+
+MOUNT_PIECES = ("mount", "mount-spacer")
+"""The printed pieces from the bottom up: drawing, bill of materials and files name them alike."""
+
+
+def top_height(spec: SensorSpec) -> float:
+    """The uppermost face of the sensor, film included."""
+    above = above_board(spec)
+    return (above[-1].upper if above else 0.0) + film_thickness(spec)
+
+
+def film_thickness(spec: SensorSpec) -> float:
+    """The encapsulation's thickness (m), which stands round the pieces too; 0 without one."""
+    return spec.encapsulation.thickness if spec.encapsulation is not None else 0.0

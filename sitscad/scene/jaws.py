@@ -1,0 +1,190 @@
+"""The closed pair of jaws: their section, where they stand, and what the port leaves between them. No CAD kernel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.geometry.path import Arc, Line, Path, Point
+from sitscad.layout.board import Layout
+from sitscad.record import record
+from sitscad.scene.bodies import (
+    Heights,
+    above_board,
+    board_heights,
+    film_thickness,
+    seat_heights,
+    shield_heights,
+    top_height,
+)
+from sitscad.spec.sensor import Jaw, SensorSpec
+
+FILM_ROUNDING = 0.8
+"""Rounding of the film's outer edges as a share of its thickness: below 1, so that the film is nowhere too thin."""
+
+
+class PartsError(ValueError):
+    """A part that the spec asks for cannot exist; the text says why and what to change."""
+
+
+Corner = tuple[str, float, float, float]
+"""A part, the distance y from the jaw's middle, the height z, and the rounding radius about that point (m)."""
+
+
+@record
+class JawSection:
+    """A jaw across its axis, face up at height 0: width of its face, height, radius of its back (m).
+
+    ``side`` is how far straight sides reach down from the face before the round back begins.
+    """
+
+    face: float
+    height: float
+    radius: float
+    side: float
+
+    @property
+    def outline(self) -> Path:
+        """The closed section, counter-clockwise, y as the path's x and z as its y."""
+        half, centre = self.face / 2, Point(0.0, self.radius - self.height)
+        back = Arc(Point(-half, -self.side), Point(half, -self.side), centre)
+        if self.side <= 0.0:
+            return Path((back, Line(back.end, back.start)))
+        right, left = Point(half, 0.0), Point(-half, 0.0)
+        return Path((back, Line(back.end, right), Line(right, left), Line(left, back.start)))
+
+
+def section(jaw: Jaw) -> JawSection:
+    """The section of a jaw that passes its port on its own: a bar of its width, rounded behind to the port's radius.
+
+    The back is an arc of that radius, its lowest point ``height`` below the face. A flat jaw (one milled down to
+    carry a sensor) has no straight sides left, and its face is the chord there, narrower than the jaw's width.
+    """
+    half, radius, height = jaw.width / 2, jaw.port_diameter / 2, jaw.height
+    chord = math.sqrt(max(0.0, height * (2 * radius - height))) if height < radius else radius
+    if chord <= half:
+        return JawSection(2 * chord, height, radius, max(0.0, height - radius))
+    sagitta = radius - math.sqrt(radius**2 - half**2)
+    return JawSection(jaw.width, height, radius, height - sagitta)
+
+
+def fitted_jaw(layout: Layout) -> Jaw | None:
+    """The jaw of the spec's mount, if it has one."""
+    return layout.spec.mount.jaw if layout.spec.mount else None
+
+
+def axis(layout: Layout) -> Point:
+    """The middle of the board's body, over which the jaw is centred."""
+    x0, y0, x1, y1 = layout.body
+    return Point((x0 + x1) / 2, (y0 + y1) / 2)
+
+
+def jaw_range(layout: Layout, fitted: Jaw) -> tuple[float, float]:
+    """Where the jaw begins (its tip) and ends along x (m): its length, centred under the board's body."""
+    middle = axis(layout).x
+    return middle - fitted.length / 2, middle + fitted.length / 2
+
+
+def closed_span(layout: Layout) -> Heights | None:
+    """The heights (m) of the backs of the jaw and of the opposing jaw, closed without force; None without a jaw.
+
+    The hinge keeps both jaws level, so the closed pair's axis lies half way between these heights.
+    """
+    jaw, seat = fitted_jaw(layout), seat_heights(layout.spec)
+    if jaw is None or seat is None:
+        return None
+    return seat[0] - jaw.height, top_height(layout.spec) + jaw.opposing_pad_thickness + jaw.height
+
+
+def half_width(layout: Layout, z: float) -> float:
+    """Half the width (m) of what lies below the board at height z: the body's, or what the closed pair's port leaves.
+
+    Seat and shield are made to measure, so they are narrowed where a body's width would stand out of the port's circle.
+    """
+    half, jaw, span = layout.body_size[1] / 2, fitted_jaw(layout), closed_span(layout)
+    if jaw is None or span is None:
+        return half
+    radius, aside = jaw.port_diameter / 2, z - (span[0] + span[1]) / 2
+    return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
+
+
+@record
+class ClosedSection:
+    """The closed pair across its axis: height back to back (m), the axis' height above the board's top face (m),
+    the radius (m) of the smallest circle about the axis that holds everything, and which part decides it.
+    """
+
+    height: float
+    axis: float
+    radius: float
+    decided_by: str
+    port_radius: float
+
+    @property
+    def fits(self) -> bool:
+        """Whether the pair passes its port, touching allowed."""
+        return self.radius <= self.port_radius + 1e-9
+
+
+def closed_section(layout: Layout) -> ClosedSection | None:
+    """The closed pair from the spec's figures; None without a jaw.
+
+    Corners and the ends of rounded edges are the only points that can be farthest from the axis.
+    """
+    jaw, span = fitted_jaw(layout), closed_span(layout)
+    shield_that_fits(layout.spec)
+    if jaw is None or span is None:
+        return None
+    middle = (span[0] + span[1]) / 2
+    corners = (*_jaw_corners(layout, jaw, span), *_sensor_corners(layout))
+    radius, part = max((math.hypot(y, z - middle) + r, part) for part, y, z, r in corners)
+    return ClosedSection(span[1] - span[0], middle, radius, part, jaw.port_diameter / 2)
+
+
+def _jaw_corners(layout: Layout, jaw: Jaw, span: tuple[float, float]) -> Iterator[Corner]:
+    """Lowest point, side and face edge of both jaws, and the edge of the seat on the lower one."""
+    profile = section(jaw)
+    for y, depth in ((0.0, jaw.height), (profile.face / 2, profile.side), (profile.face / 2, 0.0)):
+        yield "jaw", y, span[0] + jaw.height - depth, 0.0
+        yield "opposing jaw", y, span[1] - jaw.height + depth, 0.0
+    metal = span[0] + jaw.height
+    yield "mount", half_width(layout, metal), metal, 0.0
+
+
+def _sensor_corners(layout: Layout) -> Iterator[Corner]:
+    """Every outer corner of board, shield, pad, target and film."""
+    spec, half, middle = layout.spec, layout.body_size[1] / 2, axis(layout).y
+    film, sheet = film_thickness(spec), shield_heights(spec)
+    for z in board_heights(spec):
+        yield "board body", half, z, 0.0
+    if sheet:
+        for z in sheet:
+            yield "shield", half_width(layout, sheet[0]), z, 0.0
+    if film:
+        yield "encapsulation", half, film, 0.0
+    for body in above_board(spec):
+        _, low, _, high = body.footprint.box
+        aside = max(high - middle, middle - low)
+        yield from _plate_corners(body.name, aside, body.heights, film)
+
+
+def _plate_corners(part: str, y: float, heights: tuple[float, float], film: float) -> Iterator[Corner]:
+    """A plate's lower and upper edge, and the film's round it (rounded above, square below)."""
+    for z in heights:
+        yield part, y, z, 0.0
+    if film > 0.0:
+        r = FILM_ROUNDING * film
+        yield "encapsulation", y + film - r, heights[1] + film - r, r
+        yield "encapsulation", y + film, max(0.0, heights[0] - film), 0.0
+
+
+def shield_that_fits(spec: SensorSpec) -> Heights | None:
+    """The heights (m) of the shield; raises `PartsError` where it does not fit above the metal of the jaw."""
+    sheet, mount = spec.shield, spec.mount
+    if sheet is not None and mount and mount.jaw and sheet.gap + sheet.thickness > mount.standoff + 1e-9:
+        gap, thickness = sheet.gap * 1e3, sheet.thickness * 1e3
+        raise PartsError(
+            f"the shield ({gap:g} mm gap, {thickness:g} mm thick) does not fit into the {mount.standoff * 1e3:g} mm "
+            f"standoff: give mount.standoff at least {gap + thickness:g} mm"
+        )
+    return shield_heights(spec)
