@@ -61,7 +61,7 @@ def test_the_table_of_templates_is_what_they_give():
 
 def test_pictures_are_the_ones_that_the_tool_makes():
     import sitscad
-    from sitscad.drawing.board_picture import render
+    from sitscad.papers.board_pictures import render
 
     layout = sitscad.lay_out(sitscad.load(ROOT / "templates/grasper_4layer.yaml"))
     drawn = render(layout)["fpc/grasper-4layer-body.svg"]

@@ -7,10 +7,11 @@ import io
 from collections.abc import Iterator
 from dataclasses import astuple, fields
 
+from sitscad.estimates.values import Estimates
 from sitscad.fabrication.notes import contact_text, stiffener_text
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.papers.tank import Sized, capacitance_text
+from sitscad.papers.capacitor import capacitance_text
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
 from sitscad.scene.stack import shield
@@ -31,7 +32,7 @@ class Item:
     note: str
 
 
-def render(layout: Layout, estimates: Sized) -> dict[str, bytes]:
+def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
     """``bom.csv``: UTF-8, comma separated, one header row, quantities for one sensor."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
@@ -40,7 +41,7 @@ def render(layout: Layout, estimates: Sized) -> dict[str, bytes]:
     return {"bom.csv": text.getvalue().encode("utf-8")}
 
 
-def items(layout: Layout, estimates: Sized) -> tuple[Item, ...]:
+def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     """The rows, in the order in which the sensor is put together; only what the spec contains."""
     return (*_circuit(layout), *_converter(layout, estimates), *_soft_parts(layout), *_carriers(layout))
 
@@ -94,7 +95,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
     )
 
 
-def _converter(layout: Layout, estimates: Sized) -> Iterator[Item]:
+def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
     readout, coils = layout.spec.readout, len(layout.coils)
     chosen = estimates.readout.capacitance
     chip = readout.chip.name if layout.capacitors and readout.chip else ""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
+from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.papers.firmware_macros import addr_pin, force_document, force_macros, result_macros
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import ChannelSettings, Register
@@ -27,55 +28,6 @@ def table_path(converter: Converter) -> str:
     return f"firmware/{converter.name}_config.json"
 
 
-class _Spread(Protocol):
-    frequency: float
-
-
-class _State(Protocol):
-    frequency: float | None
-    parallel_resistance: float | None
-    amplitude: float | None
-    quantum: float | None
-    converter_inductance: float | None
-    spread: _Spread | None
-
-
-class _Coil(Protocol):
-    name: str
-    centre: tuple[float, float]
-
-    @property
-    def states(self) -> Mapping[str, _State]: ...
-
-    def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None: ...
-
-
-class _Readout(Protocol):
-    capacitance: float | None
-    conversion_capacitance: float | None
-    drive_code: int | None
-    drive_codes: tuple[int, ...]
-    reference_divider: int | None
-    reference_frequency: float | None
-    input_divider: int | None
-    rcount: int | None
-    settle_count: int | None
-    scan_rate: float | None
-    high_current: bool
-    settle_time: float | None
-    conversion_time: float | None
-    switch_time: float | None
-    read_back_time: float | None
-    supply_current: float | None
-
-
-class Measured(Protocol):
-    """The part of the estimates that the registers follow from."""
-
-    coils: Sequence[_Coil]
-    readout: _Readout
-
-
 @record
 class Device:
     """One converter of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
@@ -85,7 +37,7 @@ class Device:
     registers: tuple[Register, ...]
 
 
-def render(spec: SensorSpec, estimates: Measured) -> dict[str, bytes]:
+def render(spec: SensorSpec, estimates: Estimates) -> dict[str, bytes]:
     """Header and JSON, with the registers in the order in which they must be written.
 
     Where a setting is unknown or does not fit its field the sensor cannot be read out: then the header is an ``#error``
@@ -115,7 +67,7 @@ def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
     }
 
 
-def devices(converter: Converter, estimates: Measured) -> tuple[Device, ...]:
+def devices(converter: Converter, estimates: Estimates) -> tuple[Device, ...]:
     """The converters, filled one after the other: the first at the address with ADDR low, the second with ADDR high.
 
     Raises ValueError where a setting is unknown or does not fit its field.
@@ -135,7 +87,9 @@ def devices(converter: Converter, estimates: Measured) -> tuple[Device, ...]:
     )
 
 
-def _registers(converter: Converter, coils: Sequence[_Coil], first: int, readout: _Readout) -> tuple[Register, ...]:
+def _registers(
+    converter: Converter, coils: Sequence[CoilEstimate], first: int, readout: ReadoutEstimate
+) -> tuple[Register, ...]:
     """What to write for the coils of one converter, the first of them being the number `first` of all."""
     channel = ChannelSettings(
         rcount=_known("rcount", readout.rcount),
@@ -159,7 +113,7 @@ def _known(name: str, value: int | None) -> int:
     return value
 
 
-def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str:
+def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device]) -> str:
     """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
     converter = spec.readout.device
     identity = FAMILIES[converter.family].identity()
@@ -218,7 +172,7 @@ def table(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str
     return json.dumps(value, indent=2) + "\n"
 
 
-def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> str:
+def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device]) -> str:
     """The C header (C99 and C++): one constant table of writes a converter."""
     readout, converter = estimates.readout, spec.readout.device
     identity, macro, name = FAMILIES[converter.family].identity(), converter.part, converter.name
@@ -255,7 +209,7 @@ def header(spec: SensorSpec, estimates: Measured, found: Sequence[Device]) -> st
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _expected(spec: SensorSpec, estimates: Measured) -> list[str]:
+def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
     readout, force, part = estimates.readout, spec.requirements.normal_force, spec.readout.device.part
     times = (readout.settle_time, readout.conversion_time, readout.switch_time)
@@ -303,14 +257,14 @@ def _expected(spec: SensorSpec, estimates: Measured) -> list[str]:
     ]
 
 
-def _scatter(state: _State) -> str:
+def _scatter(state: StateEstimate) -> str:
     """One sigma of the frequency, where it is known."""
     if state.spread is None or not state.frequency:
         return ""
     return f"; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
 
 
-def _conversion(spec: SensorSpec, readout: _Readout) -> list[str]:
+def _conversion(spec: SensorSpec, readout: ReadoutEstimate) -> list[str]:
     """What turns DATA into frequency and inductance, as macros of doubles (Hz, F); none for what is unknown."""
     values = (
         ("F_CLK_HZ", spec.readout.clock),
@@ -326,7 +280,7 @@ def _conversion(spec: SensorSpec, readout: _Readout) -> list[str]:
     ]
 
 
-def _coils(converter: Converter, coils: Sequence[_Coil]) -> list[str]:
+def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
     """Every coil's converter, channel and place on the board, for programs that reconstruct forces."""
     lines = [
         "",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Any
 
+from sitscad.estimates.values import CoilEstimate
 from sitscad.readout import FAMILIES
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.converter import Converter
@@ -13,25 +14,6 @@ from sitscad.spec.converter import Converter
 def addr_pin(converter: Converter, address: int) -> str:
     """Level of the ADDR pin that selects an address (SNOSCY9A, 8.5.1)."""
     return ("low", "high")[converter.addresses.index(address)]
-
-
-class Read(Protocol):
-    """What the macros need of a coil's state."""
-
-    converter_inductance: float | None
-
-
-class Felt(Protocol):
-    """What the macros need of a coil."""
-
-    name: str
-
-    @property
-    def states(self) -> Mapping[str, Read]:
-        """States by name."""
-
-    def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None:
-        """Change per newton of the inductance by the formula, and one sigma of it (H/N)."""
 
 
 def result_macros(converter: Converter) -> list[str]:
@@ -61,7 +43,7 @@ def result_macros(converter: Converter) -> list[str]:
     return lines
 
 
-def force_macros(converter: Converter, coils: Sequence[Felt], force: float | None) -> list[str]:
+def force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:
     """Expected inductance by the formula at rest and pressed, and its change per newton with one sigma."""
     found = [(index, *row) for index, coil in enumerate(coils) for row in _expected(coil, force)]
     if not found:
@@ -78,7 +60,7 @@ def force_macros(converter: Converter, coils: Sequence[Felt], force: float | Non
     ]
 
 
-def _expected(coil: Felt, force: float | None) -> list[tuple[str, float]]:
+def _expected(coil: CoilEstimate, force: float | None) -> list[tuple[str, float]]:
     names = {REST: "L_REST_H", PRESSED: "L_PRESSED_H"}
     found = [
         (names[state], at.converter_inductance)
@@ -90,7 +72,7 @@ def _expected(coil: Felt, force: float | None) -> list[tuple[str, float]]:
     return found + [(name, value) for name, value in more if value is not None]
 
 
-def force_document(coil: Felt, force: float | None) -> dict[str, Any]:
+def force_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
     """The change per newton and its sigma (H/N) for the JSON."""
     change, sigma = coil.converter_sensitivity(force) or (None, None)
     return {"inductance_H_per_N": change, "sigma_inductance_H_per_N": sigma}

@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 import io
 
+from sitscad.estimates.values import Estimates
 from sitscad.fabrication.files import fabrication_path
 from sitscad.layout.board import Layout
-from sitscad.papers.tank import Sized, capacitance_text
+from sitscad.papers.capacitor import capacitance_text
 
 HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")
 
 
-def render(layout: Layout, estimates: Sized | None) -> dict[str, bytes]:
+def render(layout: Layout, estimates: Estimates | None) -> dict[str, bytes]:
     """``placement.csv`` with KiCad's columns (millimetres, degrees); nothing where the board carries no part.
 
     The rotation counts from a chip that lies along x with its first terminal at the left. The value is the capacitance

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from textwrap import wrap
-from typing import Protocol
 
 from sitscad.drawing.frame import (
     FORCED,
@@ -25,6 +24,7 @@ from sitscad.drawing.frame import (
 )
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Pen, Sheet, text_width
+from sitscad.estimates.values import Estimates
 from sitscad.fabrication.files import body_files, drill_map_file, panel_files, panel_path
 from sitscad.fabrication.fingerprint import fingerprint, on_drawing, panel_images, shell_line
 from sitscad.fabrication.notes import outline_text, quantity_text
@@ -36,42 +36,6 @@ from sitscad.scene.state import FREE
 from sitscad.units import show
 
 ROOM = (32.0, 46.0, 150.0, 135.0)
-
-
-class State(Protocol):
-    """The part of an estimate's state that is measured at the pads."""
-
-    @property
-    def apparent_inductance(self) -> float | None:
-        """As a meter reads it at the pads (H)."""
-
-    @property
-    def frequency(self) -> float:
-        """At which that is so (Hz)."""
-
-
-class CoilEstimate(Protocol):
-    """The part of a coil's estimate that is measured at the pads."""
-
-    @property
-    def states(self) -> Mapping[str, State]:
-        """By name; the coil alone is ``free``."""
-
-    @property
-    def inductance_parts(self) -> Mapping[str, float]:
-        """What the inductance at the pads is made of (H); all but ``crowding`` is there at low frequency, too."""
-
-    @property
-    def terminal_resistance_dc(self) -> float:
-        """At the pads, direct current, 20 C (ohm)."""
-
-
-class Estimates(Protocol):
-    """The estimate of a coupon."""
-
-    @property
-    def coils(self) -> Sequence[CoilEstimate]:
-        """Its one coil."""
 
 
 def render(

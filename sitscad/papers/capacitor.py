@@ -3,20 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 from sitscad.units import show
-
-
-class _Readout(Protocol):
-    capacitance: float | None
-    capacitance_reason: str
-
-
-class Sized(Protocol):
-    """The part of the estimates that these papers need: the tank capacitor that was chosen, and why."""
-
-    readout: _Readout
 
 
 def capacitance_text(chosen: float | None) -> str:
