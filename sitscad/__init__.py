@@ -23,6 +23,8 @@ _HOMES = {
     "estimate": "sitscad.estimates",
     "Estimates": "sitscad.estimates",
     "METHODS": "sitscad.estimates",
+    "Design": "sitscad.design",
+    "Review": "sitscad.review",
     "check": "sitscad.checks",
     "CheckResult": "sitscad.checks",
     "mended": "sitscad.checks",
@@ -57,6 +59,7 @@ __all__ = [
     "BuildResult",
     "CheckResult",
     "CheckedSpec",
+    "Design",
     "Estimates",
     "Finding",
     "Layout",
@@ -64,6 +67,7 @@ __all__ = [
     "NotChecked",
     "PackageError",
     "PartsError",
+    "Review",
     "SensorSpec",
     "Severity",
     "SpecError",
@@ -85,6 +89,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from sitscad.checks import HINTS, RULES, CheckResult, check, mended
+    from sitscad.design import Design
     from sitscad.estimates import METHODS, Estimates, estimate
     from sitscad.finding import Finding, NotChecked, Severity
     from sitscad.layout import lay_out
@@ -102,6 +107,7 @@ if TYPE_CHECKING:
     from sitscad.parts import MissingExtra, PartsError
     from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, checked_spec
     from sitscad.report.numbers import ESTIMATE_FORMATS
+    from sitscad.review import Review
     from sitscad.spec.format.schema import json_schema
     from sitscad.spec.load import SpecError, load, load_text
     from sitscad.spec.sensor import SensorSpec

@@ -25,10 +25,12 @@ MAY_IMPORT = {
     "parts": {"units", "finding", "geometry", "spec", "layout", "scene"},
     "estimates": {"units", "spec", "geometry", "layout", "scene", "physics", "readout", "mechanics"},
     "remedy": {"units", "geometry", "spec", "layout"},
+    "design": {"spec", "layout", "scene", "parts", "estimates", "readout"},
     "checks": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "mechanics",
-        "remedy",
+        "design", "remedy",
     },
+    "review": {"finding", "spec", "estimates", "design", "remedy", "checks"},
     "fabrication": {"units", "geometry", "spec", "layout"},
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
     "writer": {"spec"},
@@ -40,12 +42,14 @@ MAY_IMPORT = {
     "report": {"units", "finding", "spec", "layout", "scene", "parts", "estimates"},
     "extraction": {"units", "finding"},
     "package": {
-        "", "units", "finding", "geometry", "readout", "spec", "layout", "scene", "parts", "estimates", "checks",
+        "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design", "review",
         "drawing", "formats", "papers", "writer", "report", "extraction",
     },
     "cli": {"", "finding"},
     "__main__": {"cli"},
-    "__init__": {"units", "finding", "spec", "layout", "parts", "estimates", "checks", "package", "report"},
+    "__init__": {
+        "finding", "spec", "layout", "parts", "estimates", "design", "checks", "review", "package", "report",
+    },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.
 

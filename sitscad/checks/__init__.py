@@ -18,13 +18,14 @@ from sitscad.checks.plates import PLATE_RULES
 from sitscad.checks.plug import PLUG_RULES
 from sitscad.checks.response import RESPONSE_RULES
 from sitscad.checks.room import ROOM_RULES
-from sitscad.checks.rules import Outcome, Rule, Subject, outcomes
+from sitscad.checks.rules import Outcome, Rule, outcomes
 from sitscad.checks.step import STEP_RULES
 from sitscad.checks.thin_target import THIN_TARGET_RULES
 from sitscad.checks.timing import TIMING_RULES
 from sitscad.checks.track_lines import TRACK_RULES
 from sitscad.checks.transduction import TRANSDUCTION_RULES
 from sitscad.checks.trials import Trials
+from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.layout.board import Layout
 from sitscad.record import record
@@ -80,20 +81,26 @@ def check(
     trials may cost: ``none``; ``decisive``, about as much as the check itself, errors first; ``full``, minutes. The
     verdict is the same with each. Raises ValueError for any other choice.
     """
-    budget = Budget.of(hints, spec)
-    subject = Subject(spec, layout, estimates)
+    return judged(Design(spec, layout, estimates), hints)
+
+
+def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
+    """What every rule says of a design; its layout and estimates are made when a rule first asks for them. As `check`
+    otherwise.
+    """
+    budget = Budget.of(hints, design.spec)
     said: list[Outcome] = []
     not_checked: list[NotChecked] = []
     for rule in RULES:
-        found, undecided = outcomes(rule, subject)
+        found, undecided = outcomes(rule, design)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
     if not any(outcome.finding.severity is Severity.ERROR for outcome in said):
         budget = budget.for_warnings()
-    findings = Trials(subject, RULES, said, not_checked, budget).advised()
+    findings = Trials(design, RULES, said, not_checked, budget).advised()
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
-    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(subject.estimates))
+    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates))
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.checks.fabrication import ROUNDING, house, source_of
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import (
@@ -42,25 +43,25 @@ class _Straight:
     unfit: Place | None
 
 
-def bend_zone(subject: Subject) -> Iterator[Verdict]:
+def bend_zone(design: Design) -> Iterator[Verdict]:
     """Nothing stiff and nothing that starts a crack lies where the tail bends."""
-    zone, tail = subject.layout.bend_zone, subject.spec.fpc.tail
+    zone, tail = design.layout.bend_zone, design.spec.fpc.tail
     assert tail is not None
     if tail.bend == "none":
         yield Undecided("the tail does not bend (fpc.tail.bend: none)")
         return
     if zone is not None:
-        yield from _stiff_in_bend(subject, zone)
-    yield from _too_short(subject)
-    yield from _misplaced(subject)
-    yield from _too_sharp(subject)
+        yield from _stiff_in_bend(design, zone)
+    yield from _too_short(design)
+    yield from _misplaced(design)
+    yield from _too_sharp(design)
 
 
-def _too_short(subject: Subject) -> Iterator[Complaint]:
-    straight, needed, fits = _straight(subject), bend_length(subject.spec), _fits(subject)
+def _too_short(design: Design) -> Iterator[Complaint]:
+    straight, needed, fits = _straight(design), bend_length(design.spec), _fits(design)
     if fits and straight.unfit is None:
         return
-    have, tail = show(max(0.0, straight.length), "m", 3), subject.spec.fpc.tail
+    have, tail = show(max(0.0, straight.length), "m", 3), design.spec.fpc.tail
     assert tail is not None
     if straight.unfit is None:
         message = f"the tail has {have} free of vias, turns and stiffener for its {tail.bend} bend"
@@ -71,10 +72,10 @@ def _too_short(subject: Subject) -> Iterator[Complaint]:
             f"x = {show(straight.start, 'm', 4)}"
         )
         message += "" if fits else f"; a bend by {_degrees(tail)} needs {show(needed, 'm', 3)}"
-    figure = bend_figure(subject.spec)
+    figure = bend_figure(design.spec)
     if figure and not fits:
         field, ratio = figure
-        message += f" at the radius of {ratio:g} thicknesses that {house(subject, field)} asks"
+        message += f" at the radius of {ratio:g} thicknesses that {house(design, field)} asks"
     yield Complaint(
         message,
         "bend the tail there and nowhere else" if fits else NO_ROOM,
@@ -83,23 +84,23 @@ def _too_short(subject: Subject) -> Iterator[Complaint]:
         needed,
         "m",
         Severity.NOTE if fits else Severity.WARNING,
-        source_of(subject, figure[0]) if figure and not fits else None,
+        source_of(design, figure[0]) if figure and not fits else None,
         place=straight.unfit and replace(straight.unfit, x=straight.start),
-        advice=None if fits else lambda left: _longer(subject, left),
+        advice=None if fits else lambda left: _longer(design, left),
     )
 
 
-def _misplaced(subject: Subject) -> Iterator[Complaint]:
+def _misplaced(design: Design) -> Iterator[Complaint]:
     """A bend whose place the spec gives, and which reaches beyond what may be bent there."""
-    tail, zone, bend = subject.spec.fpc.tail, subject.layout.bend_zone, bend_of(subject.layout)
+    tail, zone, bend = design.spec.fpc.tail, design.layout.bend_zone, bend_of(design.layout)
     if tail is None or tail.bend_at is None or zone is None or bend is None:
         return
-    straight = _straight(subject)
+    straight = _straight(design)
     stretch = straight.start, straight.start + straight.length
     beyond = max(stretch[0] - bend.start, bend.end - stretch[1])
     if beyond <= ROUNDING:
         return
-    low, high = (x - subject.layout.body[2] for x in stretch)
+    low, high = (x - design.layout.body[2] for x in stretch)
     half = (bend.end - bend.start) / 2
     room = f"from {show(low + half, 'm', 3)} to {show(high - half, 'm', 3)}" if high - low > 2 * half else "nowhere yet"
     what = "vias, contacts, stiffener or the body" if max(zone[0] - bend.start, bend.end - zone[1]) > ROUNDING else ""
@@ -112,27 +113,27 @@ def _misplaced(subject: Subject) -> Iterator[Complaint]:
         0.0,
         "m",
         Severity.ERROR if what else Severity.WARNING,
-        place=Place(bend.line, sum(subject.layout.reach_at(bend.line)) / 2),
+        place=Place(bend.line, sum(design.layout.reach_at(bend.line)) / 2),
     )
 
 
-def _too_sharp(subject: Subject) -> Iterator[Complaint]:
+def _too_sharp(design: Design) -> Iterator[Complaint]:
     """A bend whose radius the spec gives, and which is sharper than the fabricator's."""
-    tail, least, figure = subject.spec.fpc.tail, least_bend_radius(subject.spec), bend_figure(subject.spec)
+    tail, least, figure = design.spec.fpc.tail, least_bend_radius(design.spec), bend_figure(design.spec)
     if tail is None or tail.bend_radius is None or least is None or figure is None:
         return
     if tail.bend_radius >= least - ROUNDING:
         return
     yield Complaint(
         f"a {tail.bend} bend of {show(tail.bend_radius, 'm', 3)} inside radius is sharper than the {figure[1]:g} "
-        f"thicknesses that {house(subject, figure[0])} asks: {show(least, 'm', 3)}",
+        f"thicknesses that {house(design, figure[0])} asks: {show(least, 'm', 3)}",
         f"fpc.tail.bend.radius: {math.ceil(least * 1e5 - 1e-6) / 100:.2f} mm or more, or leave it out",
         "fpc.tail.bend.radius",
         tail.bend_radius,
         least,
         "m",
         Severity.WARNING,
-        source_of(subject, figure[0]),
+        source_of(design, figure[0]),
     )
 
 
@@ -143,24 +144,24 @@ def _degrees(tail: Tail) -> str:
 NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
 
 
-def _longer(subject: Subject, left: Left) -> str:
-    length, tail = _length_that_does(subject, left), subject.spec.fpc.tail
+def _longer(design: Design, left: Left) -> str:
+    length, tail = _length_that_does(design, left), design.spec.fpc.tail
     if length is None or tail is None:
         return NO_ROOM
-    longer = replace(subject.spec, fpc=replace(subject.spec.fpc, tail=replace(tail, length=length)))
+    longer = replace(design.spec, fpc=replace(design.spec.fpc, tail=replace(tail, length=length)))
     fix = Fix((Edit("fpc.tail.length", f"{length * 1e3:.1f} mm"),), longer)
     return f"{fix.words} is long enough{tried(fix, left)}, or fpc.tail.bend: none"
 
 
-def _length_that_does(subject: Subject, left: Left) -> float | None:
+def _length_that_does(design: Design, left: Left) -> float | None:
     """A length (m) of the tail with which its bend has room, found by laying the board out with it; None if none, or
     where leads or vias found no room: that search is long, and as vain with any tail.
     """
-    if subject.layout.findings:
+    if design.layout.findings:
         return None
-    spec, tail = subject.spec, subject.spec.fpc.tail
+    spec, tail = design.spec, design.spec.fpc.tail
     assert tail is not None
-    shorter, length = subject, subject.layout.tail_length
+    shorter, length = design, design.layout.tail_length
     for _ in range(TRIALS):
         missing = bend_length(shorter.spec) - max(0.0, _straight(shorter).length)
         if shorter.layout.bend_zone is None:
@@ -172,29 +173,29 @@ def _length_that_does(subject: Subject, left: Left) -> float | None:
         layout = left.drawn(longer)
         if layout is None:
             return None
-        shorter = Subject(longer, layout)
+        shorter = Design(longer, layout)
         if _fits(shorter):
             return length
     return None
 
 
-def _fits(subject: Subject) -> bool:
+def _fits(design: Design) -> bool:
     """Whether there is somewhere to bend, and straight tracks along all of its bend."""
-    return subject.layout.bend_zone is not None and _straight(subject).length >= bend_length(subject.spec) - ROUNDING
+    return design.layout.bend_zone is not None and _straight(design).length >= bend_length(design.spec) - ROUNDING
 
 
-def _straight(subject: Subject) -> _Straight:
-    zone = subject.layout.bend_zone
+def _straight(design: Design) -> _Straight:
+    zone = design.layout.bend_zone
     if zone is None:
         return _Straight(0.0, 0.0, None)
-    unfit = unfit_for_bending(subject.layout)
+    unfit = unfit_for_bending(design.layout)
     longest = longest_straight(zone, unfit)
     first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
     return _Straight(longest.start, longest.length, first)
 
 
-def _stiff_in_bend(subject: Subject, zone: tuple[float, float]) -> Iterator[Complaint]:
-    layout = subject.layout
+def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Complaint]:
+    layout = design.layout
     for via in layout.vias:
         if _overlap(via.centre.x, via.pad / 2, zone) > ROUNDING:
             yield _in_bend(f"a via of {via.net}", _overlap(via.centre.x, via.pad / 2, zone), _place_of(via))

@@ -17,8 +17,9 @@ from sitscad.checks.copper import (
     too_near,
 )
 from sitscad.checks.fabrication import FABRICATOR, gap_asked_by, house, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
+from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.checks.steep_spiral import nearer_by, spacing_in_words, tried_spacing
+from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
 from sitscad.layout.pieces import Pad, Role, Teardrop, Trace, Via
@@ -30,32 +31,30 @@ ALLOWED_SHORTFALL = 1e-6
 """What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
 
 
-def via_clearance(subject: Subject) -> Iterator[Verdict]:
+def via_clearance(design: Design) -> Iterator[Verdict]:
     """Every via pad to every conductor that does not join it there, turns of its own coil included."""
-    found = [near for near in _near_copper(subject) if isinstance(near.one, Via) or isinstance(near.other, Via)]
-    return _worst_of_each_kind(subject, found, "coil.turns")
+    found = [near for near in _near_copper(design) if isinstance(near.one, Via) or isinstance(near.other, Via)]
+    return _worst_of_each_kind(design, found, "coil.turns")
 
 
-def copper_spacing(subject: Subject) -> Iterator[Verdict]:
+def copper_spacing(design: Design) -> Iterator[Verdict]:
     """Every other pair of tracks and contacts, turn to turn of one coil included."""
-    found = [
-        near for near in _near_copper(subject) if not isinstance(near.one, Via) and not isinstance(near.other, Via)
-    ]
-    return _worst_of_each_kind(subject, found, "coil")
+    found = [near for near in _near_copper(design) if not isinstance(near.one, Via) and not isinstance(near.other, Via)]
+    return _worst_of_each_kind(design, found, "coil")
 
 
-def copper_to_edge(subject: Subject) -> Iterator[Verdict]:
+def copper_to_edge(design: Design) -> Iterator[Verdict]:
     """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
-    for (what, layer), (gap, index, item) in _near_edge(subject).items():
-        point = copper_in(subject).pieces.start[index]
-        yield _edge_complaint(subject, f"{what} on layer {layer}", gap, point, layer, item)
+    for (what, layer), (gap, index, item) in _near_edge(design).items():
+        point = copper_in(design).pieces.start[index]
+        yield _edge_complaint(design, f"{what} on layer {layer}", gap, point, layer, item)
 
 
-def _near_edge(subject: Subject) -> dict[tuple[str, int], tuple[float, int, Item]]:
+def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]:
     """What comes too near the edge, by name and layer: the worst gap (m), which piece, and what that belongs to."""
-    layout, copper = subject.layout, copper_in(subject)
+    layout, copper = design.layout, copper_in(design)
     worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
-    for index, gap in edge_gaps(copper, edge_of(layout.outline), subject.spec.fpc.rules.copper_to_edge):
+    for index, gap in edge_gaps(copper, edge_of(layout.outline), design.spec.fpc.rules.copper_to_edge):
         item, layer = copper.items[copper.item[index]], int(copper.layer[index])
         if isinstance(item, Pad) and layout.spec.fpc.tail is not None:
             continue
@@ -65,15 +64,15 @@ def _near_edge(subject: Subject) -> dict[tuple[str, int], tuple[float, int, Item
     return worst
 
 
-def _is_at_plug(subject: Subject, item: Item) -> bool:
+def _is_at_plug(design: Design, item: Item) -> bool:
     """Whether a track leads to a contact: how near the edge that stands is the connector's."""
-    tail = subject.spec.fpc.tail
+    tail = design.spec.fpc.tail
     return tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
 
 
-def _other_connector(subject: Subject, left: Left) -> str:
+def _other_connector(design: Design, left: Left) -> str:
     """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
-    spec, tail = subject.spec, subject.spec.fpc.tail
+    spec, tail = design.spec, design.spec.fpc.tail
     assert tail is not None
     unseen = " (unverified)" if "edge_margin: unverified" in tail.connector.source else ""
     have = f"{um(tail.connector.edge_margin)}{unseen}"
@@ -85,26 +84,26 @@ def _other_connector(subject: Subject, left: Left) -> str:
             layout = left.drawn(changed)
             if layout is None:
                 break
-            if not layout.findings and not _near_edge(Subject(changed, layout)) and left(changed) == ():
+            if not layout.findings and not _near_edge(Design(changed, layout)) and left(changed) == ():
                 return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
     if left.is_cut_short:
         return f"{margin}: a connector with more, or a fabricator who cuts nearer to copper"
     return f"{margin}, and no installed connector has enough: take a fabricator who cuts nearer to copper"
 
 
-def drill_to_copper(subject: Subject) -> Iterator[Verdict]:
+def drill_to_copper(design: Design) -> Iterator[Verdict]:
     """Every hole's wall to copper that does not belong to it, on every layer."""
-    rules = subject.spec.fpc.rules
-    for near in drill_nearness(copper_in(subject), rules.drill_to_copper - ALLOWED_SHORTFALL):
+    rules = design.spec.fpc.rules
+    for near in drill_nearness(copper_in(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
         yield Complaint(
             f"a hole of {_net(near)} comes within {um(max(0.0, near.gap))} of {_foreign(near)} on layer {near.layer}; "
-            f"{house(subject, 'drill_to_copper')} asks {um(rules.drill_to_copper)} from hole to copper",
+            f"{house(design, 'drill_to_copper')} asks {um(rules.drill_to_copper)} from hole to copper",
             f"{um(rules.drill_to_copper - near.gap)} are missing",
             "coil.turns",
             near.gap,
             rules.drill_to_copper,
             "m",
-            source=source_of(subject, "drill_to_copper"),
+            source=source_of(design, "drill_to_copper"),
             place=Place(near.x, near.y, near.layer, near.nets),
         )
 
@@ -117,17 +116,17 @@ def edge_of(outline: Outline) -> Primitives:
 # ----------------------------------------------------------------------------------------------------------- distances
 
 
-def copper_in(subject: Subject) -> Copper:
+def copper_in(design: Design) -> Copper:
     """The copper of the design, made once for all rules."""
-    return subject.once("copper", lambda: copper_of(subject.layout))
+    return design.once("copper", lambda: copper_of(design.layout))
 
 
-def _near_copper(subject: Subject) -> tuple[Nearness, ...]:
+def _near_copper(design: Design) -> tuple[Nearness, ...]:
     """Every pair of items that is too near, worst first."""
-    rules, coil = subject.spec.fpc.rules, subject.spec.coil
+    rules, coil = design.spec.fpc.rules, design.spec.coil
     spacing = rules.trace_spacing - ALLOWED_SHORTFALL
     winding = min(rules.trace_spacing, coil.trace_spacing) - ALLOWED_SHORTFALL
-    return subject.once("near copper", lambda: tuple(too_near(copper_in(subject), spacing, winding)))
+    return design.once("near copper", lambda: tuple(too_near(copper_in(design), spacing, winding)))
 
 
 def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
@@ -143,46 +142,46 @@ def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[
 # -------------------------------------------------------------------------------------------------------------- words
 
 
-def _edge_complaint(subject: Subject, what: str, gap: float, point: Floats, layer: int, item: Item) -> Complaint:
-    rules, missing = subject.spec.fpc.rules, um(subject.spec.fpc.rules.copper_to_edge - gap)
-    at_plug = _is_at_plug(subject, item)
+def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer: int, item: Item) -> Complaint:
+    rules, missing = design.spec.fpc.rules, um(design.spec.fpc.rules.copper_to_edge - gap)
+    at_plug = _is_at_plug(design, item)
     wider = "a wider board, or a smaller coil, gives it room"
     return Complaint(
-        f"{what} comes within {um(max(0.0, gap))} of the board's edge; {house(subject, 'copper_to_edge')} asks "
+        f"{what} comes within {um(max(0.0, gap))} of the board's edge; {house(design, 'copper_to_edge')} asks "
         f"{um(rules.copper_to_edge)}",
         f"{missing} are missing: {'a connector with more board beside its contacts' if at_plug else wider}",
         "fpc.tail.connector" if at_plug else "coil.outer_diameter",
         gap,
         rules.copper_to_edge,
         "m",
-        source=source_of(subject, "copper_to_edge"),
+        source=source_of(design, "copper_to_edge"),
         place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
-        advice=(lambda left: f"{missing} are missing: {_connector_with_edge(subject, left)}") if at_plug else None,
+        advice=(lambda left: f"{missing} are missing: {_connector_with_edge(design, left)}") if at_plug else None,
     )
 
 
-def _connector_with_edge(subject: Subject, left: Left) -> str:
-    return subject.once("connector with more edge", lambda: _other_connector(subject, left))
+def _connector_with_edge(design: Design, left: Left) -> str:
+    return design.once("connector with more edge", lambda: _other_connector(design, left))
 
 
-def _worst_of_each_kind(subject: Subject, found: Sequence[Nearness], key: str) -> Iterator[Complaint]:
+def _worst_of_each_kind(design: Design, found: Sequence[Nearness], key: str) -> Iterator[Complaint]:
     """One complaint for all places of one kind (turn to turn, lead to turn of another net ...), the worst of them."""
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     for near in found:
         words = sorted((_kind(near.one), _kind(near.other)))
         kinds.setdefault((*words, near.one.net == near.other.net, near.one is near.other), []).append(near)
     for places in kinds.values():
-        yield _spacing_complaint(subject, places[0], len(places), key)
+        yield _spacing_complaint(design, places[0], len(places), key)
 
 
-def _spacing_complaint(subject: Subject, near: Nearness, places: int, key: str) -> Complaint:
+def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Complaint:
     asked = near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
     names = name_of(near.one), name_of(near.other)
     what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
     more = f" (and in {places - 1} more)" if places > 1 else ""
-    who, source = gap_asked_by(subject, asked)
-    missing, spec = asked - near.gap, subject.spec
+    who, source = gap_asked_by(design, asked)
+    missing, spec = asked - near.gap, design.spec
     is_steep = _is_of_the_turns(near) and missing <= nearer_by(spec)
     room = "fewer turns, a narrower pitch or a larger coil give the room"
     return Complaint(
@@ -229,7 +228,7 @@ def _net(near: Nearness) -> str:
 
 
 def drawn_rule(
-    number: int, name: str, texts: Iterable[str], source: str, apply: Callable[[Subject], Iterable[Verdict]]
+    number: int, name: str, texts: Iterable[str], source: str, apply: Callable[[Design], Iterable[Verdict]]
 ) -> Rule:
     """A rule about what is drawn, always an error: its number, name, the texts (summary, why, how to mend), source."""
     summary, why, mend = texts

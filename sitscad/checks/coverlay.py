@@ -11,27 +11,28 @@ from numpy.typing import NDArray
 from sitscad.checks.clearances import copper_in, drawn_rule, edge_gaps, edge_of, name_of
 from sitscad.checks.copper import Outline, Position
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
+from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.design import Design
 from sitscad.finding import Place
 from sitscad.geometry.path import Line, Point
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.pieces import Trace, Via
 
 
-def coverlay_web(subject: Subject) -> Iterator[Verdict]:
+def coverlay_web(design: Design) -> Iterator[Verdict]:
     """The strip of coverlay left between two openings, and beside one along the board's edge."""
-    layout = subject.layout
+    layout = design.layout
     for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
         pieces = [edge_of(region.outline) for region in openings]
         for one, other in combinations(pieces, 2):
             hint = "join them to one opening, or move the contacts apart"
-            yield from _narrow_web(subject, f"two openings of the {side} coverlay leave", hint, one, other)
+            yield from _narrow_web(design, f"two openings of the {side} coverlay leave", hint, one, other)
         for one in pieces:
             hint = "a wider connector, or a fabricator whose coverlay keeps a narrower web"
             what = f"an opening of the {side} coverlay leaves"
             sides, edge = _apart(one, edge_of(layout.outline))
-            inside = _inside_of(sides, layout.outline, subject.spec.fpc.rules.coverlay_web)
-            yield from _narrow_web(subject, what, hint, inside, edge, "to the board's edge")
+            inside = _inside_of(sides, layout.outline, design.spec.fpc.rules.coverlay_web)
+            yield from _narrow_web(design, what, hint, inside, edge, "to the board's edge")
 
 
 def _apart(opening: Primitives, edge: Primitives) -> tuple[Primitives, Primitives]:
@@ -83,31 +84,31 @@ def crossings(start: Point, end: Point, corners: Sequence[Position]) -> Iterator
 
 
 def _narrow_web(
-    subject: Subject, what: str, hint: str, one: Primitives, other: Primitives, where: str = "between them"
+    design: Design, what: str, hint: str, one: Primitives, other: Primitives, where: str = "between them"
 ) -> Iterator[Complaint]:
-    rules = subject.spec.fpc.rules
+    rules = design.spec.fpc.rules
     web = _smallest(one, other, rules.coverlay_web)
     if web < rules.coverlay_web - ROUNDING:
         yield Complaint(
-            f"{what} a web of {um(web)} {where}; {house(subject, 'coverlay_web')} asks {um(rules.coverlay_web)}",
+            f"{what} a web of {um(web)} {where}; {house(design, 'coverlay_web')} asks {um(rules.coverlay_web)}",
             hint,
             "fpc.tail.connector",
             web,
             rules.coverlay_web,
             "m",
-            source=source_of(subject, "coverlay_web"),
+            source=source_of(design, "coverlay_web"),
             place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
         )
 
 
-def coverlay_opening(subject: Subject) -> Iterator[Verdict]:
+def coverlay_opening(design: Design) -> Iterator[Verdict]:
     """Copper that must stay covered, to the edge of every opening of the coverlay over it."""
-    layout = subject.layout
+    layout = design.layout
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
-            for item, gap, point in _bared(subject, number, region.outline):
+            for item, gap, point in _bared(design, number, region.outline):
                 yield _opening_complaint(
-                    subject, item, gap, Place(float(point[0]), float(point[1]), number, (item.net,))
+                    design, item, gap, Place(float(point[0]), float(point[1]), number, (item.net,))
                 )
 
 
@@ -119,9 +120,9 @@ def _smallest(one: Primitives, other: Primitives, within: float) -> float:
     return float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1]))))
 
 
-def _bared(subject: Subject, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Floats]]:
+def _bared(design: Design, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Floats]]:
     """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
-    copper, asked = copper_in(subject), subject.spec.fpc.rules.coverlay_opening_to_trace
+    copper, asked = copper_in(design), design.spec.fpc.rules.coverlay_opening_to_trace
     edge, corners = from_rows([row for row, _ in path_rows(opening)]), opening.flattened(1e-6)
     worst: dict[int, tuple[float, int]] = {}
     for index, gap in edge_gaps(copper, edge, asked):
@@ -150,17 +151,17 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
     return inside
 
 
-def _opening_complaint(subject: Subject, item: Trace | Via, gap: float, place: Place) -> Complaint:
-    rules = subject.spec.fpc.rules
+def _opening_complaint(design: Design, item: Trace | Via, gap: float, place: Place) -> Complaint:
+    rules = design.spec.fpc.rules
     return Complaint(
         f"{name_of(item)} on layer {place.layer} comes within {um(max(0.0, gap))} of an opening of the coverlay; "
-        f"{house(subject, 'coverlay_opening_to_trace')} asks {um(rules.coverlay_opening_to_trace)}",
+        f"{house(design, 'coverlay_opening_to_trace')} asks {um(rules.coverlay_opening_to_trace)}",
         "bare copper beside the contact: lengthen the tail or move the track",
         "fpc.tail",
         gap,
         rules.coverlay_opening_to_trace,
         "m",
-        source=source_of(subject, "coverlay_opening_to_trace"),
+        source=source_of(design, "coverlay_opening_to_trace"),
         place=place,
     )
 

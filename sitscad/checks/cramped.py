@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from sitscad.checks.rules import Rule, Subject, apply_rule
+from sitscad.checks.rules import Rule, apply_rule
 from sitscad.checks.trials import NOT_FURTHER, Trials
+from sitscad.design import Design
 from sitscad.finding import Finding, Severity
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget, estimate_work, winding_work
@@ -53,7 +54,7 @@ class _Search:
 
     def __init__(self, spec: SensorSpec, rules: tuple[Rule, ...], budget: Budget) -> None:
         self._spec, self._rules = spec, rules
-        self.left: Left = Trials(Subject(spec), rules, (), (), budget).left()
+        self.left: Left = Trials(Design(spec), rules, (), (), budget).left()
 
     def roomy(self, refused: set[str]) -> Fix | None:
         """Fewer turns, coils farther apart, or both; None where none is found."""
@@ -101,11 +102,11 @@ class _Search:
         layout = self.left.drawn(spec)
         if layout is None or not self.left.affords(estimate_work(spec)):
             return "(it was laid out)"
-        subject = Subject(spec, layout)
+        design = Design(spec, layout)
         wrong = tuple(
             rule.id
             for rule in self._rules
-            if any(finding.severity is Severity.ERROR for finding in apply_rule(rule, subject)[0])
+            if any(finding.severity is Severity.ERROR for finding in apply_rule(rule, design)[0])
         )
         return f"(it was tried; {fail(wrong)} then, for other reasons)" if wrong else "(it was tried)"
 

@@ -11,8 +11,9 @@ import numpy as np
 from sitscad.checks.clearances import ALLOWED_SHORTFALL, copper_in, name_of
 from sitscad.checks.copper import Copper, conductor_notches
 from sitscad.checks.fabrication import FABRICATOR, gap_asked_by, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.checks.track_graph import TrackGraph, closed_loops, loose_ends, open_nets
+from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats
 from sitscad.layout.pieces import Trace
@@ -30,14 +31,14 @@ MOST_DRAWN = 2
 _SAME_PLACE = 1e-8
 
 
-def acute_angle(subject: Subject) -> Iterator[Verdict]:
+def acute_angle(design: Design) -> Iterator[Verdict]:
     """Legs of one track, or of two that meet, that part at an acute angle where no pad covers the corner."""
-    copper = copper_in(subject)
+    copper = copper_in(design)
     seen: set[tuple[int, int]] = set()
     for one, other, point, angle in _corners(copper):
         a, b = copper.items[copper.item[one]], copper.items[copper.item[other]]
         pair = int(copper.item[one]), int(copper.item[other])
-        if a.net != b.net or pair in seen or _is_covered(subject, point, int(copper.layer[one])):
+        if a.net != b.net or pair in seen or _is_covered(design, point, int(copper.layer[one])):
             continue
         seen.add(pair)
         what = f"two legs of {name_of(a)}" if a is b else f"{name_of(a)} and {name_of(b)}"
@@ -49,16 +50,16 @@ def acute_angle(subject: Subject) -> Iterator[Verdict]:
             math.degrees(ACUTE),
             "degrees",
             place=Place(float(point[0]), float(point[1]), int(copper.layer[one]), (a.net,)),
-            advice=lambda left: _drawn_otherwise(subject, acute_angle, left),
+            advice=lambda left: _drawn_otherwise(design, acute_angle, left),
         )
 
 
-def sliver(subject: Subject) -> Iterator[Verdict]:
+def sliver(design: Design) -> Iterator[Verdict]:
     """Gaps between parts of one conductor that turns back on itself, narrower than the fabricator's spacing."""
-    rules = subject.spec.fpc.rules
-    asked = min(rules.trace_spacing, subject.spec.coil.trace_spacing)
-    who, source = gap_asked_by(subject, asked)
-    for near in conductor_notches(copper_in(subject), asked - ALLOWED_SHORTFALL):
+    rules = design.spec.fpc.rules
+    asked = min(rules.trace_spacing, design.spec.coil.trace_spacing)
+    who, source = gap_asked_by(design, asked)
+    for near in conductor_notches(copper_in(design), asked - ALLOWED_SHORTFALL):
         a, b = name_of(near.one), name_of(near.other)
         what = f"two parts of {a}" if near.one is near.other else f"{a} and {b}"
         yield Complaint(
@@ -71,7 +72,7 @@ def sliver(subject: Subject) -> Iterator[Verdict]:
             "m",
             source=source,
             place=Place(near.x, near.y, near.layer, (near.one.net,)),
-            advice=lambda left: _drawn_otherwise(subject, sliver, left),
+            advice=lambda left: _drawn_otherwise(design, sliver, left),
         )
 
 
@@ -79,13 +80,13 @@ DRAWN = "the layout drew this, it is no fault of the spec"
 OTHERWISE = "another coil.start_angle, or part of a turn more or less, makes it draw the leads otherwise"
 
 
-def _drawn_otherwise(subject: Subject, rule: Callable[[Subject], Iterable[Verdict]], left: Left) -> str:
+def _drawn_otherwise(design: Design, rule: Callable[[Design], Iterable[Verdict]], left: Left) -> str:
     """Which start angle or number of turns makes the layout draw something else, found by drawing it."""
 
     def search() -> Fix | None:
-        return first_that_mends(islice(_free_of(rule, subject, left), MOST_DRAWN), left)
+        return first_that_mends(islice(_free_of(rule, design, left), MOST_DRAWN), left)
 
-    found = subject.once(f"{rule.__name__} drawn otherwise", search)
+    found = design.once(f"{rule.__name__} drawn otherwise", search)
     if found is None and left.is_cut_short:
         return ""
     if found is None:
@@ -93,20 +94,20 @@ def _drawn_otherwise(subject: Subject, rule: Callable[[Subject], Iterable[Verdic
     return f"{DRAWN}: {found.words} makes it draw the leads otherwise (it was tried)"
 
 
-def _free_of(rule: Callable[[Subject], Iterable[Verdict]], subject: Subject, left: Left) -> Iterator[Fix]:
+def _free_of(rule: Callable[[Design], Iterable[Verdict]], design: Design, left: Left) -> Iterator[Fix]:
     """Other ends of the layers with which a rule finds nothing; as far as the budget goes."""
-    for fix in other_ends(subject.spec):
+    for fix in other_ends(design.spec):
         layout = left.drawn(fix.spec)
         if layout is None:
             return
-        if not list(rule(Subject(fix.spec, layout))):
+        if not list(rule(Design(fix.spec, layout))):
             yield fix
 
 
-def shorted_turn(subject: Subject) -> Iterator[Verdict]:
+def shorted_turn(design: Design) -> Iterator[Verdict]:
     """Closed conducting loops of any net, and how often they run round each coil."""
-    for loop in closed_loops(_graph(subject)):
-        round_what = [coil.name for coil in subject.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
+    for loop in closed_loops(_graph(design)):
+        round_what = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
         nets = " and ".join(loop.nets)
         if round_what:
             message = f"copper of {nets} closes a loop round coil {' and '.join(round_what)}: a shorted turn"
@@ -122,20 +123,20 @@ def shorted_turn(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def unconnected(subject: Subject) -> Iterator[Verdict]:
+def unconnected(design: Design) -> Iterator[Verdict]:
     """Ends of tracks and vias that meet nothing, and contacts of one net that nothing joins, of a whole layout."""
-    layout = subject.layout
+    layout = design.layout
     if any(finding.severity is Severity.ERROR for finding in layout.findings):
         yield Undecided("the layout is not complete: see what found no room")
         return
-    for point, layer, net in loose_ends(_graph(subject)):
+    for point, layer, net in loose_ends(_graph(design)):
         yield Complaint(
             f"copper of {net} ends in nothing on layer {layer}",
             "a track or via is missing there, or does not meet its neighbour",
             "coil",
             place=Place(*point, layer, (net,)),
         )
-    for one, other in open_nets(_graph(subject)):
+    for one, other in open_nets(_graph(design)):
         yield Complaint(
             f"no copper joins contacts {one.pin} and {other.pin} of {one.net}",
             "a track or via is missing between them",
@@ -144,8 +145,8 @@ def unconnected(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def _graph(subject: Subject) -> TrackGraph:
-    return subject.once("track graph", lambda: TrackGraph(subject.layout))
+def _graph(design: Design) -> TrackGraph:
+    return design.once("track graph", lambda: TrackGraph(design.layout))
 
 
 # ------------------------------------------------------------------------------------------------------------- corners
@@ -170,11 +171,11 @@ def _corners(copper: Copper) -> Iterator[tuple[int, int, Floats, float]]:
             yield int(number[a[k]]), int(number[b[k]]), points[a[k]], angle
 
 
-def _is_covered(subject: Subject, point: Floats, layer: int) -> bool:
+def _is_covered(design: Design, point: Floats, layer: int) -> bool:
     x, y = float(point[0]), float(point[1])
-    return any(math.hypot(via.centre.x - x, via.centre.y - y) < _SAME_PLACE for via in subject.layout.vias) or any(
+    return any(math.hypot(via.centre.x - x, via.centre.y - y) < _SAME_PLACE for via in design.layout.vias) or any(
         pad.layer == layer and abs(pad.centre.x - x) <= pad.size[0] / 2 and abs(pad.centre.y - y) <= pad.size[1] / 2
-        for pad in subject.layout.all_pads
+        for pad in design.layout.all_pads
     )
 
 

@@ -16,7 +16,8 @@ from sitscad.checks.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.state import FREE
 from sitscad.units import show
@@ -27,40 +28,40 @@ which decide R_P.
 """
 
 
-def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
+def drive_amplitude(design: Design) -> Iterator[Verdict]:
     """The amplitude with the chosen drive code, in the states in which the sensor works."""
-    readout = subject.estimates.readout
+    readout = design.estimates.readout
     if readout.high_current:
-        yield from _high_current_amplitude(subject)
+        yield from _high_current_amplitude(design)
         return
-    yield from undecided(subject, "amplitude")
+    yield from undecided(design, "amplitude")
     if readout.drive_code is None:
         return
-    high, optimum = subject.family.limit("amplitude_max"), subject.family.limit("amplitude_optimum_min")
-    stable = subject.family.limit("amplitude_stable_min")
-    largest, smallest = worst_of(subject, "amplitude", max, True), worst_of(subject, "amplitude", min, True)
+    high, optimum = design.family.limit("amplitude_max"), design.family.limit("amplitude_optimum_min")
+    stable = design.family.limit("amplitude_stable_min")
+    largest, smallest = worst_of(design, "amplitude", max, True), worst_of(design, "amplitude", min, True)
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         yield Complaint(
-            f"with drive code {_code(subject, largest)} the tank of {where(largest)} swings "
+            f"with drive code {_code(design, largest)} the tank of {where(largest)} swings "
             f"{show(largest.value, 'V', 3)} peak; above {show(high, 'V')} the input clamps and shifts the frequency"
             f"{in_sigmas(largest, high, 'V')}",
-            _clamp_advice(_code(subject, largest), subject.spec.readout.drive_code is not None),
+            _clamp_advice(_code(design, largest), design.spec.readout.drive_code is not None),
             CODE_KEY,
             largest.value,
             high,
             "V",
-            source=subject.family.limits()["amplitude_max"].source,
+            source=design.family.limits()["amplitude_max"].source,
             sigma=sigmas_between(largest, high),
         )
     else:
         if largest is not None:
-            hint = f"measure the amplitude of the first boards{_other_code(_code(subject, largest) - 1, 'weaker')}"
+            hint = f"measure the amplitude of the first boards{_other_code(_code(design, largest) - 1, 'weaker')}"
             yield from near_limit(largest, high, "V", "amplitude", hint, CODE_KEY)
-        yield from _cold_amplitude(subject)
+        yield from _cold_amplitude(design)
     if smallest is not None and smallest.value < optimum:
         below = smallest.value < stable
         yield Complaint(
-            f"with drive code {_code(subject, smallest)} the tank of {where(smallest)} swings only "
+            f"with drive code {_code(design, smallest)} the tank of {where(smallest)} swings only "
             f"{show(smallest.value, 'V', 3)} peak; "
             + (
                 f"below {show(stable, 'V')} the oscillation may stop"
@@ -68,103 +69,103 @@ def drive_amplitude(subject: Subject) -> Iterator[Verdict]:
                 else f"{show(optimum, 'V')} to {show(high, 'V')} is the low-noise window"
             )
             + in_sigmas(smallest, stable if below else optimum, "V"),
-            _weak_advice(subject, smallest),
-            "coil.turns" if subject.spec.readout.drive_code is None else CODE_KEY,
+            _weak_advice(design, smallest),
+            "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY,
             smallest.value,
             stable if below else optimum,
             "V",
             Severity.ERROR if below else Severity.WARNING,
-            subject.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
+            design.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
             sigma=sigmas_between(smallest, stable if below else optimum),
         )
     elif smallest is not None:
-        hint = f"measure the amplitude of the first boards{_other_code(_code(subject, smallest) + 1, 'stronger')}"
+        hint = f"measure the amplitude of the first boards{_other_code(_code(design, smallest) + 1, 'stronger')}"
         yield from near_limit(smallest, optimum, "V", "amplitude", hint, CODE_KEY)
-    yield from _bare_coil_amplitude(subject)
+    yield from _bare_coil_amplitude(design)
 
 
-def _cold_amplitude(subject: Subject) -> Iterator[Verdict]:
+def _cold_amplitude(design: Design) -> Iterator[Verdict]:
     """The same drive code when the sensor is switched on at room temperature."""
-    cold, high = subject.at_room_temperature, subject.family.limit("amplitude_max")
-    if cold is subject:
+    cold, high = design.at_room_temperature, design.family.limit("amplitude_max")
+    if cold is design:
         return
-    largest, swing = _widest(subject, readings_of(cold, "parallel_resistance", True))
+    largest, swing = _widest(design, readings_of(cold, "parallel_resistance", True))
     if largest is not None and swing > high:
         yield Complaint(
             f"switched on at 20 degC, the tank of {where(largest)} swings {show(swing, 'V', 3)} peak with drive code "
-            f"{_code(subject, largest)}, which is chosen for {subject.estimates.temperature:g} degC; "
+            f"{_code(design, largest)}, which is chosen for {design.estimates.temperature:g} degC; "
             f"above {show(high, 'V')} the input clamps and shifts the frequency",
-            f"begin with drive code {_careful_code(subject, largest)}, and change when the sensor is warm",
+            f"begin with drive code {_careful_code(design, largest)}, and change when the sensor is warm",
             "requirements.temperature",
             swing,
             high,
             "V",
             Severity.WARNING,
-            subject.family.limits()["amplitude_max"].source,
+            design.family.limits()["amplitude_max"].source,
         )
 
 
-def _code(subject: Subject, reading: Reading) -> int:
+def _code(design: Design, reading: Reading) -> int:
     """The drive code of a reading's coil."""
-    names = [coil.name for coil in subject.estimates.coils]
-    code = subject.estimates.readout.code_of(names.index(reading.coil))
+    names = [coil.name for coil in design.estimates.coils]
+    code = design.estimates.readout.code_of(names.index(reading.coil))
     assert code is not None
     return code
 
 
-def _widest(subject: Subject, resistances: list[Reading]) -> tuple[Reading | None, float]:
+def _widest(design: Design, resistances: list[Reading]) -> tuple[Reading | None, float]:
     """Of some parallel resistances the one that swings widest with its coil's drive code, and that amplitude (V)."""
-    swings = [(subject.family.amplitude(r.value, _code(subject, r)), r) for r in resistances]
+    swings = [(design.family.amplitude(r.value, _code(design, r)), r) for r in resistances]
     swing, found = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     return found, swing
 
 
-def _careful_code(subject: Subject, resistance: Reading) -> int:
+def _careful_code(design: Design, resistance: Reading) -> int:
     """The strongest drive code that keeps a parallel resistance one sigma below 1.8 V."""
-    return subject.family.drive_code(resistance.value + (resistance.sigma or 0.0))
+    return design.family.drive_code(resistance.value + (resistance.sigma or 0.0))
 
 
-def _bare_coil_amplitude(subject: Subject) -> Iterator[Verdict]:
+def _bare_coil_amplitude(design: Design) -> Iterator[Verdict]:
     """A note for the bench, at room temperature: the coil alone may swing too far with the assembled sensor's code."""
-    bare = [r for r in readings_of(subject.at_room_temperature, "parallel_resistance") if r.state == FREE]
-    worst, swing = _widest(subject, bare)
-    if worst is None or not is_assembled(subject):
+    bare = [r for r in readings_of(design.at_room_temperature, "parallel_resistance") if r.state == FREE]
+    worst, swing = _widest(design, bare)
+    if worst is None or not is_assembled(design):
         return
-    if swing <= subject.family.limit("amplitude_max"):
+    if swing <= design.family.limit("amplitude_max"):
         return
     yield Complaint(
         f"before assembly the bare coil {worst.coil} would swing {show(swing, 'V', 3)} peak with drive code "
-        f"{_code(subject, worst)}, which is chosen for the assembled sensor",
-        f"to test a bare board, use drive code {_careful_code(subject, worst)}",
+        f"{_code(design, worst)}, which is chosen for the assembled sensor",
+        f"to test a bare board, use drive code {_careful_code(design, worst)}",
         "coil",
         swing,
-        subject.family.limit("amplitude_max"),
+        design.family.limit("amplitude_max"),
         "V",
         Severity.NOTE,
     )
 
 
-def _high_current_amplitude(subject: Subject) -> Iterator[Verdict]:
+def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
     """TI's texts disagree on the high-current drive: say which amplitudes they lead to, and judge what is certain."""
-    low_current, high_current = subject.family.high_current_range()
-    values = [r for r in readings_of(subject, "parallel_resistance", True)]
+    low_current, high_current = design.family.high_current_range()
+    values = [r for r in readings_of(design, "parallel_resistance", True)]
     if not values:
         yield Undecided("no parallel resistance was estimated")
         return
-    least = subject.family.amplitude_at(min(r.value for r in values), low_current)
-    most = subject.family.amplitude_at(max(r.value for r in values), high_current)
-    too_weak = least < subject.family.limit("amplitude_optimum_min")
-    if too_weak or most > subject.family.limit("amplitude_max"):
+    least = design.family.amplitude_at(min(r.value for r in values), low_current)
+    most = design.family.amplitude_at(max(r.value for r in values), high_current)
+    too_weak = least < design.family.limit("amplitude_optimum_min")
+    if too_weak or most > design.family.limit("amplitude_max"):
         yield Complaint(
             f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
             f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
             "measure the amplitude at the converter's pins before trusting a reading",
             "coil.turns",
             least if too_weak else most,
-            subject.family.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
+            design.family.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
             "V",
             Severity.WARNING,
-            subject.family.limits()["high_current_max"].source,
+            design.family.limits()["high_current_max"].source,
         )
 
 
@@ -175,15 +176,15 @@ def _other_code(code: int, how: str) -> str:
     return f"; drive code {code} is the next {how}" if 0 <= code <= 31 else f"; there is no {how} drive"
 
 
-def _weak_advice(subject: Subject, smallest: Reading) -> str:
+def _weak_advice(design: Design, smallest: Reading) -> str:
     """Why a coil swings too little: its own states differ, the coils do, or its R_P is low for any drive."""
-    if subject.spec.readout.drive_code is not None:
+    if design.spec.readout.drive_code is not None:
         return "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
     distance = "more distance from target and jaw, or more turns"
-    values = readings_of(subject, "parallel_resistance", True)
+    values = readings_of(design, "parallel_resistance", True)
     own = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)
-    if _code(subject, smallest) == 31:
+    if _code(design, smallest) == 31:
         return f"R_P, {show(min(own), 'ohm', 3)}, is too low even for the strongest drive: {distance}"
     within, between = max(own) / min(own), most.value / max(own)
     if between <= within:

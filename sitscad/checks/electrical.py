@@ -21,20 +21,21 @@ from sitscad.checks.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.remedy.moves import capacitor
 from sitscad.scene.state import FREE
 from sitscad.units import show
 
 
-def inductance_floor(subject: Subject) -> Iterator[Verdict]:
+def inductance_floor(design: Design) -> Iterator[Verdict]:
     """The smallest inductance over all coils and states."""
-    floor = subject.family.limit("inductance_min")
-    yield from undecided(subject, "inductance")
-    worst = worst_of(subject, "inductance", min)
+    floor = design.family.limit("inductance_min")
+    yield from undecided(design, "inductance")
+    worst = worst_of(design, "inductance", min)
     if worst is None:
-        yield from nothing_estimated(subject)
+        yield from nothing_estimated(design)
         return
     if worst.value >= floor:
         yield from near_limit(
@@ -47,10 +48,10 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
         )
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
-    refused = _cannot_be_driven(subject, worst)
+    refused = _cannot_be_driven(design, worst)
     yield Complaint(
         f"the inductance of {where(worst)} is "
-        f"{show(worst.value, 'H')}{other_states(subject, worst, 'inductance', 'H', 4)}; below {show(floor, 'H')} the "
+        f"{show(worst.value, 'H')}{other_states(design, worst, 'inductance', 'H', 4)}; below {show(floor, 'H')} the "
         f"converter {'cannot measure it' if refused else _SMALL_BUT_DRIVEN}{in_sigmas(worst, floor, 'H')}",
         "inductance grows with the square of turns and layers: more of them, a larger coil, or more distance from "
         "target and jaw",
@@ -61,7 +62,7 @@ def inductance_floor(subject: Subject) -> Iterator[Verdict]:
         None if refused else Severity.WARNING,
         sigma=sigmas_between(worst, floor),
         advice=lambda left: more_copper(
-            subject.spec,
+            design.spec,
             growth**0.5,
             left,
             "inductance grows with the square of turns and layers: {}; more distance from target and jaw takes less of "
@@ -76,38 +77,38 @@ _SMALL_BUT_DRIVEN = (
 )
 
 
-def _cannot_be_driven(subject: Subject, reading: Reading) -> bool:
+def _cannot_be_driven(design: Design, reading: Reading) -> bool:
     """Whether the tank in a reading's state is too fast or too lossy for the converter: what a small inductance means
     where it matters, and what is estimated itself.
     """
-    state = next(coil.states[reading.state] for coil in subject.estimates.coils if coil.name == reading.coil)
-    slow = state.frequency <= subject.family.limit("sensor_frequency_max")
-    driven = state.parallel_resistance >= subject.family.limit(_resistance_floor(subject))
+    state = next(coil.states[reading.state] for coil in design.estimates.coils if coil.name == reading.coil)
+    slow = state.frequency <= design.family.limit("sensor_frequency_max")
+    driven = state.parallel_resistance >= design.family.limit(_resistance_floor(design))
     return not (reading.value > 0.0 and slow and driven)
 
 
-def _resistance_floor(subject: Subject) -> str:
+def _resistance_floor(design: Design) -> str:
     """The name of the least parallel resistance that the drive of this sensor sustains."""
-    strong = subject.estimates.readout.high_current and len(subject.estimates.coils) == 1
+    strong = design.estimates.readout.high_current and len(design.estimates.coils) == 1
     return "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
 
 
-def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
+def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     """Highest and lowest sensor frequency over all coils and states."""
-    low, high = subject.family.limit("sensor_frequency_min"), subject.family.limit("sensor_frequency_max")
-    yield from undecided(subject, "frequency")
-    worst = worst_of(subject, "frequency", max)
+    low, high = design.family.limit("sensor_frequency_min"), design.family.limit("sensor_frequency_max")
+    yield from undecided(design, "frequency")
+    worst = worst_of(design, "frequency", max)
     if worst is not None and worst.value > high:
         from sitscad.estimates.tank import preferred_values  # only where a tank is too fast
 
-        now = subject.estimates.readout.capacitance
-        whole = next(coil.capacitance for coil in subject.estimates.coils if coil.name == worst.coil)
+        now = design.estimates.readout.capacitance
+        whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
-        fitting = [value for value in preferred_values(subject.family) if value >= wanted]
-        larger = list(capacitor(subject.spec, fitting[:3]))
+        fitting = [value for value in preferred_values(design.family) if value >= wanted]
+        larger = list(capacitor(design.spec, fitting[:3]))
         yield Complaint(
             f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}"
-            f"{other_states(subject, worst, 'frequency', 'Hz', 4)}; the converter stops at {show(high, 'Hz')}"
+            f"{other_states(design, worst, 'frequency', 'Hz', 4)}; the converter stops at {show(high, 'Hz')}"
             f"{in_sigmas(worst, high, 'Hz')}",
             "a larger capacitor, or more inductance",
             "readout.capacitance",
@@ -120,7 +121,7 @@ def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
     else:
         hint = "the next larger capacitor of the series, or one of a closer tolerance"
         yield from near_limit(worst, high, "Hz", "frequency", hint, "readout.capacitance")
-    lowest = worst_of(subject, "frequency", min)
+    lowest = worst_of(design, "frequency", min)
     if lowest is not None and lowest.value < low:
         yield Complaint(
             f"the tank of {where(lowest)} runs at {show(lowest.value, 'Hz')}; the converter begins at "
@@ -133,16 +134,16 @@ def frequency_ceiling(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
+def parallel_resistance(design: Design) -> Iterator[Verdict]:
     """The smallest R_P over all coils and states: what the driver can sustain, and what the data sheet specifies."""
-    yield from undecided(subject, "parallel_resistance")
-    yield from overdamped_tank(subject)
-    worst = worst_of(subject, "parallel_resistance", min)
+    yield from undecided(design, "parallel_resistance")
+    yield from overdamped_tank(design)
+    worst = worst_of(design, "parallel_resistance", min)
     if worst is None:
         return
-    floor_name = _resistance_floor(subject)
+    floor_name = _resistance_floor(design)
     strong = floor_name == "parallel_resistance_high_current"
-    floor, specified = subject.family.limit(floor_name), subject.family.limit("parallel_resistance_min")
+    floor, specified = design.family.limit(floor_name), design.family.limit("parallel_resistance_min")
     if worst.value >= specified:
         hint = (
             "measure the first boards; a little more distance from target and jaw makes it safe, or more turns where "
@@ -160,39 +161,39 @@ def parallel_resistance(subject: Subject) -> Iterator[Verdict]:
     )
     yield Complaint(
         f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}"
-        f"{other_states(subject, worst, 'parallel_resistance', 'ohm')}; {why}"
+        f"{other_states(design, worst, 'parallel_resistance', 'ohm')}; {why}"
         f"{in_sigmas(worst, asked, 'ohm')}",
         f"R_P = (omega L)^2 / R grows with about the cube of turns and layers: more of them, a larger coil or a finer "
-        f"pitch; {_distance_advice(subject, worst)}",
+        f"pitch; {_distance_advice(design, worst)}",
         "coil.layers",
         worst.value,
         asked,
         "ohm",
         Severity.ERROR if is_error else Severity.WARNING,
-        subject.family.limits()[floor_name if is_error else "parallel_resistance_min"].source,
+        design.family.limits()[floor_name if is_error else "parallel_resistance_min"].source,
         sigma=sigmas_between(worst, asked),
         advice=lambda left: more_copper(
-            subject.spec,
+            design.spec,
             growth,
             left,
             "R_P = (omega L)^2 / R grows with about the cube of turns and layers: {}; "
-            + _distance_advice(subject, worst),
+            + _distance_advice(design, worst),
         ),
     )
 
 
-def quality_factor(subject: Subject) -> Iterator[Verdict]:
+def quality_factor(design: Design) -> Iterator[Verdict]:
     """The smallest Q over all coils and states."""
-    yield from undecided(subject, "quality_factor")
-    floor = subject.family.limit("quality_factor_min")
-    worst = worst_of(subject, "quality_factor", min)
+    yield from undecided(design, "quality_factor")
+    floor = design.family.limit("quality_factor_min")
+    worst = worst_of(design, "quality_factor", min)
     if worst is not None and worst.value < floor:
         yield Complaint(
             f"the quality factor of {where(worst)} is "
-            f"{worst.value:.3g}{other_states(subject, worst, 'quality_factor', '')}; below {floor:g} (a rule of "
+            f"{worst.value:.3g}{other_states(design, worst, 'quality_factor', '')}; below {floor:g} (a rule of "
             "thumb, unverified) the frequency follows the losses as well as the inductance",
             f"a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; "
-            f"{_distance_advice(subject, worst)}",
+            f"{_distance_advice(design, worst)}",
             "coil.trace_width",
             worst.value,
             floor,
@@ -200,20 +201,20 @@ def quality_factor(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def self_resonance(subject: Subject) -> Iterator[Verdict]:
+def self_resonance(design: Design) -> Iterator[Verdict]:
     """The sensor frequency as a share of the coil's own resonance."""
     shares = [
         (r.value / coil.self_resonance, r, coil.self_resonance)
-        for coil in subject.estimates.coils
-        for r in readings_of(subject, "frequency")
+        for coil in design.estimates.coils
+        for r in readings_of(design, "frequency")
         if r.coil == coil.name and coil.self_resonance and math.isfinite(coil.self_resonance)
     ]
-    yield from failed_states(subject, "share of the self-resonance")
+    yield from failed_states(design, "share of the self-resonance")
     if not shares:
         yield Undecided("no self-resonance was estimated")
         return
     share, worst, resonance = max(shares, key=lambda entry: entry[0])
-    limit = subject.family.limit
+    limit = design.family.limit
     binding, strict = limit("self_resonance_fraction"), limit("self_resonance_fraction_strict")
     if share <= strict:
         return
@@ -228,14 +229,14 @@ def self_resonance(subject: Subject) -> Iterator[Verdict]:
         asked,
         None,
         Severity.ERROR if is_error else Severity.WARNING,
-        subject.family.limits()["self_resonance_fraction" if is_error else "self_resonance_fraction_strict"].source,
+        design.family.limits()["self_resonance_fraction" if is_error else "self_resonance_fraction_strict"].source,
     )
 
 
-def tank_capacitor(subject: Subject) -> Iterator[Verdict]:
+def tank_capacitor(design: Design) -> Iterator[Verdict]:
     """The capacitor within the range of TI's reference designs."""
-    value = subject.estimates.readout.capacitance
-    low, high = subject.family.limit("capacitor_min"), subject.family.limit("capacitor_max")
+    value = design.estimates.readout.capacitance
+    low, high = design.family.limit("capacitor_min"), design.family.limit("capacitor_max")
     if not math.isfinite(value):
         yield Undecided("no capacitor was chosen: no state of the coils could be estimated")
         return
@@ -254,11 +255,11 @@ def tank_capacitor(subject: Subject) -> Iterator[Verdict]:
 # -------------------------------------------------------------------------------------------------------------- advice
 
 
-def _distance_advice(subject: Subject, worst: Reading) -> str:
+def _distance_advice(design: Design, worst: Reading) -> str:
     if worst.state == FREE:
         return "a higher sensor frequency (smaller capacitor) raises it too"
     standoff = "a larger mount.standoff (board higher over the metal), a copper shield or"
-    mount = standoff if subject.spec.mount is not None else "or"
+    mount = standoff if design.spec.mount is not None else "or"
     return f"{mount} a thicker elastomer takes less of it away"
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
+from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.bridges import FEWEST_BRIDGES, bridges, narrower_bridge
 from sitscad.layout.panel import is_wanted, least_size
@@ -16,58 +17,58 @@ ROUNDING = 1e-9
 FABRICATOR = "the fabricator's design rules (fpc.rules)"
 
 
-def via_drill(subject: Subject) -> Iterator[Verdict]:
+def via_drill(design: Design) -> Iterator[Verdict]:
     """Every drill against the fabricator's smallest."""
-    rules = subject.spec.fpc.rules
-    for via in subject.layout.vias:
+    rules = design.spec.fpc.rules
+    for via in design.layout.vias:
         if via.drill < rules.via_drill - ROUNDING:
             yield Complaint(
-                f"a via of {via.net} is drilled {um(via.drill)}; {house(subject, 'via_drill')} drills "
+                f"a via of {via.net} is drilled {um(via.drill)}; {house(design, 'via_drill')} drills "
                 f"{um(rules.via_drill)} and larger",
                 key="fpc.rules",
                 measured=via.drill,
                 limit=rules.via_drill,
                 unit="m",
-                source=source_of(subject, "via_drill"),
+                source=source_of(design, "via_drill"),
                 place=Place(*via.centre, nets=(via.net,)),
             )
 
 
-def annular_ring(subject: Subject) -> Iterator[Verdict]:
+def annular_ring(design: Design) -> Iterator[Verdict]:
     """The copper left round every drill."""
-    rules = subject.spec.fpc.rules
-    for via in subject.layout.vias:
+    rules = design.spec.fpc.rules
+    for via in design.layout.vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
             yield Complaint(
-                f"a via of {via.net} has an annular ring of {um(ring)}; {house(subject, 'annular_ring')} asks "
+                f"a via of {via.net} has an annular ring of {um(ring)}; {house(design, 'annular_ring')} asks "
                 f"{um(rules.annular_ring)}",
                 f"a pad of {um(via.drill + 2.0 * rules.annular_ring)} is needed",
                 "fpc.rules",
                 ring,
                 rules.annular_ring,
                 "m",
-                source=source_of(subject, "annular_ring"),
+                source=source_of(design, "annular_ring"),
                 place=Place(*via.centre, nets=(via.net,)),
             )
 
 
-def hole_to_hole(subject: Subject) -> Iterator[Verdict]:
+def hole_to_hole(design: Design) -> Iterator[Verdict]:
     """The wall between every two drilled holes."""
-    rules, vias = subject.spec.fpc.rules, subject.layout.vias
+    rules, vias = design.spec.fpc.rules, design.layout.vias
     for k, via in enumerate(vias):
         for other in vias[k + 1 :]:
             wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
             if wall < rules.hole_to_hole - ROUNDING:
                 yield Complaint(
                     f"two holes ({via.net}, {other.net}) leave {um(wall)} between them; "
-                    f"{house(subject, 'hole_to_hole')} asks {um(rules.hole_to_hole)}",
+                    f"{house(design, 'hole_to_hole')} asks {um(rules.hole_to_hole)}",
                     f"move them {um(rules.hole_to_hole - wall)} apart: a larger inner diameter gives the room",
                     "coil.turns",
                     wall,
                     rules.hole_to_hole,
                     "m",
-                    source=source_of(subject, "hole_to_hole"),
+                    source=source_of(design, "hole_to_hole"),
                     place=Place(
                         (via.centre.x + other.centre.x) / 2.0,
                         (via.centre.y + other.centre.y) / 2.0,
@@ -76,11 +77,11 @@ def hole_to_hole(subject: Subject) -> Iterator[Verdict]:
                 )
 
 
-def no_way_out(subject: Subject) -> Iterator[Verdict]:
+def no_way_out(design: Design) -> Iterator[Verdict]:
     """Every coil must begin and end at a contact."""
-    yield from (finding for finding in subject.layout.findings if finding.rule == "SIT111")
-    open_coils = [coil for coil in subject.layout.coils if not coil.is_closed_circuit]
-    if open_coils and not any(finding.severity is Severity.ERROR for finding in subject.layout.findings):
+    yield from (finding for finding in design.layout.findings if finding.rule == "SIT111")
+    open_coils = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
+    if open_coils and not any(finding.severity is Severity.ERROR for finding in design.layout.findings):
         names = ", ".join(coil.name for coil in open_coils)
         yield Complaint(
             f"coil {names} does not reach both of its contacts: it cannot be driven",
@@ -89,44 +90,44 @@ def no_way_out(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def part_size(subject: Subject) -> Iterator[Verdict]:
+def part_size(design: Design) -> Iterator[Verdict]:
     """The whole outline against the smallest part that the fabricator handles."""
-    rules = subject.spec.fpc.rules
-    x0, y0, x1, y1 = outline_box(subject)
+    rules = design.spec.fpc.rules
+    x0, y0, x1, y1 = outline_box(design)
     have, need = sorted((x1 - x0, y1 - y0)), sorted(rules.part_size)
     for size, smallest in zip(have, need, strict=True):
         if size < smallest - ROUNDING:
-            in_panel = is_wanted(subject.layout)
+            in_panel = is_wanted(design.layout)
             yield Complaint(
-                f"the board is {show(have[1], 'm')} x {show(have[0], 'm')}; {house(subject, 'part_size')} handles "
+                f"the board is {show(have[1], 'm')} x {show(have[0], 'm')}; {house(design, 'part_size')} handles "
                 f"parts from {show(need[1], 'm')} x {show(need[0], 'm')}"
                 + (": so it is put in a panel, which is ordered instead" if in_panel else ", and it is not in a panel"),
-                _panel_hint(subject) if in_panel else "fpc.panel: auto puts it in a panel, held by bridges",
+                _panel_hint(design) if in_panel else "fpc.panel: auto puts it in a panel, held by bridges",
                 "fpc.rules" if in_panel else "fpc.panel",
                 size,
                 smallest,
                 "m",
                 Severity.NOTE if in_panel else Severity.WARNING,
-                source_of(subject, "part_size"),
+                source_of(design, "part_size"),
             )
             break
-    if is_wanted(subject.layout):
-        yield from _panel_size(subject)
-        yield from _too_few_bridges(subject)
+    if is_wanted(design.layout):
+        yield from _panel_size(design)
+        yield from _too_few_bridges(design)
 
 
-def _panel_hint(subject: Subject) -> str:
+def _panel_hint(design: Design) -> str:
     """What build makes of a part that is too small, and which file is sent."""
-    name = subject.spec.name
+    name = design.spec.name
     return (
         f"send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
         f"fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself"
     )
 
 
-def _too_few_bridges(subject: Subject) -> Iterator[Verdict]:
+def _too_few_bridges(design: Design) -> Iterator[Verdict]:
     """Bridges too wide for the part's edge find too few places, and the part drops out of its panel."""
-    layout, width = subject.layout, subject.spec.fpc.panel.bridge
+    layout, width = design.layout, design.spec.fpc.panel.bridge
     count = len(bridges(layout))
     if count >= FEWEST_BRIDGES:
         return
@@ -147,14 +148,14 @@ def _too_few_bridges(subject: Subject) -> Iterator[Verdict]:
     )
 
 
-def _panel_size(subject: Subject) -> Iterator[Verdict]:
-    rules, size = subject.spec.fpc.rules, least_size(subject.layout)
+def _panel_size(design: Design) -> Iterator[Verdict]:
+    rules, size = design.spec.fpc.rules, least_size(design.layout)
     have, most = sorted(size), sorted(rules.panel_size)
     for side, largest in zip(have, most, strict=True):
         if side > largest + ROUNDING:
             yield Complaint(
                 f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}; "
-                f"{house(subject, 'panel_size')} makes panels of "
+                f"{house(design, 'panel_size')} makes panels of "
                 f"{show(rules.panel_size[0], 'm')} x {show(rules.panel_size[1], 'm')}",
                 "fewer parts a panel, a shorter tail, or fpc.panel: none",
                 "fpc.panel",
@@ -162,14 +163,14 @@ def _panel_size(subject: Subject) -> Iterator[Verdict]:
                 largest,
                 "m",
                 Severity.WARNING,
-                source_of(subject, "panel_size"),
+                source_of(design, "panel_size"),
             )
             return
 
 
-def outline_box(subject: Subject) -> tuple[float, float, float, float]:
+def outline_box(design: Design) -> tuple[float, float, float, float]:
     """(x_min, y_min, x_max, y_max) in metres of the whole board."""
-    points = [point for segment in subject.layout.outline for point in segment.flattened(1e-6)]
+    points = [point for segment in design.layout.outline for point in segment.flattened(1e-6)]
     xs, ys = [p.x for p in points], [p.y for p in points]
     return min(xs), min(ys), max(xs), max(ys)
 
@@ -179,26 +180,26 @@ def um(length: float) -> str:
     return show(length, "m")
 
 
-def house(subject: Subject, field: str) -> str:
+def house(design: Design, field: str) -> str:
     """Who asks for one figure: the profile that it stands in, a user's with file and line; marked if not verified."""
-    rules = subject.spec.fpc.rules
-    mark = " (unverified)" if source_of(subject, field).startswith("unverified") else ""
+    rules = design.spec.fpc.rules
+    mark = " (unverified)" if source_of(design, field).startswith("unverified") else ""
     return rules.holder(field) + mark
 
 
-def source_of(subject: Subject, field: str) -> str:
+def source_of(design: Design, field: str) -> str:
     """Where one figure of the fabricator's rules comes from."""
-    rules = subject.spec.fpc.rules
+    rules = design.spec.fpc.rules
     return rules.sources.get(field) or rules.source or FABRICATOR
 
 
-def gap_asked_by(subject: Subject, asked: float) -> tuple[str, str]:
+def gap_asked_by(design: Design, asked: float) -> tuple[str, str]:
     """Who asks for a gap between copper (m), and where that stands: the spec itself where it is its turns' own spacing,
     which is narrower than the fabricator's.
     """
-    if asked < subject.spec.fpc.rules.trace_spacing - ROUNDING:
+    if asked < design.spec.fpc.rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
-    return house(subject, "trace_spacing"), source_of(subject, "trace_spacing")
+    return house(design, "trace_spacing"), source_of(design, "trace_spacing")
 
 
 FABRICATION_RULES: tuple[Rule, ...] = (

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from itertools import islice
 
 from sitscad.checks.fabrication import house, source_of
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure
@@ -31,29 +32,29 @@ SMALLEST_MEASURED_PORT = 1.1
 """5 mm trocars measure 5.5 mm inside at the least (Limperg 2024): that much more than the nominal port."""
 
 
-def sensor_width(subject: Subject) -> Iterator[Verdict]:
+def sensor_width(design: Design) -> Iterator[Verdict]:
     """Board, elastomer and target across the jaw, whose middle lies under the body's."""
-    jaw, body = _jaw(subject), subject.layout.body_size[1]
+    jaw, body = _jaw(design), design.layout.body_size[1]
     if body > jaw.width + ROUNDING:
-        less = _less_margin(subject.spec, 1, body - jaw.width)
+        less = _less_margin(design.spec, 1, body - jaw.width)
         yield Complaint(
-            f"the board's body is {show(body, 'm')} wide{_shares(subject)}, the jaw "
+            f"the board's body is {show(body, 'm')} wide{_shares(design)}, the jaw "
             f"{show(jaw.width, 'm')}{_unverified(jaw)}",
             f"{show(body - jaw.width, 'm')} too much: {less or 'a smaller part'}, or a wider jaw",
             "fpc.margin" if less else "coil.outer_diameter",
             body,
             jaw.width,
             "m",
-            advice=None if less else lambda left: _narrower_body(subject, left),
+            advice=None if less else lambda left: _narrower_body(design, left),
         )
-    for slab in above_board(subject.spec):
-        yield from _across_jaw(subject, jaw, slab)
-    yield from _through_port(subject)
+    for slab in above_board(design.spec):
+        yield from _across_jaw(design, jaw, slab)
+    yield from _through_port(design)
 
 
-def _across_jaw(subject: Subject, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
+def _across_jaw(design: Design, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
     """Elastomer or target across the jaw, each where it stands."""
-    (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, subject.layout.body
+    (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, design.layout.body
     middle, width = (y0 + y1) / 2, high - low
     needed = 2.0 * max(high - middle, middle - low)
     if needed <= jaw.width + ROUNDING:
@@ -71,9 +72,9 @@ def _across_jaw(subject: Subject, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
     )
 
 
-def _shares(subject: Subject) -> str:
+def _shares(design: Design) -> str:
     """What the body's width is made of, where leads or vias beside the coils take a part of it."""
-    spec, width = subject.spec, subject.layout.body_size[1]
+    spec, width = design.spec, design.layout.body_size[1]
     coils = 2.0 * max(abs(p.centre[1]) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
     edges = 2.0 * spec.fpc.rules.copper_to_edge
     margin = 2.0 * spec.fpc.margin[1]
@@ -93,30 +94,30 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> str:
     return f"fpc.margin: [{margin[0] * 1e3:.6g}, {margin[1] * 1e3:.6g}]" if margin[axis] >= 0.0 else ""
 
 
-def _narrower_body(subject: Subject, left: Left) -> str:
+def _narrower_body(design: Design, left: Left) -> str:
     """Ends of the layers whose leads leave elsewhere, or smaller coils: the first of each that fits."""
-    spec, jaw = subject.spec, _jaw(subject)
-    excess = subject.layout.body_size[1] - jaw.width
-    found = ways((islice(_led_otherwise(subject, left), 1), narrower(spec, excess)), left)
+    spec, jaw = design.spec, _jaw(design)
+    excess = design.layout.body_size[1] - jaw.width
+    found = ways((islice(_led_otherwise(design, left), 1), narrower(spec, excess)), left)
     if found:
         return f"{show(excess, 'm')} too much: {named(found)} fits (it was tried); or a wider jaw"
     return f"{show(excess, 'm')} too much: smaller coils, narrower leads and gaps (fpc.rules), or a wider jaw"
 
 
-def _led_otherwise(subject: Subject, left: Left) -> Iterator[Fix]:
+def _led_otherwise(design: Design, left: Left) -> Iterator[Fix]:
     """Other ends of the layers whose leads leave the body no wider than the jaw; as far as the budget goes."""
-    for fix in other_ends(subject.spec):
+    for fix in other_ends(design.spec):
         layout = left.drawn(fix.spec)
         if layout is None:
             return
-        if layout.body_size[1] <= _jaw(subject).width + ROUNDING:
+        if layout.body_size[1] <= _jaw(design).width + ROUNDING:
             yield fix
 
 
-def _through_port(subject: Subject) -> Iterator[Verdict]:
-    jaw, (_, low, _, high) = _jaw(subject), bounding_box((subject.layout.outline,))
+def _through_port(design: Design) -> Iterator[Verdict]:
+    jaw, (_, low, _, high) = _jaw(design), bounding_box((design.layout.outline,))
     across = high - low
-    is_body = across <= subject.layout.body_size[1] + ROUNDING
+    is_body = across <= design.layout.body_size[1] + ROUNDING
     if across > jaw.port_diameter + ROUNDING:
         yield Complaint(
             f"the whole board is {show(across, 'm')} wide where it is laid flat, its tail and contacts included; the "
@@ -135,31 +136,31 @@ def _through_port(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def sensor_length(subject: Subject) -> Iterator[Verdict]:
+def sensor_length(design: Design) -> Iterator[Verdict]:
     """The board's body along the jaw."""
-    jaw, length = _jaw(subject), subject.layout.body_size[0]
+    jaw, length = _jaw(design), design.layout.body_size[0]
     if length > jaw.length + ROUNDING:
-        less = _less_margin(subject.spec, 0, length - jaw.length)
-        many = len(subject.spec.array.placements) > 1
+        less = _less_margin(design.spec, 0, length - jaw.length)
+        many = len(design.spec.array.placements) > 1
         yield Complaint(
             f"the board's body is {show(length, 'm')} long, the jaw {show(jaw.length, 'm')}{_unverified(jaw)}",
             f"{show(length - jaw.length, 'm')} too much: "
             + (less or f"fewer or smaller coils{', or a smaller pitch' if many else ''}"),
-            "fpc.margin" if less else subject.distance_key,
+            "fpc.margin" if less else design.distance_key,
             length,
             jaw.length,
             "m",
         )
 
 
-def stack_height(subject: Subject) -> Iterator[Verdict]:
+def stack_height(design: Design) -> Iterator[Verdict]:
     """The closed pair of jaws with the whole stack between them, inside the port's circle."""
     try:
-        section = closed_section(subject.layout)
+        section = closed_section(design.layout)
     except PartsError as error:
         yield Undecided(str(error))
         return
-    jaw = _jaw(subject)
+    jaw = _jaw(design)
     if section is None or section.fits:
         return
     across = 2.0 * section.radius
@@ -175,9 +176,9 @@ def stack_height(subject: Subject) -> Iterator[Verdict]:
             else ""
         ),
         (
-            f"{show(across - jaw.port_diameter, 'm')} too much: a narrower board, or less height: {_thinner(subject)}"
+            f"{show(across - jaw.port_diameter, 'm')} too much: a narrower board, or less height: {_thinner(design)}"
             if "board" in section.decided_by
-            else f"take {show(across - jaw.port_diameter, 'm')} off: {_thinner(subject)}"
+            else f"take {show(across - jaw.port_diameter, 'm')} off: {_thinner(design)}"
         ),
         "mount.standoff",
         across,
@@ -187,9 +188,9 @@ def stack_height(subject: Subject) -> Iterator[Verdict]:
     )
 
 
-def tail_bend(subject: Subject) -> Iterator[Verdict]:
+def tail_bend(design: Design) -> Iterator[Verdict]:
     """The tail's bend through a hinge: its layers, and the radius that it needs."""
-    spec = subject.spec
+    spec = design.spec
     tail, rules = spec.fpc.tail, spec.fpc.rules
     assert tail is not None
     if tail.bend == "none":
@@ -203,14 +204,14 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
             2.0 if tail.layers > 2 else 1.0,
             "copper layers",
             Severity.ERROR if tail.layers > 2 else Severity.WARNING,
-            advice=lambda left: _calmer(subject, left),
+            advice=lambda left: _calmer(design, left),
         )
     figure = bend_figure(spec)
     if figure is None:
         yield Undecided(f"{rules.name} states no bend radius for a {tail.bend} bend")
         return
     field, ratio = figure
-    thickness, room = tail_thickness(spec), _bend_room(subject)
+    thickness, room = tail_thickness(spec), _bend_room(design)
     radius, stated = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")
@@ -227,7 +228,7 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
     elif radius > room + ROUNDING:
         yield Complaint(
             f"a {tail.bend} bend of {tail.layers} copper layer{'s' if tail.layers > 1 else ''} needs a radius of "
-            f"{show(radius, 'm', 3)} ({house(subject, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail)"
+            f"{show(radius, 'm', 3)} ({house(design, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail)"
             f"; inside the port there are {show(room, 'm', 3)}",
             f"a tail of {show(room / ratio, 'm', 3)} or thinner would do: fewer copper layers, or no bend",
             "fpc.tail.bend",
@@ -235,13 +236,13 @@ def tail_bend(subject: Subject) -> Iterator[Verdict]:
             room,
             "m",
             Severity.NOTE if tail.bend == "static" and tail.layers <= 2 else Severity.WARNING,
-            source_of(subject, field),
+            source_of(design, field),
         )
 
 
-def _calmer(subject: Subject, left: Left) -> str:
+def _calmer(design: Design, left: Left) -> str:
     """One copper layer through the hinge, or a bend made once: those that are possible."""
-    changes = list(calmer_tail(subject.spec))
+    changes = list(calmer_tail(design.spec))
     found = ways(([change] for change in changes), left)
     if found:
         return f"{named(found)} mends it (it was tried)"
@@ -250,11 +251,11 @@ def _calmer(subject: Subject, left: Left) -> str:
     return f"one copper layer through the hinge, or a bend made once: {in_vain(changes, left)}"
 
 
-def shield_gap(subject: Subject) -> Iterator[Verdict]:
+def shield_gap(design: Design) -> Iterator[Verdict]:
     """The shield lies between the board and the jaw's metal, and under all coils."""
-    shield, mount = subject.spec.shield, subject.spec.mount
+    shield, mount = design.spec.shield, design.spec.mount
     assert shield is not None and mount is not None
-    yield from _uncovered_coils(subject)
+    yield from _uncovered_coils(design)
     needed = shield.gap + shield.thickness
     if needed > mount.standoff + ROUNDING:
         yield Complaint(
@@ -269,11 +270,11 @@ def shield_gap(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def _uncovered_coils(subject: Subject) -> Iterator[Verdict]:
+def _uncovered_coils(design: Design) -> Iterator[Verdict]:
     """Coils that reach beyond a shield which the port makes narrower than the body."""
-    spec, (_, y0, _, y1) = subject.spec, subject.layout.body
+    spec, (_, y0, _, y1) = design.spec, design.layout.body
     try:
-        sheet = shield(subject.layout)
+        sheet = shield(design.layout)
     except PartsError:
         return  # it stands in the jaw's metal, which is said below
     assert sheet is not None
@@ -294,28 +295,28 @@ def _uncovered_coils(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def bare_metal(subject: Subject) -> Iterator[Verdict]:
+def bare_metal(design: Design) -> Iterator[Verdict]:
     """A target that touches tissue is sealed."""
-    if subject.spec.encapsulation is None:
+    if design.spec.encapsulation is None:
         yield Complaint(
             "the copper target is not encapsulated, and in the jaw it touches tissue"
-            if subject.spec.target is not None and subject.spec.target.material.name == "copper"
+            if design.spec.target is not None and design.spec.target.material.name == "copper"
             else "the metal target is not encapsulated, and in the jaw it touches tissue",
             "add encapsulation: {material: pdms, thickness: 0.1}",
             "target",
         )
 
 
-def _jaw(subject: Subject) -> Jaw:
-    mount = subject.spec.mount
+def _jaw(design: Design) -> Jaw:
+    mount = design.spec.mount
     assert mount is not None and mount.jaw is not None
     return mount.jaw
 
 
-def pad_of(subject: Subject) -> ElastomerPad:
+def pad_of(design: Design) -> ElastomerPad:
     """The elastomer of a rule that needs one."""
-    assert subject.spec.elastomer is not None
-    return subject.spec.elastomer
+    assert design.spec.elastomer is not None
+    return design.spec.elastomer
 
 
 def _unverified(jaw: Jaw) -> str:
@@ -324,9 +325,9 @@ def _unverified(jaw: Jaw) -> str:
     return " (the jaw's figures are unverified: measure yours)" if "unverified" in words or "memory" in words else ""
 
 
-def _thinner(subject: Subject) -> str:
+def _thinner(design: Design) -> str:
     """The soft or empty heights that can give, largest first."""
-    spec = subject.spec
+    spec = design.spec
     standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
     heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
     if spec.elastomer is not None:
@@ -337,8 +338,8 @@ def _thinner(subject: Subject) -> str:
     return ", ".join(f"{key} is {show(height, 'm', 3)}" for key, height in heights)
 
 
-def _bend_room(subject: Subject) -> float | None:
-    mount = subject.spec.mount
+def _bend_room(design: Design) -> float | None:
+    mount = design.spec.mount
     return mount.jaw.port_diameter / 2.0 if mount is not None and mount.jaw is not None else None
 
 

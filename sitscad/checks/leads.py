@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from itertools import islice
 
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.estimates.values import CoilEstimate
 from sitscad.finding import Severity
 from sitscad.layout.board import Coil
@@ -44,17 +45,17 @@ class _Arc:
     parallel: float
 
 
-def leads_round(subject: Subject) -> Iterator[Verdict]:
+def leads_round(design: Design) -> Iterator[Verdict]:
     """The coil whose leads link most of its winding's flux, and turns or a start angle without that."""
-    layout = subject.layout
+    layout = design.layout
     if not all(coil.is_closed_circuit for coil in layout.coils):
         yield Undecided("leads are missing in the layout")
         return
-    arcs = [_arc(subject, *both) for both in zip(layout.coils, subject.estimates.coils, strict=True)]
+    arcs = [_arc(design, *both) for both in zip(layout.coils, design.estimates.coils, strict=True)]
     worst = max(arcs, key=lambda arc: round(abs(arc.share), 6))
     if abs(worst.share) < NAMED or abs(worst.turns) < TOGETHER:
         return
-    beyond = abs(worst.turns) - abs(least_closing(subject.spec.coil))
+    beyond = abs(worst.turns) - abs(least_closing(design.spec.coil))
     is_warned = -worst.share >= WARNED
     yield Complaint(
         _message(worst, beyond),
@@ -63,12 +64,12 @@ def leads_round(subject: Subject) -> Iterator[Verdict]:
         abs(worst.share),
         WARNED if is_warned else NAMED,
         severity=Severity.WARNING if is_warned else Severity.NOTE,
-        advice=lambda left: _other_way(subject, beyond > TOGETHER, left, is_warned),
+        advice=lambda left: _other_way(design, beyond > TOGETHER, left, is_warned),
     )
 
 
-def _arc(subject: Subject, coil: Coil, estimate: CoilEstimate) -> _Arc:
-    spec = subject.spec
+def _arc(design: Design, coil: Coil, estimate: CoilEstimate) -> _Arc:
+    spec = design.spec
     turns = drawn_closing(spec.coil, coil)
     linked = estimate.lead_parts.get("coupling", 0.0)
     ring = Ring(spec.coil, coil.placement, spec.fpc.rules.trace_spacing + spec.coil.trace_width / 2.0)
@@ -90,12 +91,12 @@ def _message(arc: _Arc, beyond: float) -> str:
     )
 
 
-def _other_way(subject: Subject, is_cramped: bool, left: Left, is_warned: bool) -> str:
+def _other_way(design: Design, is_cramped: bool, left: Left, is_warned: bool) -> str:
     """The nearest turns (for leads that lack room, the first start angle) with which leads run together, drawn; and
     checked, too, where the design is warned of them.
     """
-    start = (change for change in other_ends(subject.spec) if "start_angle" in change.words) if is_cramped else ()
-    changes = [*islice(start, TRIED), *whole_turns(subject.spec)]
+    start = (change for change in other_ends(design.spec) if "start_angle" in change.words) if is_cramped else ()
+    changes = [*islice(start, TRIED), *whole_turns(design.spec)]
     fit = (change for change in changes if _runs_together(left, change, is_cramped))
     found = first_that_mends(islice(fit, TRIED), left) if is_warned else next(fit, None)
     if found is not None:

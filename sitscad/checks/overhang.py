@@ -20,8 +20,9 @@ from sitscad.checks.plate_places import (
     pair,
 )
 from sitscad.checks.plates import PROPORTIONS
-from sitscad.checks.rules import Complaint, Rule, Subject, Verdict, apply_rule
+from sitscad.checks.rules import Complaint, Rule, Verdict, apply_rule
 from sitscad.checks.transduction import TRANSDUCTION_RULES
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
@@ -45,21 +46,21 @@ UNSUPPORTED = "an unsupported edge bends and tilts the target"
 UNBONDED = "what hangs over is neither bonded nor supported"
 
 
-def overhang(subject: Subject) -> Iterator[Verdict]:
+def overhang(design: Design) -> Iterator[Verdict]:
     """What hangs over what it lies on: the target over the elastomer, the lower of both or its film over the body."""
-    spec, body = subject.spec, ground(subject.layout)
+    spec, body = design.spec, ground(design.layout)
     pad, plate, round_it = elastomer(spec), target(spec), film(spec)
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
         yield Complaint(
             f"the target overhangs the elastomer by {_length(over)} "
             f"{_where(plate.footprint.box, pad.footprint.box, 'corners')}",
-            f"{UNSUPPORTED}: {_in_words(subject)}",
+            f"{UNSUPPORTED}: {_in_words(design)}",
             "elastomer.size",
             over,
             0.0,
             "m",
             _severity(plate, pad.outline()),
-            advice=lambda left: f"{UNSUPPORTED}: {_in_words(subject, left)}",
+            advice=lambda left: f"{UNSUPPORTED}: {_in_words(design, left)}",
         )
     low = lowest(spec)
     if low is None or low.footprint.hangs_over(body) + round_it <= ROUNDING:
@@ -68,14 +69,14 @@ def overhang(subject: Subject) -> Iterator[Verdict]:
     over = low.footprint.hangs_over(body) + beside
     yield Complaint(
         f"the {'encapsulation round the ' if beside else ''}{low.name} hangs over the board's body by {_length(over)} "
-        f"{_where(grown(low.footprint.box, beside), subject.layout.body, 'corners')}{_jaw_in_the_way(subject)}",
-        f"{UNBONDED}: {_in_words(subject)}",
+        f"{_where(grown(low.footprint.box, beside), design.layout.body, 'corners')}{_jaw_in_the_way(design)}",
+        f"{UNBONDED}: {_in_words(design)}",
         f"{low.name}.size",
         over,
         0.0,
         "m",
         _severity(low, body),
-        advice=lambda left: f"{UNBONDED}: {_in_words(subject, left)}",
+        advice=lambda left: f"{UNBONDED}: {_in_words(design, left)}",
     )
 
 
@@ -97,9 +98,9 @@ def _where(box: tuple[float, ...], on: tuple[float, ...], corners: str) -> str:
     return f"({', '.join(sides)})"
 
 
-def _jaw_in_the_way(subject: Subject) -> str:
+def _jaw_in_the_way(design: Design) -> str:
     """That the body stops growing about the coils at the jaw's end or sides, where it does."""
-    (x0, y0, x1, y1), (x, y), mount = subject.layout.body, subject.spec.array.middle, subject.spec.mount
+    (x0, y0, x1, y1), (x, y), mount = design.layout.body, design.spec.array.middle, design.spec.mount
     beside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
     if mount is None or mount.jaw is None or max(beside) < GRAIN:
         return ""
@@ -110,27 +111,27 @@ def _jaw_in_the_way(subject: Subject) -> str:
     )
 
 
-def _in_words(subject: Subject, left: Left | None = None) -> str:
+def _in_words(design: Design, left: Left | None = None) -> str:
     """Changes with which everything lies on what carries it, and what else then complains; with a larger body where
     that may be drawn.
     """
     drawn = "drawn anew" if left else "as it is drawn"
-    return subject.once(f"plates on the board {drawn}", lambda: _told(subject, left))
+    return design.once(f"plates on the board {drawn}", lambda: _told(design, left))
 
 
-def _told(subject: Subject, left: Left | None) -> str:
-    before, body = _other_complaints(subject), ground(subject.layout)
-    larger = [c for c in carried(subject.spec) if lies(c.spec, body)]
-    aside = [c for c in moved(subject.spec) if lies(c.spec, body)]
-    cut = [c for c in cut_to_board(subject.spec, body) if lies(c.spec, body)]
+def _told(design: Design, left: Left | None) -> str:
+    before, body = _other_complaints(design), ground(design.layout)
+    larger = [c for c in carried(design.spec) if lies(c.spec, body)]
+    aside = [c for c in moved(design.spec) if lies(c.spec, body)]
+    cut = [c for c in cut_to_board(design.spec, body) if lies(c.spec, body)]
     found: list[str] = []
     broken: list[tuple[tuple[str, ...], Fix]] = []
-    for way in (larger, aside, [] if larger or left is None else list(_widened(subject, left)), [] if larger else cut):
+    for way in (larger, aside, [] if larger or left is None else list(_widened(design, left)), [] if larger else cut):
         for change in way:
-            layout = subject.drawn(change.spec).layout if left is None else left.drawn(change.spec)
+            layout = design.drawn(change.spec).layout if left is None else left.drawn(change.spec)
             if layout is None:
                 continue
-            breaks = tuple(sorted(_other_complaints(Subject(change.spec, layout)) - before))
+            breaks = tuple(sorted(_other_complaints(Design(change.spec, layout)) - before))
             if not breaks:
                 found.append(change.words)
                 break
@@ -148,13 +149,13 @@ def _told(subject: Subject, left: Left | None) -> str:
     )
 
 
-def _widened(subject: Subject, left: Left) -> Iterator[Fix]:
+def _widened(design: Design, left: Left) -> Iterator[Fix]:
     """The body made larger all round until what lies on it has room, the elastomer carrying the target."""
-    changed, also = subject.spec, tuple[Edit, ...]()
-    for fix in carried(subject.spec):
+    changed, also = design.spec, tuple[Edit, ...]()
+    for fix in carried(design.spec):
         changed, also = fix.spec, fix.edits
         break
-    layout = subject.layout
+    layout = design.layout
     for _ in range(TRIES):
         margin = more_margin(changed, layout.body)
         if max(margin) > MOST_MARGIN:
@@ -170,10 +171,10 @@ def _widened(subject: Subject, left: Left) -> Iterator[Fix]:
             return
 
 
-def _other_complaints(subject: Subject) -> Counter[str]:
+def _other_complaints(design: Design) -> Counter[str]:
     """How often those rules complain that look at plates or body and need no electrical numbers."""
     asked = (rule for rule in (*FIT_RULES, *TRANSDUCTION_RULES) if rule.id in QUICK)
-    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, subject)[0])
+    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design)[0])
     return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
 
 

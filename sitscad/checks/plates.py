@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from sitscad.checks.fit import ROUNDING
 from sitscad.checks.plate_places import pair
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Point
@@ -22,15 +23,15 @@ from sitscad.units import show
 TARGET_LENGTH_TOLERANCE = 0.2
 
 
-def target_proportions(subject: Subject) -> Iterator[Verdict]:
+def target_proportions(design: Design) -> Iterator[Verdict]:
     """Over two coils in a line: length as their distance, width at least a coil's; else at least as large as a coil."""
-    target, array = subject.spec.target, subject.spec.array
+    target, array = design.spec.target, design.spec.array
     assert target is not None
     pitch = array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
-    coil, length = _largest_coil(subject, target.rotation), _chord(target)
+    coil, length = _largest_coil(design, target.rotation), _chord(target)
 
     def advice(left: Left) -> str:
-        return _proportioned(subject, pitch, coil, left)
+        return _proportioned(design, pitch, coil, left)
 
     if pitch and abs(length / pitch - 1.0) > TARGET_LENGTH_TOLERANCE:
         yield Complaint(
@@ -56,9 +57,9 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
                 advice=advice,
             )
     if any(target.offset):
-        yield from _aside(subject, coil)
+        yield from _aside(design, coil)
     elif pitch is None:
-        yield from _over_none(subject, min(subject.spec.coil.size))
+        yield from _over_none(design, min(design.spec.coil.size))
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
             "the target's best length is known for two coils in a line only; of this array it was checked only that "
@@ -67,9 +68,9 @@ def target_proportions(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def _over_none(subject: Subject, coil: float) -> Iterator[Verdict]:
+def _over_none(design: Design, coil: float) -> Iterator[Verdict]:
     """That a target in the middle of several coils reaches not one of them."""
-    spec, target = subject.spec, subject.spec.target
+    spec, target = design.spec, design.spec.target
     assert target is not None
     outline = footprint(spec, target).outline()
     nearest = min(beyond(outline, Point(*p.centre)) for p in spec.array.placements)
@@ -85,9 +86,9 @@ def _over_none(subject: Subject, coil: float) -> Iterator[Verdict]:
         )
 
 
-def _aside(subject: Subject, coil: tuple[float, float]) -> Iterator[Verdict]:
+def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:
     """What a target covers less of the coils because it is offset: of a single coil all, of several their centres."""
-    spec, target = subject.spec, subject.spec.target
+    spec, target = design.spec, design.spec.target
     assert target is not None
     here, middle = footprint(spec, target), footprint(spec, replace(target, offset=(0.0, 0.0)))
     if len(spec.array.placements) == 1:
@@ -113,15 +114,15 @@ def _aside(subject: Subject, coil: tuple[float, float]) -> Iterator[Verdict]:
         )
 
 
-def _proportioned(subject: Subject, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
+def _proportioned(design: Design, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
     """A target as long as two coils are apart and as wide as one, or as large as a coil, in words."""
-    target = subject.spec.target
+    target = design.spec.target
     assert target is not None
     what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
     if pitch and target.shape != "circle" and abs(math.sin(target.rotation)) > 1e-9:
         return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
     length = pitch or max(target.size[0], coil[0])
-    changes = list(larger_target(subject.spec, length, max(target.size[1], coil[1])))
+    changes = list(larger_target(design.spec, length, max(target.size[1], coil[1])))
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} (it was tried): {what}"
@@ -143,10 +144,10 @@ def _chord(target: Target) -> float:
     return x / along if across * x <= along * y else y / across
 
 
-def _largest_coil(subject: Subject, turn: float) -> tuple[float, float]:
+def _largest_coil(design: Design, turn: float) -> tuple[float, float]:
     """How far the coils reach along the axes (m) of a target turned so far (rad), each turned as it stands."""
-    length, width = subject.spec.coil.size
-    turned = [placement.rotation - turn for placement in subject.spec.array.placements]
+    length, width = design.spec.coil.size
+    turned = [placement.rotation - turn for placement in design.spec.array.placements]
     if length == width:
         return length, width
     return (

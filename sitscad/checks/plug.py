@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from sitscad.checks.coverlay import crossings
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad
@@ -21,13 +22,13 @@ LONGEST_BAR = 1.5e-3
 """From a contact's tip to the board's edge (m): as far as a plating bar is taken to be drawn without a look at it."""
 
 
-def insertion_thickness(subject: Subject) -> Iterator[Verdict]:
+def insertion_thickness(design: Design) -> Iterator[Verdict]:
     """What is there at the contacts, coverlay that is left and stiffener included, against what the connector takes."""
-    connector = _connector(subject)
+    connector = _connector(design)
     if connector.insertion_thickness <= 0.0:
         yield Undecided("the tail ends in solder pads: no connector takes it")
         return
-    have = finished_thickness(subject.layout, Where.CONTACT).nominal
+    have = finished_thickness(design.layout, Where.CONTACT).nominal
     wrong = abs(have - connector.insertion_thickness)
     if wrong > connector.insertion_thickness_tolerance + ROUNDING:
         yield Complaint(
@@ -44,15 +45,15 @@ def insertion_thickness(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def contact_worst_case(subject: Subject) -> Iterator[Verdict]:
+def contact_worst_case(design: Design) -> Iterator[Verdict]:
     """The finished thickness at the contacts with the fabricator's tolerance against what the connector takes."""
-    tail = subject.spec.fpc.tail
+    tail = design.spec.fpc.tail
     assert tail is not None
     connector = tail.connector
     if connector.insertion_thickness <= 0.0:
         yield Undecided("the tail ends in solder pads: no connector takes it")
         return
-    band = finished_thickness(subject.layout, Where.CONTACT)
+    band = finished_thickness(design.layout, Where.CONTACT)
     allowed = connector.insertion_thickness_tolerance
     low, high = connector.insertion_thickness - allowed, connector.insertion_thickness + allowed
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
@@ -67,13 +68,13 @@ def contact_worst_case(subject: Subject) -> Iterator[Verdict]:
             high if worst[1] == band.maximum else low,
             "m",
             source=band.source,
-            place=Place(*subject.layout.pads[0].centre, 1) if subject.layout.pads else None,
+            place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
         )
 
 
-def stiffener_stock(subject: Subject) -> Iterator[Verdict]:
+def stiffener_stock(design: Design) -> Iterator[Verdict]:
     """A stiffener that is not made of a film and an adhesive that are in stock."""
-    tail, plate = subject.spec.fpc.tail, subject.layout.stiffener
+    tail, plate = design.spec.fpc.tail, design.layout.stiffener
     if tail is None or plate is None or plate.adhesive > 0.0:
         return
     written = tail.stiffener is not None
@@ -92,18 +93,18 @@ def stiffener_stock(subject: Subject) -> Iterator[Verdict]:
     )
 
 
-def plug_width(subject: Subject) -> Iterator[Verdict]:
+def plug_width(design: Design) -> Iterator[Verdict]:
     """The tolerance of the outline against that which the connector asks of the tail's width."""
-    connector, rules = _connector(subject), subject.spec.fpc.rules
+    connector, rules = _connector(design), design.spec.fpc.rules
     if connector.width_tolerance <= 0.0:
         yield Undecided("the tail ends in solder pads: nothing guides its sides")
         return
     if rules.outline_tolerance > connector.width_tolerance + ROUNDING:
-        width = connector.width(contact_row(subject.spec, connector).count)
+        width = connector.width(contact_row(design.spec, connector).count)
         mark = plug_mark(connector, "width_tolerance")
         yield Complaint(
             f"the tail's end is {um(width)} wide, +- {um(rules.outline_tolerance)} by "
-            f"{house(subject, 'outline_tolerance')}; {connector.name} guides it by its sides and takes "
+            f"{house(design, 'outline_tolerance')}; {connector.name} guides it by its sides and takes "
             f"+- {um(connector.width_tolerance)}{mark}",
             f"order and drawing ask for +- {um(connector.width_tolerance)} there: have it confirmed (cut by laser, or "
             "by a punch of its own), or measure the parts before they are plugged in",
@@ -111,15 +112,15 @@ def plug_width(subject: Subject) -> Iterator[Verdict]:
             rules.outline_tolerance,
             connector.width_tolerance,
             "m",
-            source=source_of(subject, "outline_tolerance"),
-            place=Place(*subject.layout.pads[0].centre, 1) if subject.layout.pads else None,
+            source=source_of(design, "outline_tolerance"),
+            place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
         )
 
 
-def connector_positions(subject: Subject) -> Iterator[Verdict]:
+def connector_positions(design: Design) -> Iterator[Verdict]:
     """The number of contacts against those that the connector is made with, and whether some lead nowhere."""
-    connector, tail = _connector(subject), subject.spec.fpc.tail
-    row = contact_row(subject.spec, connector)
+    connector, tail = _connector(design), design.spec.fpc.tail
+    row = contact_row(design.spec, connector)
     if not connector.positions:
         return
     mark = plug_mark(connector, "positions")
@@ -158,14 +159,14 @@ def plug_mark(connector: Connector, *fields: str) -> str:
     return " (unverified: compare with its drawing)" if is_unverified else ""
 
 
-def _connector(subject: Subject) -> Connector:
-    assert subject.spec.fpc.tail is not None
-    return subject.spec.fpc.tail.connector
+def _connector(design: Design) -> Connector:
+    assert design.spec.fpc.tail is not None
+    return design.spec.fpc.tail.connector
 
 
-def contact_finish(subject: Subject) -> Iterator[Verdict]:
+def contact_finish(design: Design) -> Iterator[Verdict]:
     """The finish against what is done with the contacts, and against what it takes to plate it."""
-    layout, fpc = subject.layout, subject.spec.fpc
+    layout, fpc = design.layout, design.spec.fpc
     chosen = finish(fpc.finish)
     is_plugged = fpc.tail is not None and fpc.tail.connector.kind != "pads"
     if not (chosen.is_for_plugs if is_plugged else chosen.is_for_solder):

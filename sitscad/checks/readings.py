@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from sitscad.checks.rules import Complaint, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.readout import FAMILIES
 from sitscad.record import record
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from sitscad.estimates import StateEstimate
 
 
-
 @record
 class Reading:
     """One number of one coil in one state; `sigma` is its standard deviation by manufacture, mostly by `cause`."""
@@ -32,12 +32,12 @@ class Reading:
     cause: str = ""
 
 
-def readings_of(subject: Subject, attribute: str, working: bool = False) -> list[Reading]:
+def readings_of(design: Design, attribute: str, working: bool = False) -> list[Reading]:
     """Every finite value of a state estimate's attribute; `working`: of the assembled sensor where there is one."""
-    assembled = is_assembled(subject)
+    assembled = is_assembled(design)
     return [
         Reading(coil.name, name, float(value), *_scatter(state, attribute))
-        for coil in subject.estimates.coils
+        for coil in design.estimates.coils
         for name, state in coil.states.items()
         if not (working and assembled and name == FREE)
         and (value := getattr(state, attribute)) is not None
@@ -97,32 +97,32 @@ def near_limit(reading: Reading | None, limit: float, unit: str, words: str, hin
         )
 
 
-def is_assembled(subject: Subject) -> bool:
+def is_assembled(design: Design) -> bool:
     """Whether any state but the coil's own exists, also one in which the model failed."""
-    return any(name != FREE for coil in subject.estimates.coils for name in (*coil.states, *coil.failed_states))
+    return any(name != FREE for coil in design.estimates.coils for name in (*coil.states, *coil.failed_states))
 
 
-def undecided(subject: Subject, attribute: str) -> Iterator[Verdict]:
+def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
     """A reason for every state without the number: silence must not look like a pass."""
     words = attribute.replace("_", " ")
-    yield from failed_states(subject, words)
-    for coil in subject.estimates.coils:
+    yield from failed_states(design, words)
+    for coil in design.estimates.coils:
         for name, state in coil.states.items():
             value = getattr(state, attribute)
             if value is None or not math.isfinite(value):
                 yield Undecided(f"no {words} was estimated for coil {coil.name} {in_words(name)}")
 
 
-def failed_states(subject: Subject, words: str) -> Iterator[Undecided]:
+def failed_states(design: Design, words: str) -> Iterator[Undecided]:
     """A reason for every state that is absent because the model fails there."""
-    failed = {state: reason for coil in subject.estimates.coils for state, reason in coil.failed_states.items()}
+    failed = {state: reason for coil in design.estimates.coils for state, reason in coil.failed_states.items()}
     for state, reason in failed.items():
         yield Undecided(f"the {words} {in_words(state)} is unknown: {reason}")
 
 
-def nothing_estimated(subject: Subject) -> Iterator[Verdict]:
+def nothing_estimated(design: Design) -> Iterator[Verdict]:
     """A design of which no state has numbers is no design to order; an overdamped tank is SIT203's to judge."""
-    for coil in subject.estimates.coils:
+    for coil in design.estimates.coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
             yield Complaint(
@@ -134,14 +134,14 @@ def nothing_estimated(subject: Subject) -> Iterator[Verdict]:
             return
 
 
-def overdamped_tank(subject: Subject) -> Iterator[Verdict]:
+def overdamped_tank(design: Design) -> Iterator[Verdict]:
     """The state that is furthest from oscillating."""
-    found = [(value, coil.name, state) for coil in subject.estimates.coils for state, value in coil.overdamped.items()]
+    found = [(value, coil.name, state) for coil in design.estimates.coils for state, value in coil.overdamped.items()]
     if not found:
         return
     value, name, state = min(found)
-    now = subject.estimates.readout.capacitance
-    smaller = list(capacitor(subject.spec, _preferred_below(subject, now * (value / 10.0) ** 2)))
+    now = design.estimates.readout.capacitance
+    smaller = list(capacitor(design.spec, _preferred_below(design, now * (value / 10.0) ** 2)))
     yield Complaint(
         f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
         f"{show(now, 'F', 3)}",
@@ -158,11 +158,11 @@ def overdamped_tank(subject: Subject) -> Iterator[Verdict]:
 _LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks, more turns"
 
 
-def _preferred_below(subject: Subject, value: float) -> list[float]:
+def _preferred_below(design: Design, value: float) -> list[float]:
     """The two capacitors of the series (F) next below a value."""
     from sitscad.estimates.tank import preferred_values  # only where no tank oscillates
 
-    return [each for each in reversed(preferred_values(subject.family)) if each <= value][:2]
+    return [each for each in reversed(preferred_values(design.family)) if each <= value][:2]
 
 
 def _smaller_capacitor(changes: list[Fix], left: Left) -> str:
@@ -174,9 +174,9 @@ def _smaller_capacitor(changes: list[Fix], left: Left) -> str:
     return f"Q grows with the root of L/C: {found.words} (it was tried), or wider tracks, more turns"
 
 
-def worst_of(subject: Subject, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:
+def worst_of(design: Design, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:
     """The reading that `choose` (min or max) picks by value; None where there is none."""
-    found = readings_of(subject, attribute, working)
+    found = readings_of(design, attribute, working)
     return choose(found, key=lambda reading: reading.value) if found else None
 
 
@@ -185,13 +185,10 @@ def where(reading: Reading) -> str:
     return f"coil {reading.coil} {in_words(reading.state)}"
 
 
-def other_states(subject: Subject, worst: Reading, attribute: str, unit: str, digits: int = 3) -> str:
+def other_states(design: Design, worst: Reading, attribute: str, unit: str, digits: int = 3) -> str:
     """The same coil's other states, in brackets, with as many digits as the message gives the worst."""
-    others = [r for r in readings_of(subject, attribute) if r.coil == worst.coil and r.state != worst.state]
-    words = [
-        f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}"
-        for r in others
-    ]
+    others = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
+    words = [f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}" for r in others]
     return f" ({', '.join(words)})" if words else ""
 
 

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.readings import failed_states
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
 from sitscad.record import record
@@ -41,10 +42,10 @@ class Response:
         return abs(self.change) / self.step
 
 
-def responses(subject: Subject) -> list[Response]:
+def responses(design: Design) -> list[Response]:
     """The response of every coil that has both states."""
     found = []
-    for coil in subject.estimates.coils:
+    for coil in design.estimates.coils:
         rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
         if rest is None or pressed is None or not rest.quantum:
             continue
@@ -54,11 +55,11 @@ def responses(subject: Subject) -> list[Response]:
     return found
 
 
-def coil_response(subject: Subject) -> Iterator[Verdict]:
+def coil_response(design: Design) -> Iterator[Verdict]:
     """Every coil's change against the converter's step and against the coil that changes most."""
-    found = responses(subject)
-    yield from failed_states(subject, "change from rest to pressed")
-    if len(found) < len(subject.estimates.coils):
+    found = responses(design)
+    yield from failed_states(design, "change from rest to pressed")
+    if len(found) < len(design.estimates.coils):
         yield Undecided("no change from rest to pressed was estimated")
         if not found:
             return
@@ -70,10 +71,10 @@ def coil_response(subject: Subject) -> Iterator[Verdict]:
     beside = best.steps >= FEWEST_STEPS
     yield Complaint(
         f"{_named(deaf)} hardly feel{'s' if len(deaf) == 1 else ''} the force: from rest to pressed by "
-        f"{show(subject.spec.requirements.normal_force or 0.0, 'N')} {_changes(deaf)}"
+        f"{show(design.spec.requirements.normal_force or 0.0, 'N')} {_changes(deaf)}"
         + (f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "")
         + f". Asked are {FEWEST_STEPS:.0f} steps and {100.0 * LEAST_SHARE:.0f} % of the best coil's change",
-        _under_the_target(subject.spec, deaf) if beside else _more_change(subject.spec),
+        _under_the_target(design.spec, deaf) if beside else _more_change(design.spec),
         "target.size" if beside else "elastomer.thickness",
         worst.steps,
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
@@ -134,12 +135,12 @@ def _back_over_the_coils(spec: SensorSpec) -> str:
     return "target.offset: [0, 0] over the middle of the coils; " if spec.target and any(spec.target.offset) else ""
 
 
-def small_signal(subject: Subject) -> Iterator[Verdict]:
+def small_signal(design: Design) -> Iterator[Verdict]:
     """How much of its reading the best coil's signal is, against what a little warmth does to that reading."""
     from sitscad.estimates.signal import signals  # needs nothing that the estimates have not loaded
 
-    found = signals(subject.estimates)
-    yield from failed_states(subject, "signal over the required force")
+    found = signals(design.estimates)
+    yield from failed_states(design, "signal over the required force")
     if not found:
         yield Undecided("no signal from rest to pressed was estimated")
         return
@@ -156,7 +157,7 @@ def small_signal(subject: Subject) -> Iterator[Verdict]:
         f"{100.0 * abs(best.share):.2g} % of itself{steps} ({show(best.per_newton, 'H', 3)}/N, its frequency by "
         f"{100.0 * best.frequency_share:+.2g} %). Ten degrees of warming move it by about {100.0 * drift:.2g} %, "
         f"{scale}",
-        f"{_back_over_the_coils(subject.spec)}{_MORE_CHANGE}, a larger target, or more distance from metal behind the "
+        f"{_back_over_the_coils(design.spec)}{_MORE_CHANGE}, a larger target, or more distance from metal behind the "
         "coils; else plan for temperature: a reference coil without a target, or a tare before each grasp",
         "elastomer.thickness",
         abs(best.share),

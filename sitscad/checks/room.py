@@ -8,7 +8,8 @@ from itertools import islice
 
 from sitscad.checks.clearances import drawn_rule
 from sitscad.checks.fabrication import FABRICATOR
-from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
+from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.design import Design
 from sitscad.finding import Finding
 from sitscad.remedy import room
 from sitscad.remedy.budget import winding_work
@@ -21,16 +22,16 @@ MOST_STEPS = 16
 """Parts of a turn less that are tried to make room inside."""
 
 
-def no_room(rule: str) -> Callable[[Subject], Iterator[Verdict]]:
+def no_room(rule: str) -> Callable[[Design], Iterator[Verdict]]:
     """What the layout itself reported under one rule: it says what found no room."""
 
-    def reported(subject: Subject) -> Iterator[Verdict]:
-        return (_complaint(subject, finding) for finding in subject.layout.findings if finding.rule == rule)
+    def reported(design: Design) -> Iterator[Verdict]:
+        return (_complaint(design, finding) for finding in design.layout.findings if finding.rule == rule)
 
     return reported
 
 
-def _complaint(subject: Subject, finding: Finding) -> Complaint:
+def _complaint(design: Design, finding: Finding) -> Complaint:
     """The layout's finding; what is advised makes room, and is held against all other rules too."""
     find = _ROOM.get(finding.rule)
     plain = Complaint(
@@ -44,12 +45,12 @@ def _complaint(subject: Subject, finding: Finding) -> Complaint:
         finding.source,
         finding.place,
     )
-    return plain if find is None else replace(plain, advice=lambda left: find(subject, plain, left))
+    return plain if find is None else replace(plain, advice=lambda left: find(design, plain, left))
 
 
-def _room_inside(subject: Subject, plain: Complaint, left: Left) -> Complaint:
+def _room_inside(design: Design, plain: Complaint, left: Left) -> Complaint:
     """Fewer turns, then a larger coil with as much more room inside as its vias need."""
-    spec = subject.spec
+    spec = design.spec
     steps = fewer_turns(spec, spec.coil.turns, MOST_STEPS)
     fewer = first_that_mends(islice((fix for fix in steps if _vias_fit(fix.spec, left)), 2), left)
     if fewer is not None:
@@ -75,9 +76,9 @@ def _vias_fit(spec: SensorSpec, left: Left) -> bool:
     return left.affords(winding_work(spec)) and room.inner_vias_fit(spec)
 
 
-def _room_between(subject: Subject, plain: Complaint, left: Left) -> Complaint | str:
+def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | str:
     """Coils farther apart, else other start angles, else both."""
-    spec = subject.spec
+    spec = design.spec
 
     def routes(changed: SensorSpec) -> bool:
         layout = left.drawn(changed)  # contacts too near each other are a finding of their own
@@ -91,7 +92,7 @@ def _room_between(subject: Subject, plain: Complaint, left: Left) -> Complaint |
     if near is not None and found is not None:
         more, fix = found
         words = f"{fix.words} lets them pass{tried(fix, left)}, or perhaps another coil.start_angle"
-        return _too_near(subject, plain, near, more, words)
+        return _too_near(design, plain, near, more, words)
     turned = angle(spec)
     if turned is not None:
         return f"{turned.words} gives them one{tried(turned, left)}"
@@ -103,25 +104,25 @@ def _room_between(subject: Subject, plain: Complaint, left: Left) -> Complaint |
     if turned is None:
         return ""
     both = f"{apart.words} together with {turned.words} lets them pass{tried(turned, left)}"
-    return _too_near(subject, plain, near, more, both)
+    return _too_near(design, plain, near, more, both)
 
 
-def _too_near(subject: Subject, plain: Complaint, near: float, more: float, hint: str) -> Complaint:
+def _too_near(design: Design, plain: Complaint, near: float, more: float, hint: str) -> Complaint:
     return replace(
         plain,
         message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: "
         f"at most {more * 1e6:.0f} um are missing",
         hint=hint,
-        key="array.centres" if subject.spec.array.pattern == "explicit" else "array.pitch",
+        key="array.centres" if design.spec.array.pattern == "explicit" else "array.pitch",
         measured=near,
         limit=near + more,
         unit="m",
     )
 
 
-def _room_at_contacts(subject: Subject, plain: Complaint, left: Left) -> Complaint | str:
+def _room_at_contacts(design: Design, plain: Complaint, left: Left) -> Complaint | str:
     """The connector of the next wider pitch with which the tracks keep their distance."""
-    for fix in room.wider_connectors(subject.spec):
+    for fix in room.wider_connectors(design.spec):
         layout = left.drawn(fix.spec)
         if layout is not None and not layout.findings:
             pitch = fix.spec.fpc.tail.connector.pitch if fix.spec.fpc.tail is not None else 0.0
@@ -133,7 +134,7 @@ def _room_at_contacts(subject: Subject, plain: Complaint, left: Left) -> Complai
     return ""
 
 
-_ROOM: dict[str, Callable[[Subject, Complaint, Left], Complaint | str]] = {
+_ROOM: dict[str, Callable[[Design, Complaint, Left], Complaint | str]] = {
     "SIT112": _room_inside,
     "SIT113": _room_between,
     "SIT119": _room_at_contacts,

@@ -4,23 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.layout.board import Layout
-from sitscad.readout import FAMILIES
-from sitscad.readout.family import Family
 from sitscad.record import record
 from sitscad.remedy.search import Left
 from sitscad.spec.sensor import SensorSpec
-
-if TYPE_CHECKING:
-    from sitscad.estimates import Estimates
-    from sitscad.layout.patience import Patience
-
-
-Kept = TypeVar("Kept")
 
 
 @record
@@ -56,81 +45,6 @@ Advice = Callable[[Left], str | Complaint]
 
 Verdict = Complaint | Undecided | Finding
 
-ROOM_TEMPERATURE = 20.0
-"""At which boards are tested and sensors are switched on (degrees Celsius)."""
-
-
-@record
-class Subject:
-    """The design under check; layout and estimates are made when a rule first asks for them."""
-
-    spec: SensorSpec
-    given_layout: Layout | None = None
-    given_estimates: Estimates | None = None
-
-    def once(self, name: str, make: Callable[[], Kept]) -> Kept:
-        """What `make` gives, made once and kept under a name: several rules look at the same distances."""
-        kept: dict[str, Any] = self.__dict__.setdefault("_kept", {})
-        if name not in kept:
-            kept[name] = make()
-        return cast(Kept, kept[name])
-
-    @cached_property
-    def layout(self) -> Layout:
-        """The design as drawn."""
-        if self.given_layout is not None:
-            return self.given_layout
-        from sitscad.layout import lay_out
-
-        return lay_out(self.spec)
-
-    @cached_property
-    def estimates(self) -> Estimates:
-        """The electrical numbers."""
-        if self.given_estimates is not None:
-            return self.given_estimates
-        from sitscad.estimates import estimate
-
-        return estimate(self.layout)
-
-    @property
-    def family(self) -> Family:
-        """What the converter can do: its data sheet's limits and formulas."""
-        return FAMILIES[self.spec.readout.device.family]
-
-    @property
-    def distance_key(self) -> str:
-        """Where the spec says how far apart the coils stand; of a coil alone, how large it is."""
-        keys = {"single": "coil.outer_diameter", "explicit": "array.centres"}
-        return keys.get(self.spec.array.pattern, "array.pitch")
-
-    def has_board_of(self, changed: SensorSpec) -> bool:
-        """Whether a changed design has the same board."""
-        return _board(changed) == _board(self.spec)
-
-    def drawn(self, changed: SensorSpec, patience: Patience | None = None) -> Subject:
-        """A changed design, drawn anew unless the board stays as it is."""
-        from sitscad.layout import lay_out
-
-        if self.has_board_of(changed):
-            return Subject(changed, replace(self.layout, spec=changed))
-        return Subject(changed, lay_out(changed, patience))
-
-    @cached_property
-    def at_room_temperature(self) -> Subject:
-        """The same design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
-        if self.estimates.temperature == ROOM_TEMPERATURE:
-            return self
-        from sitscad.estimates import estimate
-
-        return Subject(self.spec, self.layout, estimate(self.layout, temperature=ROOM_TEMPERATURE))
-
-
-def _board(spec: SensorSpec) -> tuple[object, ...]:
-    """All that a board is drawn from."""
-    jaw = spec.mount.jaw if spec.mount is not None else None
-    return spec.coil, spec.array, spec.fpc, spec.readout.chip, (jaw.length, jaw.width) if jaw is not None else None
-
 
 @record
 class Rule:
@@ -148,7 +62,7 @@ class Rule:
     mend: str
     source: str
     needs: tuple[str, ...] = ()
-    apply: Callable[[Subject], Iterable[Verdict]] | None = None
+    apply: Callable[[Design], Iterable[Verdict]] | None = None
 
     @property
     def severities(self) -> str:
@@ -206,26 +120,26 @@ class Outcome:
     advice: Advice | None = None
 
 
-def apply_rule(rule: Rule, subject: Subject) -> tuple[list[Finding], list[NotChecked]]:
+def apply_rule(rule: Rule, design: Design) -> tuple[list[Finding], list[NotChecked]]:
     """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints."""
-    found, undecided = outcomes(rule, subject)
+    found, undecided = outcomes(rule, design)
     return [outcome.finding for outcome in found], undecided
 
 
-def outcomes(rule: Rule, subject: Subject) -> tuple[list[Outcome], list[NotChecked]]:
+def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked]]:
     """What one rule finds, and what it could not check."""
-    missing = next((NEEDS[need][1] for need in rule.needs if not NEEDS[need][0](subject.spec)), None)
+    missing = next((NEEDS[need][1] for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
         return [], [NotChecked(rule.id, missing)]
     found: list[Outcome] = []
     undecided: list[NotChecked] = []
-    for verdict in rule.apply(subject) if rule.apply else ():
+    for verdict in rule.apply(design) if rule.apply else ():
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
         elif isinstance(verdict, Finding):
-            found.append(Outcome(located(verdict, subject.spec)))
+            found.append(Outcome(located(verdict, design.spec)))
         else:
-            found.append(Outcome(located(named(rule, verdict), subject.spec), verdict.advice))
+            found.append(Outcome(located(named(rule, verdict), design.spec), verdict.advice))
     return found, undecided
 
 

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Verdict
+from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.thickness import has_tail_coverlay, step_height, tail_copper
 from sitscad.remedy.fix import Edit, Fix
@@ -17,9 +18,9 @@ GRAIN = 0.05e-3
 """Margins are named in steps of this (m)."""
 
 
-def step(subject: Subject) -> Iterator[Verdict]:
+def step(design: Design) -> Iterator[Verdict]:
     """Holes and turns beside the place where the lower layers end and the tail's own coverlay laps in between."""
-    layout, rules = subject.layout, subject.spec.fpc.rules
+    layout, rules = design.layout, design.spec.fpc.rules
     if tail_copper(layout) == layout.copper_layers:
         return
     end = layout.body[2]
@@ -28,9 +29,9 @@ def step(subject: Subject) -> Iterator[Verdict]:
     gap = math.inf if near is None else end - near.centre.x - near.drill / 2.0
     if near is not None and gap < rules.hole_to_step - ROUNDING:
         yield _too_near(
-            subject,
+            design,
             f"a hole of {near.net} stands {um(gap)} from the body's end, where copper {tail_copper(layout) + 1} and "
-            f"what is below it end; {house(subject, 'hole_to_step')} asks {um(rules.hole_to_step)}",
+            f"what is below it end; {house(design, 'hole_to_step')} asks {um(rules.hole_to_step)}",
             gap,
             rules.hole_to_step,
             "hole_to_step",
@@ -38,10 +39,10 @@ def step(subject: Subject) -> Iterator[Verdict]:
         )
     asked = rules.coverlay_lap + rules.registration
     coil = max(layout.coils, key=lambda coil: coil.centre.x)
-    gap = end - coil.centre.x - subject.spec.coil.size[0] / 2.0
+    gap = end - coil.centre.x - design.spec.coil.size[0] / 2.0
     if has_tail_coverlay(layout) and gap < asked - ROUNDING:
         yield _too_near(
-            subject,
+            design,
             f"the turns of {coil.name} begin {um(gap)} from the body's end, into which the tail's own coverlay laps "
             f"{um(rules.coverlay_lap)}, laid within {um(rules.registration)}: layers lie farther apart there",
             gap,
@@ -51,12 +52,12 @@ def step(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def _too_near(subject: Subject, message: str, gap: float, asked: float, field: str, place: Place) -> Complaint:
-    missing, margin = asked - gap, subject.spec.fpc.margin
+def _too_near(design: Design, message: str, gap: float, asked: float, field: str, place: Place) -> Complaint:
+    missing, margin = asked - gap, design.spec.fpc.margin
     longer = GRAIN * math.ceil((margin[0] + missing) / GRAIN - 1e-6)
-    other = f"or as many layers in the tail (the step is {um(step_height(subject.layout))} high)"
+    other = f"or as many layers in the tail (the step is {um(step_height(design.layout))} high)"
 
-    changed = replace(subject.spec, fpc=replace(subject.spec.fpc, margin=(longer, margin[1])))
+    changed = replace(design.spec, fpc=replace(design.spec.fpc, margin=(longer, margin[1])))
     fix = Fix((Edit("fpc.margin", f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]"),), changed)
 
     def advice(left: Left) -> str:
@@ -69,7 +70,7 @@ def _too_near(subject: Subject, message: str, gap: float, asked: float, field: s
         gap,
         asked,
         "m",
-        source=source_of(subject, field),
+        source=source_of(design, field),
         place=place,
         advice=advice,
     )

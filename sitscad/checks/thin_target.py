@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.readings import Reading, readings_of, where
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.record import record
 from sitscad.remedy.moves import thicker_target
@@ -27,10 +28,10 @@ MAGNETIC = 10.0
 """Relative permeability, and skin depths over thickness, from which on a target is a magnet and no conductor."""
 
 
-def target_thickness(subject: Subject) -> Iterator[Verdict]:
+def target_thickness(design: Design) -> Iterator[Verdict]:
     """What a target thinner than three skin depths costs against a thick one; whether it is a target at all."""
-    target = _target(subject)
-    frequencies = [reading.value for reading in readings_of(subject, "frequency") if reading.value > 0.0]
+    target = _target(design)
+    frequencies = [reading.value for reading in readings_of(design, "frequency") if reading.value > 0.0]
     if not frequencies:
         yield Undecided("no sensor frequency was estimated")
         return
@@ -42,9 +43,9 @@ def target_thickness(subject: Subject) -> Iterator[Verdict]:
             "permeability and thickness are in the estimate"
         )
     elif THICK * depth > min(target.size):
-        yield from _poor_conductor(subject, depth, frequency)
+        yield from _poor_conductor(design, depth, frequency)
     elif target.thickness < THICK * depth:
-        yield from _thin(subject, depth, frequency)
+        yield from _thin(design, depth, frequency)
 
 
 def skin_depth(frequency: float, conductivity: float, relative_permeability: float = 1.0) -> float:
@@ -60,9 +61,9 @@ def skin_depth(frequency: float, conductivity: float, relative_permeability: flo
 # ------------------------------------------------------------------------------------------------------ a thin target
 
 
-def _thin(subject: Subject, depth: float, frequency: float) -> Iterator[Verdict]:
-    target = _target(subject)
-    cost = _cost(subject, thicker_target(subject.spec, THICK * depth).spec)
+def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
+    target = _target(design)
+    cost = _cost(design, thicker_target(design.spec, THICK * depth).spec)
     if cost is None:
         yield Undecided("what so thin a target costs is unknown: no state with it was estimated, or none with a thick")
         return
@@ -81,7 +82,7 @@ def _thin(subject: Subject, depth: float, frequency: float) -> Iterator[Verdict]
         None,
         Severity.WARNING if weighs else Severity.NOTE,
         own_limits()[name].source,
-        advice=(lambda left: _thicker(subject, THICK * depth, left)) if weighs else None,
+        advice=(lambda left: _thicker(design, THICK * depth, left)) if weighs else None,
     )
 
 
@@ -94,39 +95,39 @@ class _Cost:
     words: str
 
 
-def _cost(subject: Subject, thick: SensorSpec) -> _Cost | None:
+def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
     """What the target costs in the state where it takes most of R_P; None where one of the two has no numbers."""
-    other = _compared(subject, thick)
-    mine, theirs = (readings_of(each, "parallel_resistance", True) for each in (subject, other))
+    other = _compared(design, thick)
+    mine, theirs = (readings_of(each, "parallel_resistance", True) for each in (design, other))
     reference = {(r.coil, r.state): r for r in theirs}
     pairs = [(r, reference[r.coil, r.state]) for r in mine if (r.coil, r.state) in reference]
     if not pairs:
         return None
     worst, against = min(pairs, key=lambda pair: pair[0].value / pair[1].value)
-    share, words = _change(subject, other)
+    share, words = _change(design, other)
     assert thick.target is not None
     return _Cost(
         1.0 - worst.value / against.value,
         share,
         f"Against {show(thick.target.thickness, 'm', 3)} of it, by the same model, the parallel resistance of "
-        f"{where(worst)} is {_instead(worst.value, against.value, 'ohm')}{words}{_amplitude(subject, worst)}",
+        f"{where(worst)} is {_instead(worst.value, against.value, 'ohm')}{words}{_amplitude(design, worst)}",
     )
 
 
-def _change(subject: Subject, other: Subject) -> tuple[float, str]:
+def _change(design: Design, other: Design) -> tuple[float, str]:
     """By what share the coil that feels the other design most changes less, and that in words."""
-    mine, theirs = _effects(subject, subject), _effects(subject, other)
+    mine, theirs = _effects(design, design), _effects(design, other)
     best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
     if best is None:
         return 0.0, ""
-    force = subject.spec.requirements.normal_force
+    force = design.spec.requirements.normal_force
     named, per = ("the change per newton", "/N") if force else ("what the target changes of the inductance", "")
     return 1.0 - mine[best] / theirs[best], f", {named} {_instead(mine[best], theirs[best], 'H', per)}"
 
 
-def _amplitude(subject: Subject, worst: Reading) -> str:
+def _amplitude(design: Design, worst: Reading) -> str:
     """The amplitude there, in words: SIT204 judges it."""
-    found = [r for r in readings_of(subject, "amplitude", True) if (r.coil, r.state) == (worst.coil, worst.state)]
+    found = [r for r in readings_of(design, "amplitude", True) if (r.coil, r.state) == (worst.coil, worst.state)]
     return f"; the amplitude there is {show(found[0].value, 'V', 3)}" if found else ""
 
 
@@ -135,25 +136,25 @@ def _instead(mine: float, other: float, unit: str, per: str = "") -> str:
     return f"{show(mine, unit, 3)}{per} instead of {show(other, unit, 3)}{per} ({percent:+.1f} %)"
 
 
-def _thicker(subject: Subject, thickness: float, left: Left) -> str:
+def _thicker(design: Design, thickness: float, left: Left) -> str:
     """A target of three skin depths; a higher frequency only where the converter follows it."""
-    change = thicker_target(subject.spec, thickness)
-    top = max((reading.value for reading in readings_of(subject, "frequency")), default=0.0)
-    faster = (thickness / _target(subject).thickness) ** 2  # a skin depth falls with the square root of the frequency
-    higher = ", or a higher frequency" if faster * top <= subject.family.limit("sensor_frequency_max") else ""
+    change = thicker_target(design.spec, thickness)
+    top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
+    faster = (thickness / _target(design).thickness) ** 2  # a skin depth falls with the square root of the frequency
+    higher = ", or a higher frequency" if faster * top <= design.family.limit("sensor_frequency_max") else ""
     return f"{change.words} or more{tried(change, left)}: 3 skin depths stop 95 %{higher}"
 
 
 # ---------------------------------------------------------------------------------------------------- no target at all
 
 
-def _poor_conductor(subject: Subject, depth: float, frequency: float) -> Iterator[Verdict]:
+def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     """A material into which the field goes deeper than the target is wide, held against copper in its place."""
-    target = _target(subject)
-    copper = replace(subject.spec, target=replace(target, material=presets.conductor("copper")))
-    other = _compared(subject, copper)
+    target = _target(design)
+    copper = replace(design.spec, target=replace(target, material=presets.conductor("copper")))
+    other = _compared(design, copper)
     mine, theirs = (
-        max((abs(v) for v in _effects(subject, each).values()), default=math.nan) for each in (subject, other)
+        max((abs(v) for v in _effects(design, each).values()), default=math.nan) for each in (design, other)
     )
     if not theirs > 0.0 or not math.isfinite(mine):
         yield Undecided("what the target changes is unknown: no state with it was estimated")
@@ -178,28 +179,28 @@ def _poor_conductor(subject: Subject, depth: float, frequency: float) -> Iterato
     )
 
 
-def _effects(subject: Subject, design: Subject) -> dict[str, float]:
+def _effects(design: Design, other: Design) -> dict[str, float]:
     """What the target does to each coil by name in a design that may be a changed one: change per newton (H/N), else
     what it changes of the inductance at rest (H), against the sensor without a target.
     """
-    force = design.spec.requirements.normal_force
+    force = other.spec.requirements.normal_force
     if force:
-        return {coil.name: found[0] for coil in design.estimates.coils if (found := coil.sensitivity(force))}
-    bare = subject.once("without its target", lambda: _compared(subject, replace(subject.spec, target=None)))
+        return {coil.name: found[0] for coil in other.estimates.coils if (found := coil.sensitivity(force))}
+    bare = design.once("without its target", lambda: _compared(design, replace(design.spec, target=None)))
     without = {r.coil: r.value for r in readings_of(bare, "inductance", True)}
-    rest = [r for r in readings_of(design, "inductance") if r.state == REST and r.coil in without]
+    rest = [r for r in readings_of(other, "inductance") if r.state == REST and r.coil in without]
     return {r.coil: r.value - without[r.coil] for r in rest}
 
 
-def _compared(subject: Subject, changed: SensorSpec) -> Subject:
+def _compared(design: Design, changed: SensorSpec) -> Design:
     """A changed design with the tank's capacitor of this one, for only so are the two alike but for the change."""
-    now = subject.estimates.readout.capacitance
-    return subject.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
+    now = design.estimates.readout.capacitance
+    return design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
 
 
-def _target(subject: Subject) -> Target:
-    assert subject.spec.target is not None
-    return subject.spec.target
+def _target(design: Design) -> Target:
+    assert design.spec.target is not None
+    return design.spec.target
 
 
 def _limit(name: str) -> float:

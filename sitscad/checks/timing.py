@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sitscad.checks.readings import source_of_limit, worst_of
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.remedy.moves import scans
 from sitscad.remedy.search import Left, first_that_mends, in_vain
@@ -20,15 +21,15 @@ MOST_COUPLING = 2e-3
 """Of coils of different converters: their tanks pull each other within half of this, about what tolerances part."""
 
 
-def input_frequency(subject: Subject) -> Iterator[Verdict]:
+def input_frequency(design: Design) -> Iterator[Verdict]:
     """f_IN below a quarter of f_REF, with the divider that 8.75 MHz and more need."""
-    readout = subject.estimates.readout
-    worst = worst_of(subject, "frequency", max)
+    readout = design.estimates.readout
+    worst = worst_of(design, "frequency", max)
     if worst is None or readout.input_divider is None:
         yield Undecided("no sensor frequency was estimated")
         return
-    if not subject.family.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
-        wanted = subject.family.input_divider(worst.value, readout.reference_frequency)
+    if not design.family.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
+        wanted = design.family.input_divider(worst.value, readout.reference_frequency)
         yield Complaint(
             f"the sensor frequency {show(worst.value, 'Hz')} divided by {readout.input_divider} is not below a quarter "
             f"of the reference {show(readout.reference_frequency, 'Hz')}"
@@ -43,15 +44,15 @@ def input_frequency(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def scan_rate(subject: Subject) -> Iterator[Verdict]:
+def scan_rate(design: Design) -> Iterator[Verdict]:
     """The scan rate that the timing gives, against the wanted one."""
-    readout, wanted = subject.estimates.readout, subject.spec.readout.scan_rate
+    readout, wanted = design.estimates.readout, design.spec.readout.scan_rate
     if not math.isfinite(readout.scan_rate):
         yield Undecided("no scan rate was estimated")
         return
     if readout.scan_rate < wanted * (1.0 - 1e-6):
         yield Complaint(
-            f"the fastest scan of {_coils(subject)} takes {show(1.0 / readout.scan_rate, 's', 3)} "
+            f"the fastest scan of {_coils(design)} takes {show(1.0 / readout.scan_rate, 's', 3)} "
             f"({show(readout.scan_rate, 'Hz')}); {show(wanted, 'Hz')} are asked",
             "ask for fewer scans a second, use fewer coils, or a faster clock",
             "readout.scan_rate",
@@ -61,16 +62,16 @@ def scan_rate(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def read_back(subject: Subject) -> Iterator[Verdict]:
+def read_back(design: Design) -> Iterator[Verdict]:
     """Whether the results of a scan can be read over I2C before the next one is done."""
-    channels, wanted = len(subject.spec.array.placements), subject.spec.readout.scan_rate
-    family = subject.family
+    channels, wanted = len(design.spec.array.placements), design.spec.readout.scan_rate
+    family = design.family
     sure, hopeful = 1.0 / family.read_back_time(channels), 1.0 / family.read_back_time_optimistic(channels)
     if wanted > sure:
         impossible = wanted > hopeful
         pause = "" if impossible else "; or make sure that the host reads without any pause: TI's two figures disagree"
         yield Complaint(
-            f"{_coils(subject)} can be read over I2C at 400 kHz {show(hopeful if impossible else sure, 'Hz')} times a "
+            f"{_coils(design)} can be read over I2C at 400 kHz {show(hopeful if impossible else sure, 'Hz')} times a "
             f"second; {show(wanted, 'Hz')} are asked",
             f"ask for fewer scans{pause}",
             "readout.scan_rate",
@@ -78,13 +79,13 @@ def read_back(subject: Subject) -> Iterator[Verdict]:
             hopeful if impossible else sure,
             "Hz",
             Severity.ERROR if impossible else Severity.WARNING,
-            advice=lambda left: _other_rate(subject, (math.floor(sure),), left, pause),
+            advice=lambda left: _other_rate(design, (math.floor(sure),), left, pause),
         )
 
 
-def bandwidth(subject: Subject) -> Iterator[Verdict]:
+def bandwidth(design: Design) -> Iterator[Verdict]:
     """Twice the bandwidth at least, by the sampling theorem."""
-    wanted, rate = subject.spec.requirements.bandwidth, subject.spec.readout.scan_rate
+    wanted, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
     assert wanted is not None
     if rate < 2.0 * wanted:
         yield Complaint(
@@ -95,13 +96,13 @@ def bandwidth(subject: Subject) -> Iterator[Verdict]:
             rate,
             2.0 * wanted,
             "Hz",
-            advice=lambda left: _other_rate(subject, (5.0 * wanted, 2.0 * wanted), left),
+            advice=lambda left: _other_rate(design, (5.0 * wanted, 2.0 * wanted), left),
         )
 
 
-def _other_rate(subject: Subject, rates: Sequence[float], left: Left, otherwise: str = "") -> str:
+def _other_rate(design: Design, rates: Sequence[float], left: Left, otherwise: str = "") -> str:
     """The first of some scan rates (Hz) that keeps all rules, found by trying; or what else may do."""
-    changes = [change for rate in rates for change in scans(subject.spec, rate)]
+    changes = [change for rate in rates for change in scans(design.spec, rate)]
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} (it was tried){otherwise}"
@@ -110,11 +111,11 @@ def _other_rate(subject: Subject, rates: Sequence[float], left: Left, otherwise:
     return f"fewer coils, or a lower requirements.bandwidth (tried in vain: {in_vain(changes, left)}){otherwise}"
 
 
-def channels(subject: Subject) -> Iterator[Verdict]:
+def channels(design: Design) -> Iterator[Verdict]:
     """One channel a coil, on as many converters as one I2C bus can address; how coils of two converters are coupled."""
-    names = [placement.name for placement in subject.spec.array.placements]
-    key = "array.centres" if subject.spec.array.pattern == "explicit" else "array.count"
-    device = subject.spec.readout.device
+    names = [placement.name for placement in design.spec.array.placements]
+    key = "array.centres" if design.spec.array.pattern == "explicit" else "array.count"
+    device = design.spec.readout.device
     each, most = device.channels, device.most_coils
     if len(names) > most:
         yield Complaint(
@@ -127,7 +128,7 @@ def channels(subject: Subject) -> Iterator[Verdict]:
             float(most),
         )
     elif len(names) > each:
-        coupling, one, other = _across_converters(subject, each)
+        coupling, one, other = _across_converters(design, each)
         if not math.isfinite(coupling):
             yield Undecided("the mutual inductance of the coils was not estimated")
             return
@@ -152,9 +153,9 @@ def _more_channels(device: Converter, coils: int) -> str:
     return f" (readout.device: {' or '.join(name.lower() for name in enough)} has enough)" if enough else ""
 
 
-def _across_converters(subject: Subject, each: int) -> tuple[float, str, str]:
+def _across_converters(design: Design, each: int) -> tuple[float, str, str]:
     # The largest coupling of two coils of different converters.
-    matrix, coils = subject.estimates.inductance_matrix, subject.estimates.coils
+    matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
     return max(
         (math.sqrt(_coupling_squared(matrix, i, j)), coils[i].name, coils[j].name)
         for i in range(each)
@@ -162,10 +163,10 @@ def _across_converters(subject: Subject, each: int) -> tuple[float, str, str]:
     )
 
 
-def idle_neighbour(subject: Subject) -> Iterator[Verdict]:
+def idle_neighbour(design: Design) -> Iterator[Verdict]:
     """How much a grounded neighbour on the same converter takes off a coil's inductance: the square of the coupling."""
-    matrix, coils = subject.estimates.inductance_matrix, subject.estimates.coils
-    each = subject.spec.readout.device.channels
+    matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
+    each = design.spec.readout.device.channels
     pairs = [
         (_coupling_squared(matrix, i, j), coils[i].name, coils[j].name)
         for i in range(len(coils))
@@ -182,7 +183,7 @@ def idle_neighbour(subject: Subject) -> Iterator[Verdict]:
             "off its inductance",
             "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
             "this, the free state is the coil alone",
-            subject.distance_key,
+            design.distance_key,
             share,
             0.05 if share >= 0.05 else 1e-3,
             None,
@@ -194,10 +195,10 @@ def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> floa
     return float(matrix[i][j]) ** 2 / (float(matrix[i][i]) * float(matrix[j][j]))
 
 
-def clock(subject: Subject) -> Iterator[Verdict]:
+def clock(design: Design) -> Iterator[Verdict]:
     """The external clock within the converter's range."""
-    value = subject.spec.readout.clock
-    low, high = subject.family.limit("clock_min"), subject.family.limit("clock_max")
+    value = design.spec.readout.clock
+    low, high = design.family.limit("clock_min"), design.family.limit("clock_max")
     if not low <= value <= high:
         yield Complaint(
             f"the clock is {show(value, 'Hz')}; the converter takes {show(low, 'Hz')} to {show(high, 'Hz')}",
@@ -209,8 +210,8 @@ def clock(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def _coils(subject: Subject) -> str:
-    count = len(subject.spec.array.placements)
+def _coils(design: Design) -> str:
+    count = len(design.spec.array.placements)
     return "one coil" if count == 1 else f"{count} coils"
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from sitscad.checks.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.remedy.moves import wider
 from sitscad.remedy.search import Left, first_that_mends, in_vain, untried
@@ -14,37 +15,37 @@ WIDEN = "widen tracks and gaps and wind fewer turns, or choose a finer fabricato
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
 
 
-def trace_width(subject: Subject) -> Iterator[Verdict]:
+def trace_width(design: Design) -> Iterator[Verdict]:
     """The coil's track against the fabricator's smallest track."""
-    yield from _too_fine(subject, "trace_width", "tracks are {} wide", "wider")
-    yield from _thicker_foil(subject, "trace_width", "tracks")
-    yield from _drawn_width(subject)
+    yield from _too_fine(design, "trace_width", "tracks are {} wide", "wider")
+    yield from _thicker_foil(design, "trace_width", "tracks")
+    yield from _drawn_width(design)
 
 
-def _too_fine(subject: Subject, field: str, asked: str, more: str) -> Iterator[Complaint]:
+def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Complaint]:
     """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
-    value, least = getattr(subject.spec.coil, field), getattr(subject.spec.fpc.rules, field)
+    value, least = getattr(design.spec.coil, field), getattr(design.spec.fpc.rules, field)
     if value < least - ROUNDING:
         yield Complaint(
-            f"{asked.format(um(value))}; {house(subject, field)} makes {um(least)} and {more}",
+            f"{asked.format(um(value))}; {house(design, field)} makes {um(least)} and {more}",
             WIDEN,
             f"coil.{field}",
             value,
             least,
             "m",
-            source=source_of(subject, field),
-            advice=lambda left: _widened(subject, left),
+            source=source_of(design, field),
+            advice=lambda left: _widened(design, left),
         )
 
 
-def _thicker_foil(subject: Subject, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
+def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
     """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
-    spec = subject.spec
+    spec = design.spec
     rules, foil = spec.fpc.rules, spec.fpc.stackup.foil_thickness(spec.coil.layers)
     stated = rules.beyond.get(field)
     if stated is not None:
         yield Complaint(
-            f"{house(subject, field)} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
+            f"{house(design, field)} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
             f"{um(stated)}",
             f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
             "fpc.rules",
@@ -52,36 +53,36 @@ def _thicker_foil(subject: Subject, field: str, word: str, severity: Severity = 
             stated,
             "m",
             severity,
-            source_of(subject, field),
+            source_of(design, field),
         )
 
 
-def _drawn_width(subject: Subject) -> Iterator[Complaint]:
+def _drawn_width(design: Design) -> Iterator[Complaint]:
     """Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason."""
-    rules, coil = subject.spec.fpc.rules, subject.spec.coil
-    for trace in subject.layout.traces:
+    rules, coil = design.spec.fpc.rules, design.spec.coil
+    for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
             yield Complaint(
                 f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {um(trace.width)} wide; "
-                f"{house(subject, 'trace_width')} makes {um(rules.trace_width)} and wider",
+                f"{house(design, 'trace_width')} makes {um(rules.trace_width)} and wider",
                 key="fpc.rules",
                 measured=trace.width,
                 limit=rules.trace_width,
                 unit="m",
-                source=source_of(subject, "trace_width"),
+                source=source_of(design, "trace_width"),
                 place=Place(*trace.path.start, trace.layer, (trace.net,)),
             )
 
 
-def trace_spacing(subject: Subject) -> Iterator[Verdict]:
+def trace_spacing(design: Design) -> Iterator[Verdict]:
     """The asked spacing against the fabricator's smallest spacing."""
-    yield from _too_fine(subject, "trace_spacing", "turns stand {} apart", "more")
-    yield from _thicker_foil(subject, "trace_spacing", "spacings")
+    yield from _too_fine(design, "trace_spacing", "turns stand {} apart", "more")
+    yield from _thicker_foil(design, "trace_spacing", "spacings")
 
 
-def loop_lines(subject: Subject) -> Iterator[Verdict]:
+def loop_lines(design: Design) -> Iterator[Verdict]:
     """Track and spacing of the turns against the fabricator's own minimum for coils ("loop lines")."""
-    coil, rules = subject.spec.coil, subject.spec.fpc.rules
+    coil, rules = design.spec.coil, design.spec.fpc.rules
     pairs = (
         ("trace_width", "track", coil.trace_width, rules.coil_trace_width),
         ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing),
@@ -92,9 +93,9 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
             binds = rules.binds(f"coil_{field}")
-            why = "" if binds else f"; this only warns: {_not_binding(subject)}"
+            why = "" if binds else f"; this only warns: {_not_binding(design)}"
             yield Complaint(
-                f"{word} in the coil is {um(value)}; for coiled tracks {house(subject, f'coil_{field}')} asks "
+                f"{word} in the coil is {um(value)}; for coiled tracks {house(design, f'coil_{field}')} asks "
                 f"{um(smallest)}{copper}{why}",
                 f"{WAIVER}, or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)",
                 f"coil.{field}",
@@ -102,23 +103,23 @@ def loop_lines(subject: Subject) -> Iterator[Verdict]:
                 smallest,
                 "m",
                 Severity.ERROR if binds else Severity.WARNING,
-                source_of(subject, f"coil_{field}"),
-                advice=(lambda left: _waived_or_widened(subject, left)) if binds else None,
+                source_of(design, f"coil_{field}"),
+                advice=(lambda left: _waived_or_widened(design, left)) if binds else None,
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
         severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
-        yield from _thicker_foil(subject, unknown, "coiled tracks", severity)
+        yield from _thicker_foil(design, unknown, "coiled tracks", severity)
 
 
-def _widened(subject: Subject, left: Left) -> str:
+def _widened(design: Design, left: Left) -> str:
     """Tracks and gaps as wide as all binding rules ask, together, with as many turns as then do: found by trying."""
-    rules = subject.spec.fpc.rules
+    rules = design.spec.fpc.rules
     width, spacing = (
         max(getattr(rules, field), (getattr(rules, f"coil_{field}") or 0.0) if rules.binds(f"coil_{field}") else 0.0)
         for field in ("trace_width", "trace_spacing")
     )
-    changes = list(wider(subject.spec, width, spacing))
+    changes = list(wider(design.spec, width, spacing))
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} (it was tried), or choose a finer fabricator"
@@ -129,14 +130,14 @@ def _widened(subject: Subject, left: Left) -> str:
     return f"choose a finer fabricator, or a larger coil with wider tracks and gaps{vain}"
 
 
-def _waived_or_widened(subject: Subject, left: Left) -> str:
-    widened = _widened(subject, left)
+def _waived_or_widened(design: Design, left: Left) -> str:
+    widened = _widened(design, left)
     return f"{WAIVER}, or {widened}" if widened else ""
 
 
-def _not_binding(subject: Subject) -> str:
+def _not_binding(design: Design) -> str:
     """Why a fabricator's minimum for coils only warns: not every house has it."""
-    rules = subject.spec.fpc.rules
+    rules = design.spec.fpc.rules
     if rules.unbound:
         return "it comes from the profile that yours is based on, which does not make it binding"
     holder = rules.holders.get("coil_rule_binding", rules.name)

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 
 from sitscad.checks.fit import ROUNDING, pad_of
 from sitscad.checks.own_limits import own_limits
-from sitscad.checks.rules import Complaint, Rule, Subject, Undecided, Verdict
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
 from sitscad.remedy.moves import stiffer_pad
@@ -24,18 +25,18 @@ SLENDERNESS = 0.25
 """Thickness over width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target was seen to stay level."""
 
 
-def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
+def elastomer_strain(design: Design) -> Iterator[Verdict]:
     """How far the required force compresses the pad, with the spread of its modulus."""
     from sitscad.estimates.pressing import pressed
 
-    pad, force = pad_of(subject), subject.spec.requirements.normal_force
+    pad, force = pad_of(design), design.spec.requirements.normal_force
     assert force is not None
     material = pad.material
     sigma = material.shear_modulus_sigma
-    nominal, least, most = (pressed(subject.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
+    nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
     if most.strain <= elastomer.VALID_STRAIN:
         return
-    certain = _at_least(subject, nominal)
+    certain = _at_least(design, nominal)
     is_error = certain > STRAIN_ERROR
     limit = STRAIN_ERROR if is_error else elastomer.VALID_STRAIN
     judged = certain if is_error else most.strain
@@ -51,17 +52,17 @@ def elastomer_strain(subject: Subject) -> Iterator[Verdict]:
             if nominal.strain > elastomer.VALID_STRAIN
             else ""
         ),
-        _stiffer(subject, force) + _otherwise(nominal),
+        _stiffer(design, force) + _otherwise(nominal),
         "elastomer.material",
         judged,
         limit,
         None,
         Severity.ERROR if is_error else Severity.WARNING,
-        advice=(lambda left: _stiffer(subject, force, left) + _otherwise(nominal)) if is_error else None,
+        advice=(lambda left: _stiffer(design, force, left) + _otherwise(nominal)) if is_error else None,
     )
 
 
-def _at_least(subject: Subject, nominal: elastomer.Compression) -> float:
+def _at_least(design: Design, nominal: elastomer.Compression) -> float:
     """The strain that is certain: what lies around a target on a part of its pad makes that stiffer by so much at most,
     and no pad gives way less than with all of it loaded.
     """
@@ -69,7 +70,7 @@ def _at_least(subject: Subject, nominal: elastomer.Compression) -> float:
 
     if nominal.loaded_share >= WHOLE:
         return nominal.strain
-    helped = pressed(subject.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
+    helped = pressed(design.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
     return max(helped.strain, nominal.least_strain)
 
 
@@ -86,16 +87,16 @@ def _otherwise(nominal: elastomer.Compression) -> str:
     )
 
 
-def target_rotation(subject: Subject) -> Iterator[Verdict]:
+def target_rotation(design: Design) -> Iterator[Verdict]:
     """Thickness over width of the pad under the target: slender pads let it tilt."""
-    pad, face = pad_of(subject), _loaded(subject)
+    pad, face = pad_of(design), _loaded(design)
     width = min(face.width_x, face.width_y)
     ratio = pad.thickness / width
     if ratio > SLENDERNESS + ROUNDING:
         yield Complaint(
             f"the elastomer is {ratio:.2g} times as thick as "
             f"{'wide' if width == min(pad.size) else 'the target is wide'}: the target tilts easily, and tilt reads "
-            f"as {'force' if len(subject.spec.array.placements) == 1 else 'shear'}",
+            f"as {'force' if len(design.spec.array.placements) == 1 else 'shear'}",
             f"{show(SLENDERNESS * width, 'm', 3)} is as slender as the bench pad that stayed level (8 x 8 x "
             "2 mm; Jones, thesis, Leeds); thinner is steadier still",
             "elastomer.thickness",
@@ -105,12 +106,12 @@ def target_rotation(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def elastomer_shear(subject: Subject) -> Iterator[Verdict]:
+def elastomer_shear(design: Design) -> Iterator[Verdict]:
     """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
-    pad, force, pitch = pad_of(subject), subject.spec.requirements.shear_force, subject.spec.array.pitch
+    pad, force, pitch = pad_of(design), design.spec.requirements.shear_force, design.spec.array.pitch
     assert force is not None
-    strain = elastomer.shear_strain(force, _loaded(subject).area, pad.material.shear_modulus)
-    yield from _shear_strain(subject, force, strain)
+    strain = elastomer.shear_strain(force, _loaded(design).area, pad.material.shear_modulus)
+    yield from _shear_strain(design, force, strain)
     if pitch is None:
         yield Undecided("no pitch: the coils have no common distance")
         return
@@ -130,9 +131,9 @@ def elastomer_shear(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def _shear_strain(subject: Subject, force: float, strain: float) -> Iterator[Verdict]:
+def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
-    material, area, limit = pad_of(subject).material, _loaded(subject).area, elastomer.VALID_SHEAR
+    material, area, limit = pad_of(design).material, _loaded(design).area, elastomer.VALID_SHEAR
     softest = _softest(material.shear_modulus_sigma)
     if strain / softest <= limit:
         return
@@ -143,7 +144,7 @@ def _shear_strain(subject: Subject, force: float, strain: float) -> Iterator[Ver
         f"({100.0 * strain / softest:.0f} % with a modulus one sigma softer); beyond {100.0 * limit:.0f} % (a "
         "conservative figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
         f"a shear modulus of {show(enough, 'Pa', 3)} or more known as well as this one"
-        f"{_larger_area(subject, area, area * strain / softest / limit)} keeps the softest case within it"
+        f"{_larger_area(design, area, area * strain / softest / limit)} keeps the softest case within it"
         f"{_softest_preset(lambda _: material.shear_modulus * strain / limit)}; a thinner pad shortens the travel, "
         "not this share",
         "elastomer.material",
@@ -155,9 +156,9 @@ def _shear_strain(subject: Subject, force: float, strain: float) -> Iterator[Ver
     )
 
 
-def _larger_area(subject: Subject, area: float, wanted: float) -> str:
+def _larger_area(design: Design, area: float, wanted: float) -> str:
     """A larger target and pad (m2) as the other way, where the jaw's face has room for them."""
-    mount = subject.spec.mount
+    mount = design.spec.mount
     room = mount.jaw.width * mount.jaw.length if mount is not None and mount.jaw is not None else math.inf
     if wanted > room:
         return f" (target and pad would have to be {_mm2(wanted)}, the jaw's face has {_mm2(room)})"
@@ -168,9 +169,9 @@ def _mm2(area: float) -> str:
     return f"{show(area * 1e6, '', 3)} mm2"
 
 
-def target_gap(subject: Subject) -> Iterator[Verdict]:
+def target_gap(design: Design) -> Iterator[Verdict]:
     """A target needs something soft to lie on: without an elastomer it lies on the board itself."""
-    if subject.spec.elastomer is None:
+    if design.spec.elastomer is None:
         yield Complaint(
             "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and the numbers "
             "at rest are those of metal against the coverlay",
@@ -182,11 +183,11 @@ def target_gap(subject: Subject) -> Iterator[Verdict]:
         )
 
 
-def _loaded(subject: Subject) -> elastomer.Face:
+def _loaded(design: Design) -> elastomer.Face:
     """The part of the pad that the target loads."""
     from sitscad.estimates.pressing import loaded_face
 
-    return loaded_face(subject.spec)[0]
+    return loaded_face(design.spec)[0]
 
 
 def _part(pressed: elastomer.Compression) -> str:
@@ -204,12 +205,12 @@ def _softest(sigma: float) -> float:
     return max(0.05, 1.0 - sigma)
 
 
-def _stiffer(subject: Subject, force: float, left: Left | None = None) -> str:
+def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
     """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it.
 
     It follows from the formula in closed form; `left`, which costs another estimate, tells what else it breaks.
     """
-    pad, face = pad_of(subject), _loaded(subject)
+    pad, face = pad_of(design), _loaded(design)
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     size = (face.width_x, face.width_y, pad.thickness)
     stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, face.round)
@@ -223,7 +224,7 @@ def _stiffer(subject: Subject, force: float, left: Left | None = None) -> str:
     enough = least(pad.material.bulk_modulus)
     if enough == math.inf:
         return ""
-    change = stiffer_pad(subject.spec, _rounded_up(enough / _softest(sigma)))
+    change = stiffer_pad(design.spec, _rounded_up(enough / _softest(sigma)))
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
     return f"{change.words}{known} {result}{tried(change, left) if left else ''}{_softest_preset(least)}; "

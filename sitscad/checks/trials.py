@@ -9,7 +9,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from sitscad.checks.rules import Complaint, Outcome, Rule, Subject, located, named, outcomes
+from sitscad.checks.rules import Complaint, Outcome, Rule, located, named, outcomes
+from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.layout.board import Layout
 from sitscad.layout.patience import Patience
@@ -33,19 +34,19 @@ class Trials:
 
     def __init__(
         self,
-        subject: Subject,
+        design: Design,
         rules: Sequence[Rule],
         said: Iterable[Outcome],
         undecided: Iterable[NotChecked],
         budget: Budget,
     ) -> None:
-        self._subject, self._rules, self.budget = subject, rules, budget
+        self._design, self._rules, self.budget = design, rules, budget
         self._undecided = {one.rule for one in undecided}
         self._said = tuple(said)
         self._errors = _errors(self._said)
         self._complaints = Counter(one.rule for one in _complaints(self._said))
         self._known: list[tuple[SensorSpec, _Tried | None]] = []
-        self._drawn: list[tuple[SensorSpec, Subject | None]] = []
+        self._drawn: list[tuple[SensorSpec, Design | None]] = []
 
     def advised(self) -> list[Finding]:
         """Every finding with the hint that its rule gives, once it can tell which changes mend it; the budget goes to
@@ -72,7 +73,7 @@ class Trials:
             finding = replace(finding, hint=advised)
         if left.is_cut_short or self.budget.left <= 0.0:
             finding = replace(finding, hint=f"{finding.hint} ({NOT_FURTHER})")
-        return located(replace(finding, line=None, column=None), self._subject.spec)
+        return located(replace(finding, line=None, column=None), self._design.spec)
 
     def broken(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...] | None:
         """What a changed design breaks: the rule itself if it still complains of the same key or cannot be applied any
@@ -92,52 +93,52 @@ class Trials:
         tried = self._tried(changed)
         return () if tried is None else tuple(sorted(tried.complaints))
 
-    def drawn(self, changed: SensorSpec) -> Subject | None:
+    def drawn(self, changed: SensorSpec) -> Design | None:
         """A changed design, laid out once; None where the budget does not reach so far."""
-        for spec, subject in self._drawn:
+        for spec, design in self._drawn:
             if spec == changed:
-                return subject
-        subject = self._draw(changed)
-        self._drawn.append((changed, subject))
-        return subject
+                return design
+        design = self._draw(changed)
+        self._drawn.append((changed, design))
+        return design
 
-    def _draw(self, changed: SensorSpec) -> Subject | None:
-        if self._subject.has_board_of(changed):
-            return self._subject.drawn(changed)
+    def _draw(self, changed: SensorSpec) -> Design | None:
+        if self._design.has_board_of(changed):
+            return self._design.drawn(changed)
         if not self.budget.spend(layout_work(changed)):
             return None
         each = trial_work(changed)
         most = int(min(self.budget.left / each, TRIALS_OF_ONE_CHANGE))
         patience = Patience(most)
-        subject = self._subject.drawn(changed, patience)
+        design = self._design.drawn(changed, patience)
         self.budget.spend(min(self.budget.left, each * (most - patience.left)))
-        return None if patience.is_spent and most < TRIALS_OF_ONE_CHANGE else subject
+        return None if patience.is_spent and most < TRIALS_OF_ONE_CHANGE else design
 
     def _tried(self, changed: SensorSpec) -> _Tried | None:
         """What is said of a changed design, found once; None where the budget does not reach so far."""
         for spec, tried in self._known:
             if spec == changed:
                 return tried
-        subject = self.drawn(changed)
-        tried = None if subject is None else self._try(subject)
+        design = self.drawn(changed)
+        tried = None if design is None else self._try(design)
         self._known.append((changed, tried))
         return tried
 
-    def _try(self, subject: Subject) -> _Tried | None:
+    def _try(self, design: Design) -> _Tried | None:
         """Looks no further than the first rule with new errors; rules that ask for estimates come last."""
         tried = _Tally(self._errors, self._complaints)
-        asking, unestimated = [], _Unestimated(subject.spec, subject.layout)
+        asking, unestimated = [], _Unestimated(design.spec, design.layout)
         for rule in self._rules:
             said = _without_estimates(rule, unestimated)
             if said is None:
                 asking.append(rule)
             elif tried.has_new_errors(*said):
                 return tried.result
-        same = self._subject.has_board_of(subject.spec)
-        if asking and not self.budget.spend(estimate_work(subject.spec, same)):
+        same = self._design.has_board_of(design.spec)
+        if asking and not self.budget.spend(estimate_work(design.spec, same)):
             return None
         for rule in asking:
-            if tried.has_new_errors(*outcomes(rule, subject)):
+            if tried.has_new_errors(*outcomes(rule, design)):
                 break
         return tried.result
 
@@ -146,7 +147,7 @@ class _Asked(Exception):
     """A rule has asked for estimates that are not there yet."""
 
 
-class _Unestimated(Subject):
+class _Unestimated(Design):
     """A drawn design whose estimates nobody may ask for yet."""
 
     @property
@@ -154,10 +155,10 @@ class _Unestimated(Subject):
         raise _Asked
 
 
-def _without_estimates(rule: Rule, subject: _Unestimated) -> tuple[list[Outcome], list[NotChecked]] | None:
+def _without_estimates(rule: Rule, design: _Unestimated) -> tuple[list[Outcome], list[NotChecked]] | None:
     """What a rule says of a design before it is estimated; None where it asks for estimates."""
     try:
-        return outcomes(rule, subject)
+        return outcomes(rule, design)
     except _Asked:
         return None
 
@@ -212,8 +213,8 @@ class _Left:
         return self._trials.warned(changed)
 
     def drawn(self, changed: SensorSpec) -> Layout | None:
-        subject = self._noted(self._trials.drawn(changed))
-        return None if subject is None else subject.layout
+        design = self._noted(self._trials.drawn(changed))
+        return None if design is None else design.layout
 
     def affords(self, units: float) -> bool:
         return self._noted(self._trials.budget.spend(units) or None) is not None

@@ -26,6 +26,7 @@ from sitscad.spec.sensor import SensorSpec
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+
 @record
 class Surroundings:
     """What is round the coils in a state: reflectors above and below, with distances from the board's top face."""

@@ -15,8 +15,6 @@ from typing import Any
 
 from sitscad.package.folder import PackageError, list_files, require_inside
 from sitscad.record import record
-from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.source import SpecSource
 from sitscad.version import __version__
 
 MANIFEST = "manifest.json"
@@ -121,11 +119,6 @@ def made_from(*ingredients: object) -> str:
     setting = (__version__, _code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
     text = json.dumps([_plain(value) for value in (*setting, *ingredients)], separators=(",", ":"))
     return sha256(text.encode("ascii"))
-
-
-def without_text(spec: SensorSpec) -> SensorSpec:
-    """The spec's values alone: comments and file name gone, so that what is drawn cannot depend on them."""
-    return dataclasses.replace(spec, source=SpecSource("", "", defaults=spec.source.defaults))
 
 
 def _is_left_by_kicad(name: str) -> bool:

@@ -6,12 +6,11 @@ import dataclasses
 import re
 import time
 from collections.abc import Callable, Iterable, Sequence
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from sitscad.finding import Severity
+from sitscad.design import Design
 from sitscad.formats import WRITERS
+from sitscad.package.contents import FORCED_NOTE, Contents
 from sitscad.package.folder import (
     FILE_NAME,
     PackageError,
@@ -32,20 +31,14 @@ from sitscad.package.manifest import (
     made_from,
     read_manifest,
     sha256,
-    without_text,
 )
 from sitscad.papers import PAPERS
 from sitscad.parts import MissingExtra
 from sitscad.record import record
-from sitscad.report.findings import CheckedSpec, as_json, checked_spec, numbered_places, to_json
+from sitscad.report.findings import CheckedSpec, as_json, numbered_places, to_json
+from sitscad.review import Review
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writer import Writer
-
-if TYPE_CHECKING:
-    from sitscad.checks import CheckResult
-    from sitscad.estimates import Estimates
-    from sitscad.layout.board import Layout
-    from sitscad.layout.panel import Panel
 
 STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "firmware", "report")
 """What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
@@ -58,8 +51,6 @@ SOLID_STAGES = ("mount", "mesh")
 
 KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
 """Packages whose version can change the bytes of solids and meshes."""
-
-FORCED_NOTE = "FORCED.txt"
 
 SPEC_FOLDER = "spec"
 """Where a package keeps the files that it was made from."""
@@ -95,7 +86,7 @@ class BuildResult:
 
 
 def build(
-    spec: SensorSpec,
+    spec: SensorSpec | Design,
     out: str | Path = "outputs",
     only: Iterable[str] | None = None,
     force: bool = False,
@@ -113,27 +104,28 @@ def build(
     MissingExtra
         when a stage needs a package that is not installed; the text says which stages do without.
     """
-    name = require_package_name(spec.name)
+    name = require_package_name((spec.spec if isinstance(spec, Design) else spec).name)
     wanted = _require_stages(only)
     report = progress or (lambda *_: None)
-    design = Design(spec)
+    design = spec if isinstance(spec, Design) else Design(spec)
+    contents = Contents(design, Review(design))
     directory = Path(out) / name
     report(CHECK_STAGE, "start", 0.0)
     began = time.perf_counter()
-    report(CHECK_STAGE, "made" if design.checked.ok or force else "stopped", time.perf_counter() - began)
-    if not design.checked.ok and not force:
-        return BuildResult(directory, design.checked, written=False)
+    report(CHECK_STAGE, "made" if contents.checked.ok or force else "stopped", time.perf_counter() - began)
+    if not contents.checked.ok and not force:
+        return BuildResult(directory, contents.checked, written=False)
     with opened_for_building(directory.parent, name) as staged:
         old = _require_ours(directory)
-        stages, files, entries = _make_all(design, directory, old, wanted, report)
-        manifest = Manifest(spec=design.origin, forced=not design.checked.ok, nets=design.nets, files=entries)
+        stages, files, entries = _make_all(contents, directory, old, wanted, report)
+        manifest = Manifest(spec=contents.origin, forced=not contents.checked.ok, nets=contents.nets, files=entries)
         if manifest == old and not foreign_files(directory, old):
-            return BuildResult(directory, design.checked, True, stages)
+            return BuildResult(directory, contents.checked, True, stages)
         write_files(staged, files)
         write_files(staged, {MANIFEST: manifest.as_bytes()})
         kept_aside = set_aside(directory, foreign_files(directory, old) if directory.exists() else [])
         put_in_place(staged, directory)
-    return BuildResult(directory, design.checked, True, stages, kept_aside)
+    return BuildResult(directory, contents.checked, True, stages, kept_aside)
 
 
 def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
@@ -145,100 +137,10 @@ def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
         seen[spec.name] = spec.source.path
 
 
-@record
-class Design:
-    """A spec and what follows from it, each thing computed when it is first asked for.
-
-    What the writers see is the spec without its text, so that what is drawn depends on the values alone; only findings
-    and report know the file that they came from.
-    """
-
-    spec: SensorSpec
-
-    @cached_property
-    def bare(self) -> SensorSpec:
-        """The spec's values without its text."""
-        return without_text(self.spec)
-
-    @cached_property
-    def layout(self) -> Layout:
-        """The layout of the bare spec."""
-        from sitscad.layout import lay_out
-
-        return lay_out(self.bare)
-
-    @cached_property
-    def estimates(self) -> Estimates:
-        """The electrical estimate."""
-        from sitscad.estimates import estimate
-
-        return estimate(self.layout)
-
-    @cached_property
-    def panel(self) -> Panel | None:
-        """The panel in which the boards are ordered; None where they are ordered singly."""
-        from sitscad.layout.panel import plan
-
-        return plan(self.layout)
-
-    @cached_property
-    def coupon_estimates(self) -> Estimates | None:
-        """The electrical estimate of the panel's coupon, which lies in free air; None where there is no coupon."""
-        from sitscad.estimates import estimate
-
-        if self.panel is None or self.panel.coupon is None:
-            return None
-        return estimate(self.panel.coupon, temperature=20.0)  # it is measured on the bench
-
-    @cached_property
-    def forced(self) -> str:
-        """Why the package ought not to be ordered from; empty where all checks pass."""
-        return "" if self.checked.ok else _forced_note(self, [])
-
-    @cached_property
-    def nets(self) -> dict[str, tuple[str, ...]]:
-        """The pins that every net of the layout joins."""
-        pads = self.layout.all_pads
-        return {net: tuple(sorted(pad.pin for pad in pads if pad.net == net)) for net in self.layout.nets}
-
-    @cached_property
-    def solids(self) -> tuple[Any, ...]:
-        """The solids; importing a CAD kernel."""
-        from sitscad.parts import solids
-
-        return solids(self.layout)
-
-    @cached_property
-    def result(self) -> CheckResult:
-        """The outcome of the checks."""
-        from sitscad.checks import check
-
-        return check(self.spec, dataclasses.replace(self.layout, spec=self.spec), self.estimates)
-
-    @cached_property
-    def checked(self) -> CheckedSpec:
-        """The findings, each with its place in the spec's text."""
-        return checked_spec(self.spec, self.result.findings, self.result.not_checked, self.result.signals)
-
-    @cached_property
-    def file_name(self) -> str:
-        """The spec's file name without its folder."""
-        return Path(self.spec.source.path).name
-
-    @cached_property
-    def origin(self) -> dict[str, str]:
-        """What the manifest says of the spec."""
-        return {"name": self.spec.name, "file": self.file_name, "sha256": self.spec.source.sha256}
-
-    def value(self, name: str) -> object:
-        """One of the arguments that a writer may take."""
-        return self.bare if name == "spec" else getattr(self, name)
-
-
 Made = tuple[tuple[StageResult, ...], dict[str, bytes], dict[str, Entry]]
 
 
-def _make_all(design: Design, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
+def _make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
     """The stages' outcomes, every file's bytes, and every file's manifest entry."""
     results: list[StageResult] = []
     files: dict[str, bytes] = {}
@@ -248,12 +150,12 @@ def _make_all(design: Design, directory: Path, old: Manifest, wanted: frozenset[
         began = time.perf_counter()
         if stage != CHECK_STAGE:
             progress(stage, "start", 0.0)
-        ingredients = made_from(stage, *_ingredients(design, stage, entries, failures))
+        ingredients = made_from(stage, *_ingredients(contents, stage, entries, failures))
         kept = _still_true(directory, old, stage, ingredients)
         if kept is not None:
             outcome, new = "kept", kept
         elif stage in wanted:
-            new = _distinct(stage, files, _render(design, stage, files, failures))
+            new = _distinct(stage, files, _render(contents, stage, files, failures))
             outcome = "made" if new else "none"
         else:
             outcome, new = ("dropped" if old.of_stage(stage) else "none"), {}
@@ -266,19 +168,19 @@ def _make_all(design: Design, directory: Path, old: Manifest, wanted: frozenset[
     return tuple(results), files, entries
 
 
-def _ingredients(design: Design, stage: str, entries: dict[str, Entry], failures: list[str]) -> tuple[object, ...]:
+def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], failures: list[str]) -> tuple[object, ...]:
     """Everything that the files of a stage depend on, besides sitscad itself."""
-    text = (design.bare, design.spec.source.text, design.file_name)
+    text = (contents.spec, contents.design.spec.source.text, contents.file_name)
     if stage == CHECK_STAGE:
-        read = {name: sha256(content) for name, content in design.spec.source.files.items()}
+        read = {name: sha256(content) for name, content in contents.design.spec.source.files.items()}
         return (*text, read, failures, any(name.startswith("fpc/") for name in entries))
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
     if stage in SOLID_STAGES:
-        return design.bare, {package: _version_of(package) for package in KERNELS}
+        return contents.spec, {package: _version_of(package) for package in KERNELS}
     if stage == "gerber":
-        return design.bare, design.forced
-    return (design.bare,)
+        return contents.spec, contents.forced
+    return (contents.spec,)
 
 
 def _version_of(package: str) -> str:
@@ -298,29 +200,29 @@ def _still_true(directory: Path, old: Manifest, stage: str, ingredients: str) ->
     return intact(directory, entries)
 
 
-def _render(design: Design, stage: str, files: dict[str, bytes], failures: list[str]) -> dict[str, bytes]:
+def _render(contents: Contents, stage: str, files: dict[str, bytes], failures: list[str]) -> dict[str, bytes]:
     if stage == CHECK_STAGE:
-        return _checked_files(design, failures, beside_gerbers=any(name.startswith("fpc/") for name in files))
+        return _checked_files(contents, failures, beside_gerbers=any(name.startswith("fpc/") for name in files))
     try:
-        new = _written(design, [writer for writer in (*WRITERS, *PAPERS) if writer.stage == stage], failures)
+        new = _written(contents, [writer for writer in (*WRITERS, *PAPERS) if writer.stage == stage], failures)
     except MissingExtra as error:
         rest = ",".join(name for name in STAGES if name not in SOLID_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
     if stage == "report":
-        new |= _report(design, files | new)
+        new |= _report(contents, files | new)
     return new
 
 
-def _written(design: Design, writers: list[Writer], failures: list[str]) -> dict[str, bytes]:
+def _written(contents: Contents, writers: list[Writer], failures: list[str]) -> dict[str, bytes]:
     """The files of some writers. What cannot be written stops a build; a forced one goes on and says so in its note."""
     new: dict[str, bytes] = {}
     for writer in writers:
-        if not writer.applies(design.bare):
+        if not writer.applies(contents.spec):
             continue
         try:
-            made = writer.render(*(new if name == "files" else design.value(name) for name in writer.takes))
+            made = writer.render(*(new if name == "files" else contents.value(name) for name in writer.takes))
         except ValueError as error:
-            if design.checked.ok:
+            if contents.checked.ok:
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
             failures.append(f"{writer.name}: {error}")
             continue
@@ -337,25 +239,25 @@ def _distinct(maker: str, before: dict[str, bytes], new: dict[str, bytes]) -> di
     return new
 
 
-def _checked_files(design: Design, failures: list[str], beside_gerbers: bool) -> dict[str, bytes]:
+def _checked_files(contents: Contents, failures: list[str], beside_gerbers: bool) -> dict[str, bytes]:
     """Findings and estimate as JSON, and the note of a forced package, also beside what goes to a fabricator."""
-    checked = dataclasses.replace(design.checked, path=design.file_name)
+    checked = dataclasses.replace(contents.checked, path=contents.file_name)
     files = {
         "findings.json": as_json([checked]).encode("ascii"),
-        "estimate.json": to_json(design.estimates.as_json(design.file_name)).encode("ascii"),
+        "estimate.json": to_json(contents.estimates.as_json(contents.file_name)).encode("ascii"),
     }
-    files |= _spec_files(design)
+    files |= _spec_files(contents)
     if not checked.ok:
-        note = _forced_note(design, failures).encode("utf-8")
+        note = contents.forced_note(failures).encode("utf-8")
         files |= {FORCED_NOTE: note} | ({f"fpc/{FORCED_NOTE}": note} if beside_gerbers else {})
     return files
 
 
-def _spec_files(design: Design) -> dict[str, bytes]:
+def _spec_files(contents: Contents) -> dict[str, bytes]:
     """What the package was made from, byte by byte: the spec under its own name (``spec.yaml`` where it has none that a
     package may hold), and the profiles that it names where it looks for them, so that the folder builds the same again.
     """
-    source, own = design.spec.source, design.file_name
+    source, own = contents.design.spec.source, contents.file_name
     files = source.files if own in source.files else {own: source.text.encode("utf-8")}
     names = {name: _kept_name(name) for name in files} | ({} if FILE_NAME.fullmatch(own) else {own: "spec.yaml"})
     return {f"{SPEC_FOLDER}/{names[name]}": content for name, content in sorted(files.items())}
@@ -368,46 +270,32 @@ def _kept_name(name: str) -> str:
     return "/".join(re.sub(r"^[.\s]|[^\w .+-]|\s$", "_", part) or "_" for part in name.split("/"))
 
 
-def _forced_note(design: Design, failures: list[str]) -> str:
-    errors = [finding for finding in design.result.findings if finding.severity == Severity.ERROR]
-    count = f"{len(errors)} error{'' if len(errors) == 1 else 's'}"
-    lines = [
-        f"The package {design.spec.name} was built with --force in spite of {count}.",
-        "It is known not to meet its own checks. Do not order from it unless you know why:",
-        "",
-    ]
-    lines += [f"- {finding.rule} {finding.name}: {finding.message}" for finding in errors]
-    if failures:
-        lines += ["", "Left out, because it cannot be written:", "", *(f"- {failure}" for failure in failures)]
-    return "\n".join([*lines, ""])
-
-
-def _report(design: Design, files: dict[str, bytes]) -> dict[str, bytes]:
+def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     """The page for a person; its pictures are handed in, because a report must not depend on writers."""
     from sitscad.layout.contacts import contacts
     from sitscad.report.page import render
 
     sizes = {name: len(content) for name, content in files.items()}
-    wiring = contacts(design.layout)
-    page = render(design.checked, design.spec, design.estimates, _pictures(design, files), sizes, wiring)
+    wiring = contacts(contents.layout)
+    page = render(contents.checked, contents.design.spec, contents.estimates, _pictures(contents, files), sizes, wiring)
     return {"report.html": page.encode("utf-8")}
 
 
-def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
+def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
     from sitscad.drawing.board_picture import Mark, picture
     from sitscad.papers.drawings import assembly as assembly_drawing
     from sitscad.papers.drawings import stackup as stackup_drawing
 
-    layout = design.layout
+    layout = contents.layout
     marks = [
         Mark(finding.place.x, finding.place.y, str(number), finding.severity.value)
-        for number, finding in numbered_places(design.checked.findings)
+        for number, finding in numbered_places(contents.checked.findings)
         if finding.place is not None
     ]
-    has_jaw = design.spec.mount is not None and design.spec.mount.jaw is not None
+    has_jaw = contents.spec.mount is not None and contents.spec.mount.jaw is not None
     body = "The part that lies on the jaw" if has_jaw else "The part with the coils"
-    layers = stackup_drawing.drawing(layout, "see the package", not design.checked.ok)
+    layers = stackup_drawing.drawing(layout, "see the package", not contents.checked.ok)
     drawn = {
         f"{body}, seen from the top, to scale; upper layers hide lower ones.": picture(
             layout, None, layout.body, marks
@@ -415,7 +303,7 @@ def _pictures(design: Design, files: dict[str, bytes]) -> dict[str, str]:
         "The whole board, to scale.": picture(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": layers.svg(),
     }
-    if (over := assembly_drawing.drawing(layout, not design.checked.ok)) is not None:
+    if (over := assembly_drawing.drawing(layout, not contents.checked.ok)) is not None:
         drawn["Elastomer and target over the coils, seen from the top, to scale."] = over.svg()
     solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}

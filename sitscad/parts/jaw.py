@@ -36,9 +36,7 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
     mirrored = _bar(layout, fitted, -(top + pad)).mirror(bd.Plane.XY)
     found = [
-        Solid(
-            "opposing-jaw", mirrored, fitted.material.name, metal_colour(fitted.material.name), BodyRole.OPPOSING_JAW
-        )
+        Solid("opposing-jaw", mirrored, fitted.material.name, metal_colour(fitted.material.name), BodyRole.OPPOSING_JAW)
     ]
     if pad > 0.0:
         half = section(fitted).face / 2

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from sitscad.checks import RULES
-from sitscad.checks.rules import Subject, apply_rule, outcomes
+from sitscad.checks.rules import apply_rule, outcomes
 from sitscad.checks.trials import Trials
+from sitscad.design import Design
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.finding import Finding, NotChecked
 from sitscad.layout.board import Layout
@@ -104,7 +105,7 @@ def verdicts(
 ) -> tuple[list[Finding], list[NotChecked]]:
     """Findings of one rule and what it could not check."""
     rule = next(rule for rule in RULES if rule.id == rule_id)
-    return apply_rule(rule, Subject(spec, layout, numbers or estimates(spec)))
+    return apply_rule(rule, Design(spec, layout, numbers or estimates(spec)))
 
 
 def judge(*arguments: Any) -> list[Finding]:
@@ -115,7 +116,7 @@ def judge(*arguments: Any) -> list[Finding]:
 def advised(rule_id: str, spec: SensorSpec, layout: Layout | None = None) -> list[Finding]:
     """Findings of one rule with their hints, which this rule alone was tried for."""
     rule = next(rule for rule in RULES if rule.id == rule_id)
-    subject = Subject(spec, layout)
+    subject = Design(spec, layout)
     found, _ = outcomes(rule, subject)
     return Trials(subject, [rule], found, (), Budget.of("full", spec)).advised()
 

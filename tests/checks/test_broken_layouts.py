@@ -16,7 +16,8 @@ from dataclasses import dataclass, replace
 import pytest
 
 from sitscad.checks import RULES
-from sitscad.checks.rules import Subject, apply_rule
+from sitscad.checks.rules import apply_rule
+from sitscad.design import Design
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Path, Point, circle, polyline, rectangle
 from sitscad.geometry.region import Region
@@ -67,7 +68,7 @@ def boards():
 
 
 def findings(layout: Layout) -> list[Finding]:
-    subject = Subject(layout.spec, layout)
+    subject = Design(layout.spec, layout)
     rules = [rule for rule in RULES if rule.id in DRAWN]
     return [f for rule in rules for f in apply_rule(rule, subject)[0] if f.severity is not Severity.NOTE]
 

@@ -7,8 +7,9 @@ import pytest
 
 import sitscad
 from sitscad.checks import RULES, check, mended
-from sitscad.checks.rules import Subject, outcomes
+from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import NOT_FURTHER, Trials
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.remedy import budget
@@ -99,7 +100,7 @@ def test_the_whole_of_a_check_is_bounded_however_large_the_design():
 def test_what_was_not_tried_is_named_as_such():
     """A budget that reaches for no trial at all: the changes that the formulas give stand in the hints, not tried."""
     spec = spec_of("octagon", turns=4, layers=2, size=5.0, readout=REFUSED)
-    subject = Subject(spec)
+    subject = Design(spec)
     said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
     hints = {f.rule: f.hint for f in Trials(subject, RULES, said, (), Budget(1.0)).advised()}
     assert "perhaps readout.capacitance: " in hints["SIT202"] and "(not tried)" in hints["SIT202"]

@@ -88,7 +88,7 @@ def _sources(function):
     if function is None:
         return ""
     text = inspect.getsource(inspect.unwrap(function))
-    for name in re.findall(r"yield from (_\w+)\(subject\)", text):
+    for name in re.findall(r"yield from (_\w+)\(design\)", text):
         text += _sources(function.__globals__[name])
     return text
 

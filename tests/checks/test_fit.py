@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 
 from sitscad.checks.plates import target_proportions
-from sitscad.checks.rules import Subject
+from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
@@ -196,7 +196,7 @@ def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, 
     spec = design(**wide, target__rotation="90 deg")
     (found,) = judge("SIT306", spec)
     assert found.measured == pytest.approx(6.5e-3)
-    (complaint,) = target_proportions(Subject(spec))
+    (complaint,) = target_proportions(Design(spec))
     assert "target.rotation: 0 deg lies so" in complaint.advice(None)
 
 

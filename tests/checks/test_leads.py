@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from sitscad.checks import check
-from sitscad.checks.rules import Subject
+from sitscad.design import Design
 from sitscad.estimates import estimate
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
@@ -83,7 +83,7 @@ def test_a_jaw_of_another_width_draws_the_board_anew():
     """A board may become as wide as its jaw for the sake of its leads."""
     spec = design()
     wide = replace(spec, mount=replace(spec.mount, jaw=replace(spec.mount.jaw, width=9e-3)))
-    subject = Subject(spec)
+    subject = Design(spec)
     assert subject.drawn(wide).layout.coils is not subject.layout.coils
     assert subject.drawn(replace(spec, name="other")).layout.coils is subject.layout.coils
 

@@ -7,7 +7,7 @@ import pytest
 import sitscad
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.response import FEWEST_STEPS, LEAST_SHARE, responses
-from sitscad.checks.rules import Subject
+from sitscad.design import Design
 from sitscad.finding import Severity
 
 FOUR = """
@@ -68,7 +68,7 @@ def test_the_target_that_is_advised_reaches_every_coil():
     wide = FOUR.replace("size: [11, 10]", "size: [44.5, 10]")
     spec = sitscad.load_text(wide, "line4.yaml")
     numbers = sitscad.estimate(sitscad.lay_out(spec))
-    found = responses(Subject(spec, None, numbers))
+    found = responses(Design(spec, None, numbers))
     most = max(abs(one.change) for one in found)
     assert all(abs(one.change) > 0.5 * most for one in found)
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from sitscad.checks import RULES
-from sitscad.checks.rules import Subject, outcomes
+from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
+from sitscad.design import Design
 from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
 from sitscad.layout.patience import Patience
@@ -21,7 +22,7 @@ from sitscad.spec.profiles import presets
 
 def advised(spec):
     """What the rules of room say of a spec, with hints that only they were tried for."""
-    subject, rules = Subject(spec), [rule for rule in RULES if rule.id in ("SIT112", "SIT113", "SIT118", "SIT119")]
+    subject, rules = Design(spec), [rule for rule in RULES if rule.id in ("SIT112", "SIT113", "SIT118", "SIT119")]
     said = [outcome for rule in rules for outcome in outcomes(rule, subject)[0]]
     return Trials(subject, rules, said, (), Budget.of("full", spec)).advised()
 

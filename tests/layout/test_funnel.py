@@ -7,7 +7,8 @@ from itertools import pairwise
 import pytest
 
 from sitscad.checks import RULES
-from sitscad.checks.rules import Subject, apply_rule
+from sitscad.checks.rules import apply_rule
+from sitscad.design import Design
 from sitscad.geometry.path import Point
 from sitscad.layout import lay_out
 from sitscad.layout.funnel import descents
@@ -25,7 +26,7 @@ def spec_of(coil, array, fpc):
 def assert_accepted_by_its_own_check(spec):
     layout = lay_out(spec)
     assert_sound(layout)
-    subject = Subject(spec, layout)
+    subject = Design(spec, layout)
     found = [finding for rule in DRAWN for finding in apply_rule(rule, subject)[0]]
     assert [str(finding) for finding in found if finding.severity == "error"] == []
     return layout

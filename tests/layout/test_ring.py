@@ -7,7 +7,8 @@ from itertools import pairwise
 import pytest
 
 from sitscad.checks import RULES
-from sitscad.checks.rules import Subject, apply_rule
+from sitscad.checks.rules import apply_rule
+from sitscad.design import Design
 from sitscad.geometry.path import Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.pieces import Role
@@ -75,7 +76,7 @@ def test_stubs_of_octagons_keep_their_distance(text):
     layout = lay_out(load_text(f"sitscad: 1\nname: octagon\n{text}\n", "octagon.yaml"))
     assert layout.findings == ()
     drawn = next(rule for rule in RULES if rule.id == "SIT108")
-    assert apply_rule(drawn, Subject(layout.spec, layout))[0] == []
+    assert apply_rule(drawn, Design(layout.spec, layout))[0] == []
 
 
 def bend(before, after):

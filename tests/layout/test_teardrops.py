@@ -82,13 +82,14 @@ def test_a_track_that_turns_back_is_in_its_own_way(bench):
 @pytest.mark.parametrize("template", TEMPLATES, ids=[path.stem for path in TEMPLATES])
 def test_templates_have_teardrops_that_keep_the_rules(template):
     from sitscad.checks import RULES
-    from sitscad.checks.rules import Subject, apply_rule
+    from sitscad.checks.rules import apply_rule
+    from sitscad.design import Design
 
     layout = lay_out(load(str(template)))
     assert layout.spec.fpc.teardrops == "auto" and len(layout.teardrops) >= len(layout.vias)
     with_none = wanting(layout, "none")
     assert with_none.teardrops == ()
-    drawn, subject = [f"SIT{n}" for n in (107, 108, 109, 110, 115)], Subject(layout.spec, layout)
+    drawn, subject = [f"SIT{n}" for n in (107, 108, 109, 110, 115)], Design(layout.spec, layout)
     assert [f for rule in RULES if rule.id in drawn for f in apply_rule(rule, subject)[0]] == []
     spots = [v.centre for v in layout.vias] + [p.centre for p in layout.pads]
     for drop in layout.teardrops:

@@ -51,9 +51,7 @@ def test_the_height_is_the_sum_of_the_stack():
 
 
 def test_a_pair_that_is_too_high_or_too_wide_does_not_fit_and_says_what_decides():
-    high = closed_section(
-        handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(height=1.4e-3), 1e-3))
-    )
+    high = closed_section(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(height=1.4e-3), 1e-3)))
     assert not high.fits
     assert "jaw" in high.decided_by
     wide = closed_section(handmade.jaw_sensor(**FITTED["wide target"]))

@@ -20,7 +20,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import sitscad
 from sitscad.checks import RULES
-from sitscad.checks.rules import Subject, outcomes
+from sitscad.checks.rules import outcomes
+from sitscad.design import Design
 
 METALS = ["copper", "aluminium", "brass", "stainless-304", "stainless-17-4ph", "titanium-grade-5", "ferrite"]
 SHAPES = ["circle"] * 12 + ["square", "hexagon", "racetrack"]
@@ -97,7 +98,7 @@ def judged(document):
     layout = sitscad.lay_out(spec)
     estimates = sitscad.estimate(layout)
     json.dumps(estimates.as_json("extreme.yaml"), allow_nan=False)
-    subject = Subject(spec, layout, estimates)
+    subject = Design(spec, layout, estimates)
     return sorted({outcome.finding.rule for rule in RULES for outcome in outcomes(rule, subject)[0]})
 
 

@@ -27,8 +27,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import sitscad
-from sitscad.checks.rules import Subject, outcomes
+from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
+from sitscad.design import Design
 from sitscad.remedy.budget import Budget
 
 SHAPES = ("circle", "circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
@@ -157,7 +158,7 @@ RULES = [rule for rule in sitscad.RULES if rule.id in ("SIT111", "SIT112", "SIT1
 
 def errors_of(spec: sitscad.SensorSpec) -> list:
     """What found no room, each with the change that gives some where trying finds one."""
-    subject = Subject(spec)
+    subject = Design(spec)
     said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
     found = Trials(subject, RULES, said, (), Budget.of("full", spec)).advised() if said else []
     return [finding for finding in found if finding.severity == "error"]

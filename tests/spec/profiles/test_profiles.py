@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from sitscad import checked_spec
 from sitscad.checks import check
 from sitscad.cli import cli
+from sitscad.design import without_text
 from sitscad.formats.kicad import rules as kicad_rules
 from sitscad.layout import lay_out
-from sitscad.package.manifest import made_from, without_text
+from sitscad.package.manifest import made_from
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.report.findings import as_text
 from sitscad.spec.format.rules_document import RulesDocument

@@ -1,0 +1,145 @@
+"""A spec and what follows from it, each thing worked out when it is first asked for, and once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from sitscad.readout import FAMILIES
+from sitscad.readout.family import Family
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.source import SpecSource
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+    from sitscad.layout.board import Layout
+    from sitscad.layout.panel import Panel
+    from sitscad.layout.patience import Patience
+    from sitscad.scene.bodies import Body
+
+Kept = TypeVar("Kept")
+
+ROOM_TEMPERATURE = 20.0
+"""At which boards are tested and sensors are switched on (degrees Celsius)."""
+
+
+@record
+class Design:
+    """A spec with its layout, its scene and its estimates: what checks, searches, packages and programs share.
+
+    Nothing is worked out before it is asked for, and nothing twice. ``given_layout`` and ``given_estimates`` are taken
+    for its own where somebody has them already; they have to be those of the spec.
+    """
+
+    spec: SensorSpec
+    given_layout: Layout | None = None
+    given_estimates: Estimates | None = None
+
+    def once(self, name: str, make: Callable[[], Kept]) -> Kept:
+        """What `make` gives, made once and kept under a name: several rules look at the same distances."""
+        kept: dict[str, Any] = self.__dict__.setdefault("_kept", {})
+        if name not in kept:
+            kept[name] = make()
+        return cast(Kept, kept[name])
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The design as drawn."""
+        if self.given_layout is not None:
+            return self.given_layout
+        from sitscad.layout import lay_out
+
+        return lay_out(self.spec)
+
+    @cached_property
+    def scene(self) -> tuple[Body, ...]:
+        """The bodies of the sensor in their places; raises `PartsError` where shield and standoff contradict."""
+        from sitscad.scene.stack import stack
+
+        return stack(self.layout)
+
+    @cached_property
+    def estimates(self) -> Estimates:
+        """The electrical numbers."""
+        if self.given_estimates is not None:
+            return self.given_estimates
+        from sitscad.estimates import estimate
+
+        return estimate(self.layout)
+
+    @cached_property
+    def at_room_temperature(self) -> Design:
+        """The same design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
+        if self.estimates.temperature == ROOM_TEMPERATURE:
+            return self
+        from sitscad.estimates import estimate
+
+        return Design(self.spec, self.layout, estimate(self.layout, temperature=ROOM_TEMPERATURE))
+
+    @cached_property
+    def panel(self) -> Panel | None:
+        """The panel in which the boards are ordered; None where they are ordered singly."""
+        from sitscad.layout.panel import plan
+
+        return plan(self.layout)
+
+    @cached_property
+    def coupon_estimates(self) -> Estimates | None:
+        """The electrical estimate of the panel's coupon, which lies in free air; None where there is no coupon."""
+        if self.panel is None or self.panel.coupon is None:
+            return None
+        from sitscad.estimates import estimate
+
+        return estimate(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # it is measured on the bench
+
+    @cached_property
+    def solids(self) -> tuple[Any, ...]:
+        """The solids (importing a CAD kernel)."""
+        from sitscad.parts import solids
+
+        return solids(self.layout)
+
+    @property
+    def family(self) -> Family:
+        """What the converter can do: its data sheet's limits and formulas."""
+        return FAMILIES[self.spec.readout.device.family]
+
+    @property
+    def distance_key(self) -> str:
+        """Where the spec says how far apart the coils stand; of a coil alone, how large it is."""
+        keys = {"single": "coil.outer_diameter", "explicit": "array.centres"}
+        return keys.get(self.spec.array.pattern, "array.pitch")
+
+    @cached_property
+    def bare(self) -> Design:
+        """The same design without the text that it was read from: comments and file name cannot change what is drawn
+        from it. Layout and estimates are this one's.
+        """
+        spec = without_text(self.spec)
+        return Design(spec, replace(self.layout, spec=spec), self.estimates)
+
+    def has_board_of(self, changed: SensorSpec) -> bool:
+        """Whether a changed design has the same board."""
+        return _board(changed) == _board(self.spec)
+
+    def drawn(self, changed: SensorSpec, patience: Patience | None = None) -> Design:
+        """A changed design, drawn anew unless the board stays as it is."""
+        from sitscad.layout import lay_out
+
+        if self.has_board_of(changed):
+            return Design(changed, replace(self.layout, spec=changed))
+        return Design(changed, lay_out(changed, patience))
+
+
+def without_text(spec: SensorSpec) -> SensorSpec:
+    """The spec's values alone: comments and file name gone, so that what is drawn cannot depend on them."""
+    return replace(spec, source=SpecSource("", "", defaults=spec.source.defaults))
+
+
+def _board(spec: SensorSpec) -> tuple[object, ...]:
+    """All that a board is drawn from."""
+    jaw = spec.mount.jaw if spec.mount is not None else None
+    return spec.coil, spec.array, spec.fpc, spec.readout.chip, (jaw.length, jaw.width) if jaw is not None else None

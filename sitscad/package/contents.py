@@ -1,0 +1,90 @@
+"""What a package is made of: a design, and what its review says."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.record import record
+from sitscad.report.findings import CheckedSpec, checked_spec
+from sitscad.review import Review
+from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+    from sitscad.layout.board import Layout
+
+FORCED_NOTE = "FORCED.txt"
+
+
+@record
+class Contents:
+    """A design and its review, as the writers take them: the spec without its text, so that what is drawn depends on
+    the values alone; only findings and report know the file that they came from.
+    """
+
+    design: Design
+    review: Review
+
+    @cached_property
+    def spec(self) -> SensorSpec:
+        """The spec's values without its text."""
+        return self.design.bare.spec
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The layout of the bare spec."""
+        return self.design.bare.layout
+
+    @cached_property
+    def estimates(self) -> Estimates:
+        """The electrical estimate."""
+        return self.design.bare.estimates
+
+    def value(self, name: str) -> object:
+        """One of the arguments that a writer may take."""
+        return self.forced if name == "forced" else getattr(self.design.bare, name)
+
+    @cached_property
+    def nets(self) -> dict[str, tuple[str, ...]]:
+        """The pins that every net of the layout joins."""
+        pads = self.layout.all_pads
+        return {net: tuple(sorted(pad.pin for pad in pads if pad.net == net)) for net in self.layout.nets}
+
+    @cached_property
+    def checked(self) -> CheckedSpec:
+        """The findings, each with its place in the spec's text."""
+        review = self.review
+        return checked_spec(self.design.spec, review.findings, review.not_checked, review.signals)
+
+    @cached_property
+    def forced(self) -> str:
+        """Why the package ought not to be ordered from; empty where all checks pass."""
+        return "" if self.checked.ok else self.forced_note([])
+
+    def forced_note(self, failures: list[str]) -> str:
+        """What is wrong with a package that is built in spite of errors, and what could not be written of it."""
+        errors = [finding for finding in self.review.findings if finding.severity == Severity.ERROR]
+        count = f"{len(errors)} error{'' if len(errors) == 1 else 's'}"
+        lines = [
+            f"The package {self.spec.name} was built with --force in spite of {count}.",
+            "It is known not to meet its own checks. Do not order from it unless you know why:",
+            "",
+        ]
+        lines += [f"- {finding.rule} {finding.name}: {finding.message}" for finding in errors]
+        if failures:
+            lines += ["", "Left out, because it cannot be written:", "", *(f"- {failure}" for failure in failures)]
+        return "\n".join([*lines, ""])
+
+    @cached_property
+    def file_name(self) -> str:
+        """The spec's file name without its folder."""
+        return Path(self.design.spec.source.path).name
+
+    @cached_property
+    def origin(self) -> dict[str, str]:
+        """What the manifest says of the spec."""
+        return {"name": self.spec.name, "file": self.file_name, "sha256": self.design.spec.source.sha256}

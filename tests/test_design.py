@@ -1,0 +1,81 @@
+"""A design: what follows from a spec, each thing worked out when it is asked for, and once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import sitscad
+import sitscad.estimates
+import sitscad.layout
+from sitscad.design import ROOM_TEMPERATURE, Design
+from sitscad.review import Review
+
+TEMPLATES = Path(__file__).parents[1] / "templates"
+WORKED_EXAMPLE = "grasper_3p5mm"
+"""The readme's: a design that is refused."""
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """How often designs are laid out and estimated."""
+    count: Counter[str] = Counter()
+
+    def counting(real):
+        def counted(*values, **named):
+            count[real.__name__] += 1
+            return real(*values, **named)
+
+        return counted
+
+    monkeypatch.setattr(sitscad.layout, "lay_out", counting(sitscad.layout.lay_out))
+    monkeypatch.setattr(sitscad.estimates, "estimate", counting(sitscad.estimates.estimate))
+    return count
+
+
+def template(name: str) -> Design:
+    return Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+
+
+def test_nothing_is_made_before_it_is_asked_for(made):
+    design = template("single_coil")
+    assert not made
+    assert design.layout is design.layout and design.scene is design.scene
+    assert made == {"lay_out": 1}
+
+
+@pytest.mark.parametrize("name", ["grasper_4layer", "three_axis_triangle"])
+def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
+    design = template(name)
+    review = Review(design)
+    assert review.ok and review.findings and review.signals
+    assert design.spec.requirements.temperature == ROOM_TEMPERATURE
+    assert design.estimates is design.bare.estimates
+    assert made == {"lay_out": 1, "estimate": 1}
+
+
+def test_a_design_that_is_refused_is_laid_out_and_estimated_once_where_no_hint_is_asked_for(made):
+    review = Review(template(WORKED_EXAMPLE), hints="none")
+    assert not review.ok and review.not_checked == review.result.not_checked
+    assert made == {"lay_out": 1, "estimate": 1}
+
+
+def test_a_build_takes_the_design_that_was_reviewed(made, tmp_path):
+    design = template("single_coil")
+    assert Review(design).ok
+    assert sitscad.build(design, tmp_path, only=["firmware", "laser"]).written
+    assert made == {"lay_out": 1, "estimate": 1}
+
+
+def test_a_bare_design_is_the_same_without_its_text():
+    design = template("single_coil")
+    assert design.bare.spec.source.text == "" and design.bare.layout.traces is design.layout.traces
+    assert design.bare.spec == design.bare.bare.spec
+
+
+def test_a_review_says_what_check_says():
+    spec = sitscad.load(TEMPLATES / "single_coil.yaml")
+    review = sitscad.Review(sitscad.Design(spec))
+    assert review.result == sitscad.check(spec)
