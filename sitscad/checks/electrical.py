@@ -99,7 +99,7 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     yield from undecided(design, "frequency")
     worst = worst_of(design, "frequency", max)
     if worst is not None and worst.value > high:
-        from sitscad.estimates.tank import preferred_values  # only where a tank is too fast
+        from sitscad.estimates.circuit.tank import preferred_values  # only where a tank is too fast
 
         now = design.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)

@@ -160,7 +160,7 @@ _LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks,
 
 def _preferred_below(design: Design, value: float) -> list[float]:
     """The two capacitors of the series (F) next below a value."""
-    from sitscad.estimates.tank import preferred_values  # only where no tank oscillates
+    from sitscad.estimates.circuit.tank import preferred_values  # only where no tank oscillates
 
     return [each for each in reversed(preferred_values(design.family)) if each <= value][:2]
 

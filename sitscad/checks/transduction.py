@@ -27,7 +27,7 @@ SLENDERNESS = 0.25
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
     """How far the required force compresses the pad, with the spread of its modulus."""
-    from sitscad.estimates.pressing import pressed
+    from sitscad.estimates.states.pressing import pressed
 
     pad, force = pad_of(design), design.spec.requirements.normal_force
     assert force is not None
@@ -66,7 +66,7 @@ def _at_least(design: Design, nominal: elastomer.Compression) -> float:
     """The strain that is certain: what lies around a target on a part of its pad makes that stiffer by so much at most,
     and no pad gives way less than with all of it loaded.
     """
-    from sitscad.estimates.pressing import pressed
+    from sitscad.estimates.states.pressing import pressed
 
     if nominal.loaded_share >= WHOLE:
         return nominal.strain
@@ -185,7 +185,7 @@ def target_gap(design: Design) -> Iterator[Verdict]:
 
 def _loaded(design: Design) -> elastomer.Face:
     """The part of the pad that the target loads."""
-    from sitscad.estimates.pressing import loaded_face
+    from sitscad.estimates.states.pressing import loaded_face
 
     return loaded_face(design.spec)[0]
 

@@ -10,31 +10,21 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import Assembly, NoReflection, Reflection, assemble, warmed
-from sitscad.estimates.cross_checks import cross_checks, no_cross_check
-from sitscad.estimates.drive import driven
-from sitscad.estimates.failed_states import damped_words, overdamped, without, working
-from sitscad.estimates.finite_target import TargetShares, target_shares
-from sitscad.estimates.idle import Circuit, idle_neighbours
-from sitscad.estimates.leads import (
+from sitscad.estimates.circuit.drive import driven
+from sitscad.estimates.circuit.failed_states import damped_words, overdamped, without, working
+from sitscad.estimates.circuit.idle import Circuit, idle_neighbours
+from sitscad.estimates.circuit.leads import (
     NO_LEADS,
     LeadEstimate,
     estimate_leads,
     missing_leads,
 )
-from sitscad.estimates.losses import (
-    losses_near_metal,
-    near_metal_notes,
-    wanted_tolerance,
-    winding_losses,
-    winding_resistance,
-)
-from sitscad.estimates.neighbours import inductance_matrix
-from sitscad.estimates.own_capacitance import metal_notes, self_capacitance
-from sitscad.estimates.pressing import PAD, PAD_SIZE, PressingScatter, pressing_scatter
-from sitscad.estimates.resistance_bounds import ResistanceBound, near_metal_error, resistance_bound, state_error
-from sitscad.estimates.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
-from sitscad.estimates.track_ends import spared_squares
+from sitscad.estimates.circuit.neighbours import inductance_matrix
+from sitscad.estimates.circuit.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
+from sitscad.estimates.circuit.track_ends import spared_squares
+from sitscad.estimates.states.assembly import Assembly, NoReflection, Reflection, assemble, warmed
+from sitscad.estimates.states.finite_target import TargetShares, target_shares
+from sitscad.estimates.states.pressing import PAD, PAD_SIZE, PressingScatter, pressing_scatter
 from sitscad.estimates.uncertainty import (
     Slopes,
     depths_moved,
@@ -52,7 +42,15 @@ from sitscad.estimates.values import (
     ReadoutEstimate,
     StateEstimate,
 )
-from sitscad.estimates.windings import (
+from sitscad.estimates.winding.cross_checks import cross_checks, no_cross_check
+from sitscad.estimates.winding.losses import (
+    losses_near_metal,
+    near_metal_notes,
+    wanted_tolerance,
+    winding_losses,
+    winding_resistance,
+)
+from sitscad.estimates.winding.methods import (
     METHODS,
     Method,
     WindingGeometry,
@@ -61,6 +59,8 @@ from sitscad.estimates.windings import (
     reflected_by,
     winding_geometry,
 )
+from sitscad.estimates.winding.own_capacitance import metal_notes, self_capacitance
+from sitscad.estimates.winding.resistance_bounds import ResistanceBound, near_metal_error, resistance_bound, state_error
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.current_spectrum import CurrentSpectrum

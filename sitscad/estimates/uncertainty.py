@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import Assembly, Surroundings, mirror
-from sitscad.estimates.finite_target import TargetShares
-from sitscad.estimates.pressing import PAD, PAD_SIZE
-from sitscad.estimates.tank import CoilCircuit, Tank
+from sitscad.estimates.circuit.tank import CoilCircuit, Tank
+from sitscad.estimates.states.assembly import Assembly, Surroundings, mirror
+from sitscad.estimates.states.finite_target import TargetShares
+from sitscad.estimates.states.pressing import PAD, PAD_SIZE
 from sitscad.estimates.values import Spread, StateEstimate
-from sitscad.estimates.windings import WindingGeometry
+from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
 from sitscad.physics.current_spectrum import CurrentSpectrum, spiral_spectrum

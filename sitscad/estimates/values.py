@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
-from sitscad.estimates.pressing import PressingScatter
+from sitscad.estimates.states.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST, State

@@ -14,8 +14,8 @@ import designs
 import write_references
 from measure import Growth, Measured, growth, peak, timed
 
-from sitscad.estimates.neighbours import mutual_error, side_by_side
-from sitscad.estimates.windings import METHODS, Method, WindingGeometry
+from sitscad.estimates.circuit.neighbours import mutual_error, side_by_side
+from sitscad.estimates.winding.methods import METHODS, Method, WindingGeometry
 from sitscad.geometry.path import Point
 from sitscad.spec.sensor import CoilSpec
 

@@ -12,7 +12,7 @@ import sitscad
 from sitscad.checks import RULES, check
 from sitscad.checks.plates import TARGET_LENGTH_TOLERANCE
 from sitscad.checks.transduction import STRAIN_ERROR
-from sitscad.estimates.tank import preferred_values
+from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
 from sitscad.mechanics.elastomer import VALID_STRAIN

@@ -61,8 +61,8 @@ def test_the_rows_add_up_to_the_terminal_inductance_at_its_frequency(template):
 
 def test_what_crowding_takes_away_is_the_loss_s_own():
     """It is taken as what is left of the interpolated terminal value; the modes of the tracks say the same."""
-    from sitscad.estimates.losses import winding_losses
-    from sitscad.estimates.windings import winding_geometry
+    from sitscad.estimates.winding.losses import winding_losses
+    from sitscad.estimates.winding.methods import winding_geometry
     from sitscad.physics.resistance import conductivity_at
 
     found, layout = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "200 um"))

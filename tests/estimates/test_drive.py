@@ -7,7 +7,7 @@ import math
 import pytest
 
 import sitscad
-from sitscad.estimates.drive import _Swing, drive_codes
+from sitscad.estimates.circuit.drive import _Swing, drive_codes
 from sitscad.readout import ldc161x
 
 UNLIKE = """

@@ -11,9 +11,9 @@ import pytest
 
 from sitscad.checks import check
 from sitscad.estimates import METHODS, estimate
-from sitscad.estimates.assembly import Reflection, assemble
-from sitscad.estimates.finite_target import equivalent_rings
-from sitscad.estimates.tank import preferred_values
+from sitscad.estimates.circuit.tank import preferred_values
+from sitscad.estimates.states.assembly import Reflection, assemble
+from sitscad.estimates.states.finite_target import equivalent_rings
 from sitscad.layout import lay_out
 from sitscad.readout import ldc161x
 from sitscad.spec.load import load_text

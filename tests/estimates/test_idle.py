@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sitscad.estimates import estimate
-from sitscad.estimates.idle import idle_load, idle_neighbours
+from sitscad.estimates.circuit.idle import idle_load, idle_neighbours
 from sitscad.layout import lay_out
 from sitscad.physics.current_spectrum import spiral_spectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sitscad.estimates.neighbours import inductance_matrix
-from sitscad.estimates.windings import WindingGeometry
+from sitscad.estimates.circuit.neighbours import inductance_matrix
+from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import MU0
 from sitscad.physics.spirals import SpiralLayer

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sitscad.estimates.assembly import assemble
-from sitscad.estimates.finite_target import target_shares
-from sitscad.estimates.pressing import loaded_face, pressed
+from sitscad.estimates.states.assembly import assemble
+from sitscad.estimates.states.finite_target import target_shares
+from sitscad.estimates.states.pressing import loaded_face, pressed
 from sitscad.geometry.path import Point
 from sitscad.mechanics import elastomer as mechanics
 from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sitscad.estimates import estimate
-from sitscad.estimates.leads import between_layers
-from sitscad.estimates.own_capacitance import self_capacitance, slabs, turn_lengths
+from sitscad.estimates.circuit.leads import between_layers
+from sitscad.estimates.winding.own_capacitance import self_capacitance, slabs, turn_lengths
 from sitscad.layout import lay_out
 from sitscad.physics import capacitance
 from sitscad.physics.resonator import resonance_frequency

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sitscad.estimates import estimate
-from sitscad.estimates.tank import SmoothCurve, preferred_values
+from sitscad.estimates.circuit.tank import SmoothCurve, preferred_values
 from sitscad.layout import lay_out
 from sitscad.physics.proximity import winding_loss
 from sitscad.physics.spirals import SpiralLayer

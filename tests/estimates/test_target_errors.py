@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sitscad.estimates import finite_target
+from sitscad.estimates.states import finite_target
 from sitscad.physics.finite_plate import (
     EASED,
     CoaxialRings,

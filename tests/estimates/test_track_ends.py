@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 
 import sitscad
-from sitscad.estimates.track_ends import spared_squares
+from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.layout.pieces import Role, Trace
 from sitscad.physics.resistance import bend_squares
 from sitscad.physics.track_ends import pad_squares, step_squares

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sitscad.estimates import estimate, pressing, uncertainty
-from sitscad.estimates.pressing import PAD
 from sitscad.estimates.signal import signals
+from sitscad.estimates.states.pressing import PAD
 from sitscad.estimates.uncertainty import (
     CAPACITOR,
     DIAMETER,
@@ -25,7 +25,7 @@ from sitscad.estimates.uncertainty import (
     sigmas,
     tolerances,
 )
-from sitscad.estimates.windings import equivalent_spirals, winding_geometry
+from sitscad.estimates.winding.methods import equivalent_spirals, winding_geometry
 from sitscad.layout import lay_out
 from sitscad.physics.proximity import winding_loss
 from sitscad.physics.resistance import COPPER_CONDUCTIVITY

@@ -27,7 +27,7 @@ sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent / "physics"), str(HERE)]
 from corner_windings import COPPER, RATE, bent, rounded_path  # noqa: E402
 from stream_sheet import sheet, solved  # noqa: E402
 
-from sitscad.estimates.losses import winding_losses  # noqa: E402
+from sitscad.estimates.winding.losses import winding_losses  # noqa: E402
 from sitscad.physics.bent_tracks import bent_winding_loss  # noqa: E402
 from sitscad.physics.constants import MU0  # noqa: E402
 from sitscad.physics.corner_excess import relaxation  # noqa: E402

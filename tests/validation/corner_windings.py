@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from sitscad.estimates.losses import losses_near_metal
-from sitscad.estimates.windings import WindingGeometry, equivalent_spirals, reflected_by
+from sitscad.estimates.winding.losses import losses_near_metal
+from sitscad.estimates.winding.methods import WindingGeometry, equivalent_spirals, reflected_by
 from sitscad.geometry.path import Arc, Point, rounded_polyline
 from sitscad.physics.bent_tracks import BentTrack
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances

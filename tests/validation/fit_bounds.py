@@ -30,7 +30,7 @@ sys.path[:0] = [str(ROOT), str(HERE.parent / "physics"), str(HERE)]
 import designs  # noqa: E402
 import write_references  # noqa: E402
 
-from sitscad.estimates.windings import METHODS, WindingGeometry, crowding  # noqa: E402
+from sitscad.estimates.winding.methods import METHODS, WindingGeometry, crowding  # noqa: E402
 
 TABLE = ROOT / "sitscad" / "data" / "inductance_bounds.csv"
 FLOOR = 2e-7

@@ -7,7 +7,7 @@ polygons in turn with a corner radius.
 
 `python tests/validation/resistance_designs.py` writes `resistance_designs.csv`: the rise of the resistance at
 FREQUENCIES of every design by a solution with more of everything (azimuths or cuts, modes, points, Lanczos steps). The
-numbers of `estimates/resistance_bounds.py` and `proximity.missed_crossings` were fitted to the designs below UNSEEN,
+numbers of `estimates/winding/resistance_bounds.py` and `proximity.missed_crossings` were fitted to the designs below UNSEEN,
 those from there on were looked at afterwards (one of them, an octagon, made its number larger).
 """
 
@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sitscad.estimates.losses import bent_loss
-from sitscad.estimates.windings import bent_track, winding_geometry
+from sitscad.estimates.winding.losses import bent_loss
+from sitscad.estimates.winding.methods import bent_track, winding_geometry
 from sitscad.layout.board import Coil
 from sitscad.layout.windings import _wind
 from sitscad.physics import proximity

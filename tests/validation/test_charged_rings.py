@@ -12,7 +12,7 @@ pytest.importorskip("scipy", reason="scipy is not installed")
 from charged_rings import capacitance
 
 from sitscad.estimates import estimate
-from sitscad.estimates.own_capacitance import FILLING, _parts, _voltages, added_by_metal
+from sitscad.estimates.winding.own_capacitance import FILLING, _parts, _voltages, added_by_metal
 from sitscad.layout import lay_out
 from sitscad.spec.load import load, load_text
 

@@ -13,8 +13,8 @@ import designs
 import numpy as np
 import pytest
 
-from sitscad.estimates.neighbours import mutual_error, side_by_side
-from sitscad.estimates.windings import WindingGeometry
+from sitscad.estimates.circuit.neighbours import mutual_error, side_by_side
+from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.geometry.path import Point
 
 REFERENCES = coil_pairs.read()

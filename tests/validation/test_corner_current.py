@@ -22,8 +22,8 @@ from corner_windings import COPPER, MM, RATE, UM, bent, polygon, rounded_path
 from stream_sheet import sheet, solved
 from windings import square
 
-from sitscad.estimates.losses import winding_losses, winding_resistance
-from sitscad.estimates.windings import bent_track, choose_method, winding_geometry
+from sitscad.estimates.winding.losses import winding_losses, winding_resistance
+from sitscad.estimates.winding.methods import bent_track, choose_method, winding_geometry
 from sitscad.layout import lay_out
 from sitscad.physics import corner_excess
 from sitscad.physics.bent_tracks import bent_winding_loss

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sitscad.estimates import finite_target
+from sitscad.estimates.states import finite_target
 from sitscad.physics.bessel import j1
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy_target import Plate, reflection

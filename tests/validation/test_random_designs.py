@@ -15,7 +15,7 @@ import write_references
 from bars import bars_exactly
 from windings import bench
 
-from sitscad.estimates.windings import METHODS, WindingGeometry
+from sitscad.estimates.winding.methods import METHODS, WindingGeometry
 from sitscad.physics.tracks import tracks_mutual_inductance
 
 EVERY = 12

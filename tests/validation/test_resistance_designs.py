@@ -7,9 +7,9 @@ import pytest
 import resistance_designs as designs
 from windings import UM, coil
 
-from sitscad.estimates.losses import FINE_TOLERANCE, USUAL_TOLERANCE, winding_losses
-from sitscad.estimates.resistance_bounds import resistance_bound
-from sitscad.estimates.windings import winding_geometry
+from sitscad.estimates.winding.losses import FINE_TOLERANCE, USUAL_TOLERANCE, winding_losses
+from sitscad.estimates.winding.methods import winding_geometry
+from sitscad.estimates.winding.resistance_bounds import resistance_bound
 from sitscad.physics import proximity
 
 REFERENCES = designs.references()

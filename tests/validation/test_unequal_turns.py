@@ -6,7 +6,7 @@ import designs
 import pytest
 import volume_integral
 
-from sitscad.estimates.windings import METHODS, winding_geometry
+from sitscad.estimates.winding.methods import METHODS, winding_geometry
 from sitscad.layout.board import Coil
 from sitscad.layout.windings import wind_coil
 from sitscad.spec.load import load_text

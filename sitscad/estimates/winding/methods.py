@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.estimates.inductance_bounds import FEW_TURNS, Crowding, error_bound
+from sitscad.estimates.winding.inductance_bounds import FEW_TURNS, Crowding, error_bound
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.bent_tracks import BentTrack

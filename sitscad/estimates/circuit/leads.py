@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.losses import Strip
-from sitscad.estimates.windings import bent_path
+from sitscad.estimates.winding.losses import Strip
+from sitscad.estimates.winding.methods import bent_path
 from sitscad.geometry.path import Arc
 from sitscad.layout.board import Coil, Layout
 from sitscad.layout.pieces import Role, Trace, Via

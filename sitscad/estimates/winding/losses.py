@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.estimates.windings import bent_track
+from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil
 from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.corners import direct_resistance, mitred, opened, with_corners

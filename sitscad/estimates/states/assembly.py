@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.pressing import PAD, pressed, pressed_cases
+from sitscad.estimates.states.pressing import PAD, pressed, pressed_cases
 from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.current_spectrum import CurrentSpectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances

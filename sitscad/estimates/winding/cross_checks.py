@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from sitscad.estimates.values import CrossCheck
-from sitscad.estimates.windings import METHODS, WindingGeometry
+from sitscad.estimates.winding.methods import METHODS, WindingGeometry
 from sitscad.spec.sensor import CoilSpec
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from sitscad.estimates.tank import CoilCircuit, Tank
+from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.scene.state import FREE
 from sitscad.units import show
 

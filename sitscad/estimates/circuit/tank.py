@@ -9,9 +9,9 @@ from dataclasses import field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import NoReflection, Reflection
-from sitscad.estimates.idle import Circuit
-from sitscad.estimates.leads import LeadEstimate
+from sitscad.estimates.circuit.idle import Circuit
+from sitscad.estimates.circuit.leads import LeadEstimate
+from sitscad.estimates.states.assembly import NoReflection, Reflection
 from sitscad.estimates.values import ReadoutEstimate, StateEstimate
 from sitscad.physics.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from sitscad.estimates.losses import ALIKE_ROUNDED, POLYGONS_NEAR_METAL
-from sitscad.estimates.tank import CoilCircuit
+from sitscad.estimates.circuit.tank import CoilCircuit
 from sitscad.estimates.values import StateEstimate
+from sitscad.estimates.winding.losses import ALIKE_ROUNDED, POLYGONS_NEAR_METAL
 from sitscad.layout.board import Coil
 from sitscad.physics.proximity import missed_crossings, suited_resolution
 from sitscad.physics.resistance import skin_depth

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.assembly import Surroundings
+from sitscad.estimates.states.assembly import Surroundings
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy_target import Plate as Layer

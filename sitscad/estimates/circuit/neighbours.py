@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.windings import WindingGeometry
+from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
 from sitscad.physics.side_by_side import SideBySide, spirals_side_by_side, tracks_side_by_side

@@ -1,0 +1,1 @@
+"""From the winding to the converter: leads, neighbours, tank and drive."""
