@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 from functools import cache
-from pathlib import Path
 
+from sitscad.data import rows
 from sitscad.record import record
-
-DATA = Path(__file__).resolve().parents[1] / "data"
 
 
 @record
@@ -22,5 +19,4 @@ class OwnLimit:
 @cache
 def own_limits() -> dict[str, OwnLimit]:
     """Every limit by its name."""
-    with (DATA / "own_limits.csv").open(encoding="utf-8", newline="") as rows:
-        return {row["name"]: OwnLimit(float(row["value"]), row["source"]) for row in csv.DictReader(rows)}
+    return {row["name"]: OwnLimit(float(row["value"]), row["source"]) for row in rows("own_limits")}

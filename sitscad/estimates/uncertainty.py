@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, lru_cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.data import rows
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.states.assembly import Assembly, Surroundings, mirror
 from sitscad.estimates.states.finite_target import TargetShares
@@ -34,7 +33,6 @@ from sitscad.spec.stackup import LayerKind
 
 Array = NDArray[np.float64]
 
-DATA = Path(__file__).resolve().parents[1] / "data"
 
 WIDTH, THICKNESS, DISTANCE, DIAMETER = "trace width", "copper thickness", "layer distance", "diameter"
 CAPACITOR, PERMITTIVITY, SHARE = "capacitor", "permittivity", "share of the target"
@@ -72,11 +70,10 @@ class Tolerance:
 @cache
 def tolerances() -> dict[str, Tolerance]:
     """What a fabricator keeps to, by name (``trace width``, ...)."""
-    with (DATA / "tolerances.csv").open(encoding="utf-8", newline="") as rows:
-        return {
-            row["name"]: Tolerance(float(row["half_width"]), row["source"], row["status"] == "verified")
-            for row in csv.DictReader(rows)
-        }
+    return {
+        row["name"]: Tolerance(float(row["half_width"]), row["source"], row["status"] == "verified")
+        for row in rows("tolerances")
+    }
 
 
 def sigmas(spec: SensorSpec) -> dict[str, float]:

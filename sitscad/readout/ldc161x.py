@@ -6,11 +6,10 @@ throughout; every limit stands with its source in ``data/ldc161x_limits.csv``.
 
 from __future__ import annotations
 
-import csv
 import math
 from functools import cache
-from pathlib import Path
 
+from sitscad.data import rows
 from sitscad.readout.family import DriveCurrent, Limit
 from sitscad.readout.ldc161x_registers import data_addresses as data_addresses
 from sitscad.readout.ldc161x_registers import data_flags as data_flags
@@ -18,17 +17,14 @@ from sitscad.readout.ldc161x_registers import data_mask as data_mask
 from sitscad.readout.ldc161x_registers import identity as identity
 from sitscad.readout.ldc161x_registers import registers as registers
 
-DATA = Path(__file__).resolve().parents[1] / "data"
-
 
 @cache
 def limits() -> dict[str, Limit]:
     """The family's limits by name (``sensor_frequency_max``, ``amplitude_max``, ...)."""
-    with (DATA / "ldc161x_limits.csv").open(encoding="utf-8", newline="") as rows:
-        return {
-            row["name"]: Limit(float(row["value"]), row["unit"], row["source"], row["verified"] == "yes")
-            for row in csv.DictReader(rows)
-        }
+    return {
+        row["name"]: Limit(float(row["value"]), row["unit"], row["source"], row["verified"] == "yes")
+        for row in rows("ldc161x_limits")
+    }
 
 
 def limit(name: str) -> float:
@@ -39,16 +35,15 @@ def limit(name: str) -> float:
 @cache
 def drive_currents() -> tuple[DriveCurrent, ...]:
     """The drive-current table, code 0 to 31 (data sheet table 42)."""
-    with (DATA / "ldc161x_drive_current.csv").open(encoding="utf-8", newline="") as rows:
-        return tuple(
-            DriveCurrent(
-                int(row["code"]),
-                float(row["current_A"]),
-                float(row["parallel_resistance_min_ohm"]),
-                float(row["parallel_resistance_max_ohm"]),
-            )
-            for row in csv.DictReader(rows)
+    return tuple(
+        DriveCurrent(
+            int(row["code"]),
+            float(row["current_A"]),
+            float(row["parallel_resistance_min_ohm"]),
+            float(row["parallel_resistance_max_ohm"]),
         )
+        for row in rows("ldc161x_drive_current")
+    )
 
 
 # ---------------------------------------------------------------------------------------------- drive and amplitude

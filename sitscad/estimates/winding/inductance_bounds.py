@@ -7,15 +7,12 @@ random designs of every shape (`tests/validation/fit_bounds.py`) so that the bou
 
 from __future__ import annotations
 
-import csv
 import math
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
+from sitscad.data import rows
 from sitscad.record import record
-
-DATA = Path(__file__).resolve().parents[1] / "data"
 
 FEW_TURNS, ONE_TURN = 5.0, 1.5
 """Below so many turns errors grow faster, and again below so many."""
@@ -95,13 +92,11 @@ def error_bound(family: str, method: str, crowding: Crowding) -> float:
 
 @cache
 def _table() -> dict[tuple[str, str, str], dict[str, float]]:
-    text = (DATA / "inductance_bounds.csv").read_text(encoding="utf-8")
-    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     return {
         (row["family"], row["method"], row["stack"]): {
             name: float(value or 0.0) for name, value in row.items() if name not in NAMES
         }
-        for row in rows
+        for row in rows("inductance_bounds")
     }
 
 
