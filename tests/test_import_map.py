@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).parents[1] / "sitscad"
 MAY_IMPORT = {
     "record": set(),
     "version": set(),
+    "data": set(),
     "units": set(),
     "finding": set(),
     "geometry": {"units"},
@@ -55,7 +56,7 @@ MAY_IMPORT = {
 
 What is `EVERYWHERE` is no room's and may be imported by all."""
 
-EVERYWHERE = {"version", "record"}
+EVERYWHERE = {"version", "record", "data"}
 
 
 def room_of(path: Path, package: Path = PACKAGE) -> str:

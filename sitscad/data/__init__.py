@@ -11,7 +11,7 @@ Row = dict[str, str]
 
 
 def rows(name: str) -> tuple[Row, ...]:
-    """The rows of the table of that name (a path below this folder, without `.csv`); lines that begin with # are remarks.
+    """The rows of a table by its name (a path below this folder, without `.csv`); lines that begin with # are remarks.
 
     Raises FileNotFoundError where there is no such table.
     """

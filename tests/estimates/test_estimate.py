@@ -291,7 +291,7 @@ def test_a_state_that_the_model_cannot_have_is_absent_and_says_why(monkeypatch):
     plain = Reflection._exact
 
     def overdone(self, frequency):
-        return plain(self, frequency) * (10.0 if self._around.state == "pressed" else 1.0)
+        return plain(self, frequency) * (10.0 if self._around.name == "pressed" else 1.0)
 
     monkeypatch.setattr(Reflection, "_exact", overdone)
     found = of(TINY)
