@@ -119,6 +119,8 @@ def _table(section: type[Section], places: Places) -> str:
     for name, key in section.keys.items():
         value = _value(key.kind, places).replace("|", "\\|")
         rows.append(f"| `{name}` | {value} | {_default(key)} | {key.about} |")
+    for like in section.alike.values():
+        rows.append(f"| `{like.example}` and the like | {_value(like.kind, places)} |  | {like.about} |")
     return "\n".join(rows)
 
 
@@ -148,7 +150,8 @@ def _value(kind: Kind, places: Places) -> str:
     if isinstance(kind, Preset):
         return ", ".join(f"`{word}`" for word in presets.names(kind.kind))
     if isinstance(kind, ProfileName):
-        return f"{_value(Preset('rules'), places)}, or a file like `ourshop.yaml`"
+        none = "; `none`" if kind.or_none else ""
+        return f"{_value(Preset('rules'), places)}, or a file like `ourshop.yaml`{none}"
     if isinstance(kind, Sourced):
         return _value(kind.figure, places)
     if isinstance(kind, Truth):

@@ -13,12 +13,12 @@ from sitscad.finding import Finding, Severity
 from sitscad.spec.format.document import SpecDocument
 from sitscad.spec.format.kinds import described
 from sitscad.spec.format.remarks import Flaw
-from sitscad.spec.format.section import NAME, WRITTEN, Section, section_of
+from sitscad.spec.format.section import GATHERED, NAME, WRITTEN, Section, section_of
 from sitscad.spec.format.yaml_text import TextError, dotted, undotted
 from sitscad.spec.rules import RULE_NAMES
 from sitscad.spec.source import SpecSource
 
-_TAGS = (NAME, WRITTEN)
+_TAGS = (NAME, WRITTEN, GATHERED)
 
 MOST_LISTED = 16
 """Keys of a section that a hint lists."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sitscad.spec.format.fabricator_document import RulesChoice, RulesDocument
 from sitscad.spec.format.kinds import (
     Choice,
     Either,
@@ -22,7 +23,6 @@ from sitscad.spec.format.kinds import (
     described,
     refuse,
 )
-from sitscad.spec.format.rules_document import RulesChoice, RulesDocument
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1

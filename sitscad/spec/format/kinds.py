@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 from pydantic_core import PydanticCustomError, core_schema
 
 from sitscad.record import record
-from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.names import names
 from sitscad.units import EXAMPLES, UNITS, UnitError, parse_quantity, show
 
 _UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": "SIT004"}
@@ -231,29 +231,33 @@ class Choice(Scalar):
 
 @record
 class Preset(Scalar):
-    """The name of a preset of one kind (see `presets.names`)."""
+    """The name of a preset of one kind (see `profiles.names`)."""
 
     kind: str
 
     def read(self, value: Any) -> str:
         """The name."""
-        return Choice(presets.names(self.kind)).read(value)
+        return Choice(names(self.kind)).read(value)
 
     def schema(self) -> dict[str, Any]:
         """An enumeration of the presets that are installed."""
-        return Choice(presets.names(self.kind)).schema()
+        return Choice(names(self.kind)).schema()
 
 
 @record
 class ProfileName(Scalar):
-    """A fabricator's design rules by name: a preset, or a file beside the spec, told apart by the file's ending."""
+    """A fabricator's design rules by name: a preset, or a file beside the spec, told apart by the file's ending; with
+    `or_none` also the word none.
+    """
+
+    or_none: bool = False
 
     def read(self, value: Any) -> str:
         """The name; whether a file is there is looked up later."""
         if is_profile_file(value):
             return str(Text(200).read(value))
         try:
-            return Choice(presets.names("rules")).read(value)
+            return Choice(self._names).read(value)
         except PydanticCustomError as error:
             context = dict(error.context or {})
             context["hint"] = f"{context.get('hint', '')}; or a profile file beside the spec, like ourshop.yaml"
@@ -262,7 +266,11 @@ class ProfileName(Scalar):
     def schema(self) -> dict[str, Any]:
         """A preset that is installed, or a file's name."""
         file = {"type": "string", "maxLength": 200, "pattern": r"\.[yY][aA]?[mM][lL]$", "examples": ["ourshop.yaml"]}
-        return {"anyOf": [Choice(presets.names("rules")).schema(), file]}
+        return {"anyOf": [Choice(self._names).schema(), file]}
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return (*names("rules"), "none") if self.or_none else names("rules")
 
 
 def is_profile_file(name: Any) -> bool:
@@ -277,6 +285,9 @@ class Figure:
     value: Any
     source: str = ""
     is_verified: bool = True
+
+
+LONGEST_SOURCE = 500
 
 
 @record
@@ -298,7 +309,9 @@ class Sourced(Scalar):
         if "value" not in value:
             refuse("SIT003", "the figure has no value", "write {value: 80 um, source: their page}")
         status = Choice(("verified", "unverified")).read(value.get("status", "verified"))
-        return Figure(self.figure.read(value["value"]), Text(200).read(value.get("source", "")), status == "verified")
+        return Figure(
+            self.figure.read(value["value"]), Text(LONGEST_SOURCE).read(value.get("source", "")), status == "verified"
+        )
 
     def schema(self) -> dict[str, Any]:
         """The value alone, or the section."""
@@ -309,7 +322,7 @@ class Sourced(Scalar):
             "required": ["value"],
             "properties": {
                 "value": inner,
-                "source": Text(200).schema(),
+                "source": Text(LONGEST_SOURCE).schema(),
                 "status": Choice(("verified", "unverified")).schema(),
             },
         }

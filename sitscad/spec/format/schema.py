@@ -24,7 +24,16 @@ def _object(section: type[Section]) -> dict[str, Any]:
         "additionalProperties": False,
         "required": [name for name, key in section.keys.items() if key.is_required],
         "properties": {name: _property(key) for name, key in section.keys.items()},
+        **_patterns(section),
     }
+
+
+def _patterns(section: type[Section]) -> dict[str, Any]:
+    found = {
+        f"^{like.pattern.pattern}$": {"description": like.about, **like.kind.schema()}
+        for like in section.alike.values()
+    }
+    return {"patternProperties": found} if found else {}
 
 
 def _property(key: Key) -> dict[str, Any]:

@@ -6,6 +6,7 @@ validates, collects every error at once, and says where each one is.
 
 from __future__ import annotations
 
+import re
 from typing import Any, ClassVar, NoReturn
 
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
@@ -15,6 +16,7 @@ from sitscad.spec.format.kinds import Choice, Kind, Preset, ProfileName
 
 NAME = "<name>"
 WRITTEN = "<written out>"
+GATHERED = "<keys alike>"
 REQUIRED: Any = object()
 
 SHOWN_KEYS = 12
@@ -40,14 +42,41 @@ def key(kind: Kind, about: str, default: Any = REQUIRED) -> Any:
     return Key(kind, default, about)
 
 
+@record
+class KeysLike:
+    """Keys whose names follow a pattern, with values of one kind: an attribute that holds them all by name."""
+
+    pattern: re.Pattern[str]
+    example: str
+    kind: Kind
+    about: str
+
+    def gathered(self, value: Any) -> Any:
+        """A section's values with these keys under one."""
+        if not isinstance(value, dict):
+            return value
+        own = {name: each for name, each in value.items() if self.pattern.fullmatch(str(name))}
+        return {**{name: each for name, each in value.items() if name not in own}, GATHERED: own} if own else value
+
+
+def keys_like(pattern: re.Pattern[str], example: str, kind: Kind, about: str) -> Any:
+    """Declare keys by a pattern of their names; a section may have one such declaration."""
+    return KeysLike(pattern, example, kind, about)
+
+
 class Section:
-    """A section of the spec, read-only: `keys` are those declared in the class, each an attribute of the instance."""
+    """A section of the spec, read-only: `keys` are those declared in the class, each an attribute of the instance.
+
+    ``alike`` are those that are declared by a pattern: the attribute's name and the declaration.
+    """
 
     keys: ClassVar[dict[str, Key]] = {}
+    alike: ClassVar[dict[str, KeysLike]] = {}
 
     def __init_subclass__(cls) -> None:
         """Collect the keys that the class declares."""
         cls.keys = {name: value for name, value in vars(cls).items() if isinstance(value, Key)}
+        cls.alike = {name: value for name, value in vars(cls).items() if isinstance(value, KeysLike)}
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuse: a section is what was written."""
@@ -67,9 +96,14 @@ class Part(Kind):
     def validator(self) -> core_schema.CoreSchema:
         """An instance of the section; unknown keys are refused."""
         fields = [core_schema.dataclass_field(name, _with_default(k)) for name, k in self.section.keys.items()]
+        fields += [_gathering(name, like) for name, like in self.section.alike.items()]
         arguments = core_schema.dataclass_args_schema(self.section.__name__, fields)
         config = core_schema.CoreConfig(extra_fields_behavior="forbid")
-        return core_schema.dataclass_schema(self.section, arguments, list(self.section.keys), config=config)
+        names = [*self.section.keys, *self.section.alike]
+        read: core_schema.CoreSchema = core_schema.dataclass_schema(self.section, arguments, names, config=config)
+        for like in self.section.alike.values():
+            read = core_schema.no_info_before_validator_function(like.gathered, read)
+        return read
 
     def schema(self) -> dict[str, Any]:
         """A reference to the section's own schema."""
@@ -81,6 +115,12 @@ def _with_default(k: Key) -> core_schema.CoreSchema:
     if k.is_required:
         return inner
     return core_schema.with_default_schema(inner, default=k.default, validate_default=k.default is not None)
+
+
+def _gathering(name: str, like: KeysLike) -> core_schema.DataclassField:
+    inner = core_schema.dict_schema(values_schema=like.kind.validator())
+    empty = core_schema.with_default_schema(inner, default_factory=dict)
+    return core_schema.dataclass_field(name, empty, validation_alias=GATHERED)
 
 
 @record

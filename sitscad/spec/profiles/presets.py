@@ -6,40 +6,22 @@ and says whether that source was seen (`verified`) or not (`unverified`); unveri
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
-from pathlib import Path
-from typing import Any
 
 from sitscad.spec.converter import Converter
-from sitscad.spec.design_rules import DesignRules, FoilLines
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import Conductor, ElastomerMaterial, Finish
+from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.profiles.names import DATA as DATA
+from sitscad.spec.profiles.names import FOLDERS, TABLES, read_table
+from sitscad.spec.profiles.names import names as names
 from sitscad.spec.sensor import Chip, Connector, Jaw
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 from sitscad.units import parse_quantity
 
-DATA = Path(__file__).parents[2] / "data"
-
 Row = Mapping[str, str]
-
-_FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws"}
-_TABLES = {
-    "conductor": "conductors", "dielectric": "dielectrics", "elastomer": "elastomers", "chip": "chips",
-    "converter": "converters",
-}  # fmt: skip
-
-
-@cache
-def names(kind: str) -> tuple[str, ...]:
-    """The presets of a kind, sorted: stackup, rules, connector, jaw, material kinds, chip, converter, file naming."""
-    if kind == "file naming":
-        return tuple(sorted({row["naming"] for row in _read(DATA / "archive_names.csv")}))
-    if kind in _FOLDERS:
-        return tuple(sorted(path.stem for path in (DATA / _FOLDERS[kind]).glob("*.csv")))
-    return tuple(sorted(_table(_TABLES[kind])))
 
 
 @cache
@@ -66,108 +48,9 @@ def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
     return parse_quantity(rows[kind]["thickness"], "length") if kind in rows else None
 
 
-_LENGTHS = (
-    "trace_width", "trace_spacing", "via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge",
-    "coverlay_web", "coverlay_opening_to_trace", "outline_tolerance", "registration", "inside_radius",
-    "finger_lap", "pad_lap", "coverlay_lap", "hole_to_step",
-)  # fmt: skip
-
-
-@cache
 def design_rules(name: str) -> DesignRules:
-    """A fabricator's design rules; raises KeyError where there is no such preset.
-
-    What a house does not state comes from the profile that its row ``based_on`` names, and says so in its source.
-    """
-    rows, base = _fields("rules", name), None
-    if "based_on" in rows:
-        base = design_rules(rows["based_on"]["value"])
-    found: dict[str, Any] = {
-        field: parse_quantity(rows[field]["value"], "length") for field in _LENGTHS if field in rows
-    }
-    found |= {field: _sides(rows[field]["value"]) for field in ("part_size", "panel_size") if field in rows}
-    found |= _ruled(name, rows, base)
-    base = _as_base(base) if base else None
-    found["holders"] = {**(base.holders if base else {}), **dict.fromkeys(rows, name)}
-    own = {field: _source(row) for field, row in rows.items() if field != "based_on"}
-    found["sources"] = {**(base.sources if base else {}), **own}
-    found["source"] = f"design rules {name}, each figure with its own source"
-    found["checked_on"] = rows["checked_on"]["value"]
-    rules = replace(base, name=name, **found) if base else DesignRules(name=name, **found)
-    thinnest = (rules.track_lines or rules.coil_lines)[:1]
-    return rules.for_foil(thinnest[0].copper) if thinnest else rules
-
-
-def _as_base(rules: DesignRules) -> DesignRules:
-    """The rules with their own figures' sources saying whose they are, for a profile that takes them over."""
-
-    def said(source: str, holder: str) -> str:
-        return f"{source} (from {holder})" if holder == rules.name else source
-
-    def row(lines: FoilLines) -> FoilLines:
-        width, spacing = said(lines.width_source, lines.width_holder), said(lines.spacing_source, lines.spacing_holder)
-        return replace(lines, width_source=width, spacing_source=spacing)
-
-    return replace(
-        rules,
-        sources={field: said(source, rules.holders[field]) for field, source in rules.sources.items()},
-        coil_lines=tuple(map(row, rules.coil_lines)),
-        track_lines=tuple(map(row, rules.track_lines)),
-    )
-
-
-def _ruled(name: str, rows: Mapping[str, Row], base: DesignRules | None) -> dict[str, Any]:
-    """What goes by copper thickness, by number of layers or by material, and the words; only what the rows state."""
-    found: dict[str, Any] = {} if base else {"coil_trace_width": None, "coil_trace_spacing": None}
-    found |= {f"{kind}_lines": lines for kind in ("track", "coil") if (lines := _lines(name, rows, kind))}
-    if "track_lines" in found:
-        thinnest = found["track_lines"][0]
-        found |= {"trace_width": thinnest.width, "trace_spacing": thinnest.spacing}
-    elif "trace_width" in rows:
-        found["track_lines"] = ()
-    for field, prefix in (("static_bend_ratio", "static_bend_"), ("dynamic_bend_ratio", "dynamic_bend_")):
-        found[field] = {**(getattr(base, field) if base else {}), **_bend_ratios(rows, prefix)}
-    for field, prefix, of in (
-        ("thickness_tolerance", "thickness_tolerance_", int),
-        ("stiffened_tolerance", "stiffened_tolerance_", str),
-    ):
-        stated = {
-            of(name.removeprefix(prefix)): parse_quantity(row["value"], "length")
-            for name, row in rows.items()
-            if name.startswith(prefix)
-        }
-        found |= {field: {**(getattr(base, field) if base else {}), **stated}} if stated else {}
-    if "coil_rule_binding" in rows:
-        found["coil_rule_binding"] = rows["coil_rule_binding"]["value"] == "yes"
-    return found | ({"file_naming": rows["file_naming"]["value"]} if "file_naming" in rows else {})
-
-
-def _sides(text: str) -> tuple[float, float]:
-    width, _, length = text.partition(" x ")
-    return parse_quantity(width, "length"), parse_quantity(length, "length")
-
-
-def _lines(name: str, rows: Mapping[str, Row], kind: str) -> tuple[FoilLines, ...]:
-    """The rows ``coil_trace_width_18um``, ``coil_trace_spacing_18um`` and their like (tracks: without ``coil_``), from
-    the thinnest copper.
-    """
-    prefix = "coil_trace_width_" if kind == "coil" else "trace_width_"
-    found = []
-    for field, width in rows.items():
-        if field.startswith(prefix):
-            spacing = rows[field.replace("_width_", "_spacing_")]
-            foil, least, gap = (
-                parse_quantity(text, "length")
-                for text in (field.removeprefix(prefix), width["value"], spacing["value"])
-            )
-            found.append(FoilLines(foil, least, gap, _source(width), _source(spacing), name, name))
-    return tuple(sorted(found, key=lambda row: row.copper))
-
-
-def _bend_ratios(rows: Mapping[str, Row], prefix: str) -> dict[int, float]:
-    return {
-        int(field.removeprefix(prefix)): float(row["value"]) for field, row in rows.items() if field.startswith(prefix)
-    }
+    """A fabricator's design rules, for its thinnest copper; raises KeyError where there is no such preset."""
+    return installed_rules(name)
 
 
 @cache
@@ -272,7 +155,7 @@ def finish(name: str) -> Finish:
 @cache
 def stock_stiffeners() -> tuple[tuple[float, float], ...]:
     """Films of polyimide and adhesives (m) that stiffeners are made of: every film with every adhesive, thin first."""
-    rows = _read(DATA / "stiffeners.csv")
+    rows = read_table(DATA / "stiffeners.csv")
     films, adhesives = (
         [parse_quantity(row["thickness"], "length") for row in rows if row["part"] == part]
         for part in ("film", "adhesive")
@@ -289,7 +172,7 @@ def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:
     """Of a preset's rows those whose source was not seen: field, value, source; none for a name without a preset."""
     if name not in names(kind):
         return ()
-    rows = _rows(kind, name) if kind in _FOLDERS else (_table(_TABLES[kind])[name],)
+    rows = _rows(kind, name) if kind in FOLDERS else (_table(TABLES[kind])[name],)
     return tuple(
         (row.get("field") or row.get("kind") or "", row.get("value") or row.get("thickness") or "", row["source"])
         for row in rows
@@ -301,7 +184,7 @@ def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:
 def _rows(kind: str, name: str) -> tuple[Row, ...]:
     if name not in names(kind):
         raise KeyError(name)
-    return _read(DATA / _FOLDERS[kind] / f"{name}.csv")
+    return read_table(DATA / FOLDERS[kind] / f"{name}.csv")
 
 
 def _fields(kind: str, name: str) -> dict[str, Row]:
@@ -310,12 +193,7 @@ def _fields(kind: str, name: str) -> dict[str, Row]:
 
 @cache
 def _table(stem: str) -> dict[str, Row]:
-    return {row["name"]: row for row in _read(DATA / f"{stem}.csv")}
-
-
-def _read(path: Path) -> tuple[Row, ...]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        return tuple(csv.DictReader(stream))
+    return {row["name"]: row for row in read_table(DATA / f"{stem}.csv")}
 
 
 def _source(row: Row) -> str:

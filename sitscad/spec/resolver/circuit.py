@@ -10,7 +10,8 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.document import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import resolve_rules, spec_place
+from sitscad.spec.profiles.fabricator import resolve_rules
+from sitscad.spec.profiles.origin import spec_origin
 from sitscad.spec.sensor import MOST_PARTS, CoilSpec, FpcSpec, PanelSpec, Tail
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
@@ -37,7 +38,7 @@ def resolve_fpc(
         more = f", like fpc.stackup: {name}" if name else ""
         hint = f"use fewer layers, or a stack-up with more copper{more}"
         remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
-    rules = resolve_rules(document.rules, stackup.foil_thickness(coil.layers), spec_place(source, folder), remarks)
+    rules = resolve_rules(document.rules, stackup.foil_thickness(coil.layers), spec_origin(source, folder), remarks)
     return FpcSpec(
         stackup=stackup,
         rules=rules,

@@ -9,6 +9,8 @@ import re
 
 import pytest
 
+from sitscad.spec.format.plain_yaml import PlainReader
+from sitscad.spec.format.yaml_reader import read_yaml
 from sitscad.spec.load import load_text
 from sitscad.spec.profiles import presets
 
@@ -56,7 +58,7 @@ def test_an_unknown_preset_is_a_key_error(kind):
 
 def test_every_figure_names_its_source_and_says_whether_it_was_seen():
     tables = [path for path in presets.DATA.rglob("*.csv") if not path.stem.startswith("ldc161x")]
-    read = {f"{name}.csv" for kind in ("stackup", "rules", "connector", "jaw") for name in presets.names(kind)}
+    read = {f"{name}.csv" for kind in ("stackup", "connector", "jaw") for name in presets.names(kind)}
     read |= {"conductors.csv", "converters.csv", "finishes.csv", "tolerances.csv"}
     assert read <= {each.name for each in tables}
     for path in tables:
@@ -67,6 +69,25 @@ def test_every_figure_names_its_source_and_says_whether_it_was_seen():
                 assert None not in row, f"{path.name}: a comma too many in {row}"
                 from_memory = "from memory" in row["source"] and row["status"] == "verified"
                 assert not from_memory or ";" in row["source"], f"{path.name}: {row}"
+
+
+@pytest.mark.parametrize("name", presets.names("rules"))
+def test_every_figure_of_a_fabricator_names_its_source(name):
+    """A figure that was not seen says so; what is said to be seen is not from memory alone."""
+    data = read_yaml((presets.DATA / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")).data
+    rows = [
+        row[what] for table in ("tracks", "coil_tracks") for row in data.get(table, ()) for what in ("width", "spacing")
+    ]
+    figures = [*rows, *(each for key, each in data.items() if key not in ("based_on", "tracks", "coil_tracks"))]
+    for figure in figures:
+        assert figure["source"].strip(), figure
+        assert "from memory" not in figure["source"] or figure.get("status") == "unverified" or ";" in figure["source"]
+    assert "checked_on" in data and "based_on" in data
+
+
+@pytest.mark.parametrize("path", sorted(presets.DATA.rglob("*.yaml")), ids=lambda path: path.stem)
+def test_installed_profiles_are_plain_yaml(path):
+    PlainReader(path.read_text(encoding="utf-8")).read()
 
 
 def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
+import shutil
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -21,10 +22,11 @@ from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.report.findings import as_text
-from sitscad.spec.format.rules_document import RulesDocument
+from sitscad.spec.format.fabricator_document import RulesDocument
 from sitscad.spec.format.schema import json_schema
 from sitscad.spec.load import load, load_text
-from sitscad.spec.profiles import presets
+from sitscad.spec.profiles import fabricator, presets
+from sitscad.spec.profiles import names as profile_names
 from sitscad.spec.rules import SpecError
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
@@ -420,19 +422,138 @@ def test_the_documents_profile_loads(folder):
     text = (ROOT / "docs" / "spec.md").read_text(encoding="utf-8")
     (profile,) = re.findall(r"^```yaml profile\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     rules = rules_of(folder, profile)
-    assert (rules.name, rules.trace_width, rules.coil_rule_binding) == ("our shop", pytest.approx(80e-6), False)
+    assert (rules.name, rules.trace_width, rules.coil_rule_binding) == ("our shop", pytest.approx(50e-6), False)
     line = next(n for n, row in enumerate(profile.splitlines(), 1) if row.startswith("annular_ring"))
     assert rules.sources["annular_ring"] == f"unverified: ours.yaml line {line}: on the telephone"
     assert f"`ourshop.yaml line {line}: on the telephone`" in text
 
 
-def test_every_field_of_the_installed_profiles_can_be_written():
-    fields = {row for name in presets.names("rules") for row in presets._fields("rules", name)}
-    assert fields <= RulesDocument.keys.keys()
+@pytest.mark.parametrize("name", presets.names("rules"))
+def test_an_installed_profile_is_a_file_as_a_user_writes_one(folder, name):
+    text = (presets.DATA / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")
+    installed = presets.design_rules(name).for_foil(6e-6)
+    rules = rules_of(folder, text)
+    figures = [f.name for f in fields(rules) if f.name not in ("name", "source", "sources", "holders", "beyond")]
+    bare = {"coil_lines": (), "track_lines": ()}
+    ours, theirs = replace(rules, **bare), replace(installed, **bare)
+    assert [getattr(ours, f) for f in figures] == [getattr(theirs, f) for f in figures]
+    for table in ("coil_lines", "track_lines"):
+        rows, others = getattr(rules, table), getattr(installed, table)
+        assert [(r.copper, r.width, r.spacing) for r in rows] == [(r.copper, r.width, r.spacing) for r in others]
+    marked = {field for field, source in installed.sources.items() if source.startswith("unverified: ")}
+    assert {field for field, source in rules.sources.items() if source.startswith("unverified: ")} == marked
+
+
+YESTERDAYS = """\
+name: our shop
+based_on: generic-flex            # an installed profile, or another file in this folder
+source: their quotation of 2026-11-20
+checked_on: 2026-11-20
+trace_width_18um: 80 um           # by the copper: the coil's foil decides which pair holds
+trace_spacing_18um: {value: 80 um, source: their page on fine lines}
+trace_width_35um: 120 um
+trace_spacing_35um: 120 um
+annular_ring: {value: 0.1, source: on the telephone, status: unverified}
+coil_trace_width: 0.1
+coil_trace_spacing: 0.1
+coil_rule_binding: false          # their minimum for coils warns, and is no error
+static_bend_2: 12                 # times the thickness
+part_size: [5, 10]
+"""
+
+
+def test_a_profile_of_the_first_version_is_read_as_it_was(folder):
+    rules = rules_of(folder, YESTERDAYS)
+    assert (rules.name, rules.trace_width, rules.trace_spacing) == ("our shop", 80e-6, 80e-6)
+    assert [(row.copper, row.width) for row in rules.track_lines] == [(18e-6, 80e-6), (35e-6, 120e-6)]
+    assert rules.sources["trace_width"] == "ours.yaml line 5: their quotation of 2026-11-20"
+    assert rules.sources["trace_spacing"] == "ours.yaml line 6: their page on fine lines"
+    assert rules.sources["annular_ring"] == "unverified: ours.yaml line 9: on the telephone"
+    assert (rules.coil_trace_width, rules.coil_lines, rules.coil_rule_binding) == (100e-6, (), False)
+    assert (rules.static_bend_ratio[2], rules.part_size) == (12.0, (5e-3, 10e-3))
+    assert rules.holder("trace_width") == "our shop (ours.yaml line 5)"
+    assert rules.source == "their quotation of 2026-11-20; the rest from generic-flex"
+
+
+NINE = """\
+based_on: hkgalaxy
+tracks:
+  - {copper: 9 um, width: {value: 40 um, source: page}, spacing: {value: 45 um, source: a call, status: unverified}}
+  - copper: 18 um
+    width: 3 mil
+    spacing: 3 mil
+"""
+NINE_MICROMETRES = "[{coverlay: 25 um}, {copper: 9 um}, {dielectric: 25 um}, {copper: 9 um}, {coverlay: 25 um}]"
+
+
+def test_a_house_of_thin_foil_is_a_file_and_no_code(folder):
+    rules = rules_of(folder, NINE, stackup=NINE_MICROMETRES)
+    assert (rules.trace_width, rules.trace_spacing) == (pytest.approx(40e-6), pytest.approx(45e-6))
+    assert rules.sources["trace_width"] == "ours.yaml line 3: page"
+    assert rules.sources["trace_spacing"] == "unverified: ours.yaml line 3: a call"
+    assert rules.holder("trace_spacing") == "ours (ours.yaml line 3)"
+    thicker = rules_of(folder, NINE, stackup=NINE_MICROMETRES.replace("9 um", "15 um"))
+    assert (thicker.trace_width, thicker.sources["trace_width"]) == (pytest.approx(76.2e-6), "ours.yaml line 5")
+
+
+def test_a_table_is_the_whole_one_and_a_thicker_foil_is_told(folder):
+    spec = write(folder, "ours.yaml", stackup="flex-2l-35um", ours=NINE)
+    rules = load(spec).fpc.rules
+    assert [row.copper for row in rules.track_lines] == [9e-6, 18e-6]
+    assert rules.beyond["trace_width"] == 18e-6 and "nothing is stated for 23 um" in rules.sources["trace_width"]
+
+
+def test_an_installed_house_of_thin_foil_is_a_file_and_no_code(folder, tmp_path, monkeypatch):
+    data = tmp_path / "data"
+    shutil.copytree(presets.DATA, data)
+    (data / "fabricators" / "nine.yaml").write_text(NINE, encoding="utf-8")
+    for module in (profile_names, fabricator):
+        monkeypatch.setattr(module, "DATA", data)
+    caches = (profile_names.names, fabricator.installed_rules)
+    try:
+        for each in caches:
+            each.cache_clear()
+        rules = load(write(folder, "nine", stackup=NINE_MICROMETRES)).fpc.rules
+    finally:
+        for each in caches:
+            each.cache_clear()
+    assert (rules.name, rules.trace_width, rules.sources["trace_width"]) == ("nine", pytest.approx(40e-6), "page")
+    assert rules.sources["trace_spacing"] == "unverified: a call"
+    assert rules.sources["via_drill"].endswith("(from hkgalaxy)")
+
+
+@pytest.mark.parametrize(
+    ("text", "rule", "key"),
+    [
+        ("tracks: []\n", "SIT006", "tracks"),
+        ("tracks: [{copper: 9 um, width: 40 um}]\n", "SIT003", "tracks.0.spacing"),
+        ("tracks: [{copper: 0.1 um, width: 40 um, spacing: 40 um}]\n", "SIT006", "tracks.0.copper"),
+        ("tracks: [{copper: 9 um, width: 40 um, spacing: 40 um, via: 1}]\n", "SIT002", "tracks.0.via"),
+        (
+            "tracks: [{copper: 9 um, width: 40 um, spacing: 1}, {copper: 9 um, width: 1, spacing: 1}]\n",
+            "SIT009",
+            "tracks.1.copper",
+        ),
+        ("tracks: [{copper: 9 um, width: 1, spacing: 1}]\ntrace_width: 0.1\n", "SIT009", "trace_width"),
+        (
+            "tracks: [{copper: 9 um, width: 1, spacing: 1}]\ntrace_width_9um: 1\ntrace_spacing_9um: 1\n",
+            "SIT009",
+            "trace_width_9um",
+        ),
+        ("coil_trace_width_9um: 1\n", "SIT003", "coil_trace_width_9um"),
+        ("trace_width_9um: 90 mm\ntrace_spacing_9um: 1\n", "SIT006", "trace_width_9um"),
+        ("trace_width_9: 0.1\n", "SIT002", "trace_width_9"),
+        ("based_on: none\nvia_drill: 0.2\n", "SIT003", "based_on"),
+    ],
+)
+def test_tables_that_contradict_themselves_are_told_at_their_line(folder, text, rule, key):
+    findings = refused(write(folder, "ours.yaml", ours=text)).findings
+    assert (rule, key) in [(finding.rule, finding.key) for finding in findings]
+    assert all(finding.file and finding.file.endswith("ours.yaml") and finding.line for finding in findings)
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.dictionaries(st.sampled_from(sorted(RulesDocument.keys)), st.one_of(
+@given(st.dictionaries(st.sampled_from([*RulesDocument.keys, "trace_width_9um", "coil_trace_spacing_18um"]), st.one_of(
     st.none(), st.booleans(), st.floats(), st.integers(), st.text(max_size=8),
     st.dictionaries(st.sampled_from(["value", "source", "status", "x"]), st.one_of(st.floats(), st.text(max_size=5))),
 ), max_size=5))  # fmt: skip

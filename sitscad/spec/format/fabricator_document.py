@@ -1,20 +1,34 @@
-"""A fabricator's design rules as a user writes them: in the spec, or as a profile file beside it. The keys are those of
-the installed profiles (`sitscad/data/fabricators`).
+"""A fabricator's design rules as a user writes them: in the spec, or as a profile file beside it. The installed
+profiles (`sitscad/data/fabricators`) are such files.
 """
 
 from __future__ import annotations
 
+import re
+
 from sitscad.spec.format.kinds import Figure, Number, Pair, Preset, ProfileName, Quantity, Sourced, Text, Truth
-from sitscad.spec.format.section import NameOr, Part, Section, key
+from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key, keys_like
 
 Label = Text(64)
 Date = Text(10, r"20[0-9]{2}-[0-1][0-9]-[0-3][0-9]", "a date like 2026-11-20")
 Feature = Sourced(Quantity("length", "5 um", "10 mm"))
+Foil = Quantity("length", "1 um", "500 um")
 Tolerance = Sourced(Quantity("length", "1 um", "1 mm"))
 BendRatio = Sourced(Number(1, 1000))
 Sides = Sourced(Pair(Quantity("length", "1 mm", "1000 mm")))
 
 Written = Figure | None
+
+
+class TracksDocument(Section):
+    """Smallest width and gap of tracks in copper foil up to one thickness, before plating."""
+
+    copper: float = key(Foil, "the foil, like 9 um")
+    width: Figure = key(Feature, "smallest")
+    spacing: Figure = key(Feature, "the gap that goes with it")
+
+
+BY_FOIL = re.compile("(coil_)?trace_(width|spacing)_([1-9][0-9]{0,2})um")
 
 
 class RulesDocument(Section):
@@ -23,38 +37,31 @@ class RulesDocument(Section):
     """
 
     name: str = key(Label, "what to call them (a file: its name)", "written out")
-    based_on: str = key(ProfileName(), "where the rest comes from", "generic-flex")
+    based_on: str = key(
+        ProfileName(or_none=True), "where the rest comes from; none: every figure stands here", "generic-flex"
+    )
     source: str = key(Label, "where the figures come from", "the spec")
     trace_width: Written = key(Feature, "smallest, whatever the copper", None)
     trace_spacing: Written = key(Feature, "smallest, whatever the copper", None)
+    tracks: list[TracksDocument] | None = key(
+        ListOf(Part(TracksDocument)), "by the thickness of the copper: the whole table, like "
+        "[{copper: 18 um, width: 80 um, spacing: 80 um}]", None,
+    )  # fmt: skip
     via_drill: Written = key(Feature, "smallest finished hole", None)
     annular_ring: Written = key(Feature, "smallest copper ring around a hole", None)
     coil_trace_width: Written = key(Feature, "smallest width of coil (loop) lines", None)
     coil_trace_spacing: Written = key(Feature, "smallest gap of coil (loop) lines", None)
-    coil_rule_binding: bool | None = key(
-        Truth(), "whether the coil lines are an error and not a warning; true where they are written", None
+    coil_tracks: list[TracksDocument] | None = key(
+        ListOf(Part(TracksDocument)), "of coil (loop) lines by the thickness of the copper", None
+    )
+    coil_rule_binding: Written = key(
+        Sourced(Truth()), "whether the coil lines are an error and not a warning; true where they are written", None
     )
     hole_to_hole: Written = key(Feature, "smallest web between holes", None)
     drill_to_copper: Written = key(Feature, "hole's edge to foreign copper", None)
     copper_to_edge: Written = key(Feature, "copper to the outline", None)
     coverlay_web: Written = key(Feature, "smallest coverlay between openings", None)
     coverlay_opening_to_trace: Written = key(Feature, "opening's edge to a trace that stays covered", None)
-    trace_width_12um: Written = key(Feature, "smallest in copper of up to 12 um; so the others", None)
-    trace_spacing_12um: Written = key(Feature, "the gap that goes with it", None)
-    trace_width_18um: Written = key(Feature, "in copper of up to 18 um", None)
-    trace_spacing_18um: Written = key(Feature, "in copper of up to 18 um", None)
-    trace_width_35um: Written = key(Feature, "in copper of up to 35 um", None)
-    trace_spacing_35um: Written = key(Feature, "in copper of up to 35 um", None)
-    trace_width_70um: Written = key(Feature, "in copper of up to 70 um", None)
-    trace_spacing_70um: Written = key(Feature, "in copper of up to 70 um", None)
-    coil_trace_width_12um: Written = key(Feature, "smallest of coil lines in copper of up to 12 um", None)
-    coil_trace_spacing_12um: Written = key(Feature, "the gap that goes with it", None)
-    coil_trace_width_18um: Written = key(Feature, "in copper of up to 18 um", None)
-    coil_trace_spacing_18um: Written = key(Feature, "in copper of up to 18 um", None)
-    coil_trace_width_35um: Written = key(Feature, "in copper of up to 35 um", None)
-    coil_trace_spacing_35um: Written = key(Feature, "in copper of up to 35 um", None)
-    coil_trace_width_70um: Written = key(Feature, "in copper of up to 70 um", None)
-    coil_trace_spacing_70um: Written = key(Feature, "in copper of up to 70 um", None)
     static_bend_1: Written = key(BendRatio, "bend radius by thickness, bent once: one copper layer", None)
     static_bend_2: Written = key(BendRatio, "two layers", None)
     static_bend_3: Written = key(BendRatio, "three layers and more", None)
@@ -75,8 +82,13 @@ class RulesDocument(Section):
     pad_lap: Written = key(Feature, "how far the coverlay covers the rims of solder pads", None)
     part_size: Written = key(Sides, "smallest part that is handled singly", None)
     panel_size: Written = key(Sides, "what a panel is filled up to", None)
-    file_naming: str | None = key(Preset("file naming"), "how files are called in the archive", None)
-    checked_on: str | None = key(Date, "when that was read", None)
+    file_naming: Written = key(Sourced(Preset("file naming")), "how files are called in the archive", None)
+    checked_on: Written = key(Sourced(Date), "when that was read", None)
+    by_foil: dict[str, Figure] = keys_like(
+        BY_FOIL, "trace_width_18um", Feature,
+        "width and gap for one foil alone, with trace_spacing_18um (coil lines: coil_ before it), a "
+        "row over those of what it is based on",
+    )  # fmt: skip
 
 
 RulesChoice = NameOr(ProfileName(), Part(RulesDocument))
