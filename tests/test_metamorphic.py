@@ -58,7 +58,7 @@ def test_order_and_place_of_the_coils_do_not_matter() -> None:
         return estimated(array={"pattern": "explicit", "centres": centres})
 
     plain = pair((-4.5, 0), (4.5, 0))
-    swapped, moved = pair((4.5, 0), (-4.5, 0)), pair((5.5, 0), (14.5, 0))
+    swapped, moved = pair((4.5, 0), (-4.5, 0)), pair((5.5, 3), (14.5, 3))
     assert numbers(swapped, 1) == pytest.approx(numbers(plain, 0), rel=1e-12)
     assert numbers(moved) == pytest.approx(numbers(plain), rel=1e-9)
 

@@ -12,7 +12,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure
-from sitscad.layout.ring import Ring
+from sitscad.layout.lanes import coils_breadth
 from sitscad.layout.stiffening import tail_thickness
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import calmer_tail, narrower, other_ends
@@ -75,7 +75,7 @@ def _across_jaw(design: Design, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
 def _shares(design: Design) -> str:
     """What the body's width is made of, where leads or vias beside the coils take a part of it."""
     spec, width = design.spec, design.layout.body_size[1]
-    coils = 2.0 * max(abs(p.centre[1]) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
+    coils = 2.0 * coils_breadth(spec).half
     edges = 2.0 * spec.fpc.rules.copper_to_edge
     margin = 2.0 * spec.fpc.margin[1]
     beside = width - coils - edges - margin
@@ -279,8 +279,8 @@ def _uncovered_coils(design: Design) -> Iterator[Verdict]:
         return  # it stands in the jaw's metal, which is said below
     assert sheet is not None
     middle, (_, low, _, high) = (y0 + y1) / 2, bounding_box((sheet.outline(),))
-    width = high - low
-    across = 2.0 * max(abs(p.centre[1] - middle) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
+    width, coils = high - low, coils_breadth(spec)
+    across = 2.0 * max(middle - coils.low, coils.high - middle)
     if across > width + ROUNDING:
         yield Complaint(
             f"the shield is {show(width, 'm', 3)} wide, as the port leaves it room, and the coils reach "

@@ -7,29 +7,31 @@ import math
 from sitscad.finding import Finding
 from sitscad.geometry.path import Point, Segment
 from sitscad.layout import room
+from sitscad.layout.axis import about_axis, placed
 from sitscad.layout.board import Capacitor, Coil, Layout
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import Escape
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.openings import chip_openings, contact_openings
-from sitscad.layout.outline import Body, body_of, far_end, outline, sides
+from sitscad.layout.outline import Body, body_of, far_end, outline
 from sitscad.layout.patience import Patience
 from sitscad.layout.pieces import Role, Trace, Via
-from sitscad.layout.routing import Routing, boards, front_of, in_line, reaching_ahead, route_freely, route_in_line
-from sitscad.layout.stiffening import stiffener
-from sitscad.layout.tail import (
-    CORNER_RADIUS,
-    TailFrame,
-    connector_of,
-    first_via,
-    frame,
-    turn_begin,
+from sitscad.layout.routing import (
+    Routing,
+    boards,
+    body_frame,
+    front_of,
+    in_line,
+    reaching_ahead,
+    route_freely,
+    route_in_line,
 )
+from sitscad.layout.stiffening import stiffener
+from sitscad.layout.tail import CORNER_RADIUS, TailFrame, first_via, turn_begin
 from sitscad.layout.tail_tracks import Run, unused_contacts
 from sitscad.layout.turn import course, turned
 from sitscad.layout.wound_coils import WoundCoil, wind_all
 from sitscad.record import record
-from sitscad.spec.profiles.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -40,8 +42,9 @@ def lay_out(spec: SensorSpec, patience: Patience | None = None) -> Layout:
     could not be led out are still wound, so that they can be estimated. The searches take of the `patience` that is
     given, else of their own.
     """
-    found = _attempt(spec, patience or Patience())
-    return _assemble(spec, found, found.findings)
+    level = about_axis(spec)
+    found = _attempt(level, patience or Patience())
+    return placed(_assemble(level, found, found.findings), spec)
 
 
 @record
@@ -71,12 +74,10 @@ def _attempt(spec: SensorSpec, patience: Patience) -> _Attempt:
             findings.append(room.no_tail_room(spec, routing.tail))
             routing = None
     if routing is None:
-        half_width = boards(spec, bus)[0][1]
-        far, width = far_end(spec, (), ()), max(map(abs, sides(spec, half_width)))
-        tail = frame(spec, bus, connector_of(spec, connector("solder-pads")), front, width)
-        tail = reaching_ahead(spec, far, tail)
-        return _Attempt(wound, None, bus, tail, body_of(spec, far, half_width, tail), tuple(findings))
-    body = body_of(spec, routing.far, routing.half_width, routing.tail)
+        far, breadth = far_end(spec, (), ()), boards(spec, bus)[0][1]
+        tail = reaching_ahead(spec, far, body_frame(spec, bus, front, breadth))
+        return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), tuple(findings))
+    body = body_of(spec, routing.far, routing.breadth, routing.tail)
     return _Attempt(wound, routing, routing.bus, routing.tail, body, tuple(findings))
 
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Winding
-from sitscad.layout.clearance import Hole, Track, hole_keep_out, joined_hole
+from sitscad.layout.clearance import Breadth, Hole, Track, hole_keep_out, joined_hole
 from sitscad.layout.closing import swept_inside
 from sitscad.layout.lanes import Bus
 from sitscad.layout.ring import Ring
@@ -34,12 +34,12 @@ class OuterEnd:
 
 @record
 class Surroundings:
-    """What the search of one coil needs to know: the spec, the bus, the half width (m) of the ground for vias."""
+    """What the search of one coil needs to know: the spec, the bus, the ground for vias across the tail."""
 
     spec: SensorSpec
     bus: Bus
     placement: CoilPlacement
-    half_width: float
+    breadth: Breadth
 
     @cached_property
     def hole(self) -> Hole:
@@ -68,10 +68,10 @@ class Surroundings:
 
     def via_places(self) -> Iterator[Hole]:
         """Holes where the outline has room: next outside the coil, and farther out so that the ring road stays free."""
-        limit = self.half_width - self.joined.pad / 2 - self.spec.fpc.rules.copper_to_edge + 1e-9
+        keep = self.joined.pad / 2 + self.spec.fpc.rules.copper_to_edge - 1e-9
         for place, angle, distance in self._around_coil:
             hole = Hole(place.shifted(*self.placement.centre), self.hole.pad, self.hole.drill)
-            if abs(hole.centre.y) <= limit:
+            if self.breadth.holds(hole.centre.y, hole.centre.y, keep):
                 self._stands[hole.centre] = angle, distance
                 yield hole
 

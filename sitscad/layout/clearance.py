@@ -31,6 +31,34 @@ many times the centre distance that they need: legs that part at 45 degrees or m
 
 
 @record
+class Breadth:
+    """How far a board, or the ground for its leads, reaches across the tail: its lower and its upper edge, counted from
+    the tail's axis (m).
+    """
+
+    low: float
+    high: float
+
+    @property
+    def half(self) -> float:
+        """Half of all of it (m)."""
+        return (self.high - self.low) / 2
+
+    @property
+    def farthest(self) -> float:
+        """From the axis to the edge that is farther away (m)."""
+        return max(-self.low, self.high)
+
+    def holds(self, low: float, high: float, keep: float) -> bool:
+        """Whether what reaches from one height to another keeps a distance from both edges (m)."""
+        return low >= self.low + keep and high <= self.high - keep
+
+
+ENDLESS = Breadth(-math.inf, math.inf)
+"""Ground without edges."""
+
+
+@record
 class Track:
     """A track to be placed: centre line, width (m) and copper layer."""
 
@@ -75,10 +103,10 @@ class _Copper:
 class Obstacles:
     """What is already on the board; `admits` asks whether tracks and holes keep the rules' distances from all of it."""
 
-    def __init__(self, rules: DesignRules, spacing: float, half_width: float = math.inf) -> None:
+    def __init__(self, rules: DesignRules, spacing: float, breadth: Breadth = ENDLESS) -> None:
         self._rules = rules
         self._spacing = spacing
-        self._half_width = half_width
+        self._breadth = breadth
         self._tracks: dict[int, list[Track]] = {}
         self._holes: list[Hole] = []
         self._copper: dict[int, _Copper] = {}
@@ -92,7 +120,7 @@ class Obstacles:
 
     def copy(self) -> Obstacles:
         """An independent copy, to try things on."""
-        other = Obstacles(self._rules, self._spacing, self._half_width)
+        other = Obstacles(self._rules, self._spacing, self._breadth)
         other._tracks, other._holes, other._copper = dict(self._tracks), self._holes, dict(self._copper)
         return other
 
@@ -117,8 +145,8 @@ class Obstacles:
         return self._copper[layer]
 
     def _admits_track(self, track: Track) -> bool:
-        limit = self._half_width - self._rules.copper_to_edge - track.width / 2
-        if max(-track.boxes[:, 1].min(), track.boxes[:, 3].max()) > limit + 2 * SLACK:
+        from_edge = self._rules.copper_to_edge + track.width / 2 - 2 * SLACK
+        if not self._breadth.holds(track.boxes[:, 1].min(), track.boxes[:, 3].max(), from_edge):
             return False
         own = _Copper.of([track])
         if self._holes:

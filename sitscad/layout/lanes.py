@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from sitscad.geometry.path import Point
+from sitscad.layout.clearance import Breadth
 from sitscad.layout.ring import Ring
 from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
@@ -33,15 +34,20 @@ class Exit:
 class Bus:
     """Sizes shared by all lanes (m): trace width and spacing, the layers of the two conductors, and where lanes begin.
 
-    ``reach`` is the farthest that a coil's copper extends across the jaw; lanes stand off from it by the ring road and
-    by ``base``, which leaves the coils room for tracks or vias under the lanes.
+    ``coils`` is how far the coils' copper extends across the jaw; lanes stand off from it by the ring road and by
+    ``base``, which leaves the coils room for tracks or vias under the lanes.
     """
 
     width: float
     spacing: float
     layers: tuple[int, int]
-    reach: float
+    coils: Breadth
     base: float = 0.0
+
+    @property
+    def reach(self) -> float:
+        """The farthest from the axis that a coil's copper extends."""
+        return self.coils.farthest
 
     @property
     def ring_offset(self) -> float:
@@ -76,8 +82,13 @@ def bus_for(spec: SensorSpec) -> Bus:
     """The coil's own trace width, the fabricator's spacing, and the two top layers if the tail has two."""
     tail_layers = spec.fpc.tail.layers if spec.fpc.tail else 2
     second = 2 if min(tail_layers, len(spec.fpc.stackup.copper)) >= 2 else 1
-    reach = max(abs(p.centre[1]) + Ring(spec.coil, p, 0.0).half_size[1] for p in spec.array.placements)
-    return Bus(spec.coil.trace_width, spec.fpc.rules.trace_spacing, (1, second), reach)
+    return Bus(spec.coil.trace_width, spec.fpc.rules.trace_spacing, (1, second), coils_breadth(spec))
+
+
+def coils_breadth(spec: SensorSpec) -> Breadth:
+    """How far the coils' copper reaches across."""
+    halves = [(p.centre[1], Ring(spec.coil, p, 0.0).half_size[1]) for p in spec.array.placements]
+    return Breadth(min(y - half for y, half in halves), max(y + half for y, half in halves))
 
 
 def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:

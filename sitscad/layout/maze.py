@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.geometry.path import Point
-from sitscad.layout.clearance import Hole, Track, hole_keep_out
+from sitscad.layout.clearance import Breadth, Hole, Track, hole_keep_out
 from sitscad.layout.lanes import Bus, Exit
 from sitscad.layout.ring import Ring
 from sitscad.layout.wave import Flags, Node, spread
@@ -38,17 +38,18 @@ STRIDE = 0.71
 
 @record
 class Ground:
-    """The board between the coils: its front, where the tail begins, and its half widths there (m)."""
+    """The board between the coils: its front, where the tail begins (m), and how far it reaches across there."""
 
     front: float
     tail_start: float
-    half_width: float
+    breadth: Breadth
     tail_half_width: float
 
-    def limit(self, x: Floats) -> Floats:
-        """Half width (m) of the board at each x: the body's, then tapering to the tail's."""
+    def limits(self, x: Floats) -> tuple[Floats, Floats]:
+        """The lower and the upper edge (m) of the board at each x: the body's, then tapering to the tail's."""
         along = np.clip((x - self.front) / max(self.tail_start - self.front, 1e-9), 0.0, 1.0)
-        return self.half_width + along * (self.tail_half_width - self.half_width)
+        low, high = self.breadth.low, self.breadth.high
+        return low + along * (-self.tail_half_width - low), high + along * (self.tail_half_width - high)
 
 
 @record(eq=False)
@@ -59,12 +60,12 @@ class Lattice:
     bus: Bus
     start: float
     end: float
-    half_width: float
+    breadth: Breadth
 
     @cached_property
     def step(self) -> float:
         """The lattice's step (m): fine enough for a track between two others, coarse enough for some 20 000 nodes."""
-        area = (self.end - self.start) * 2 * self.half_width
+        area = (self.end - self.start) * 2 * self.breadth.half
         return max(self.bus.pitch / 2, math.sqrt(area / 20_000))
 
     @cached_property
@@ -75,8 +76,8 @@ class Lattice:
     @cached_property
     def ys(self) -> Floats:
         """Rows (m)."""
-        rows = math.floor(self.half_width / self.step)
-        return self.step * np.arange(-rows, rows + 1.0)
+        below, above = (math.floor(reach / self.step) for reach in (-self.breadth.low, self.breadth.high))
+        return self.step * np.arange(-below, above + 1.0)
 
     @property
     def halves(self) -> tuple[int, int]:
@@ -259,9 +260,12 @@ class Maze:
     def _inside(self, points: Floats) -> Flags:
         """Whether points lie before the tail and keep a track's distance from the edge of the board."""
         edge = self.spec.fpc.rules.copper_to_edge + self.bus.width / 2
-        x, y = points[:, 0], np.abs(points[:, 1])
-        on_taper = y <= self.ground.limit(x) - math.sqrt(2.0) * edge + 1e-9
-        beside = (y <= self.ground.half_width - edge + 1e-9) & (x < self.ground.front)
+        x, y = points[:, 0], points[:, 1]
+        low, high = self.ground.limits(x)
+        aside = math.sqrt(2.0) * edge - 1e-9
+        on_taper = (y >= low + aside) & (y <= high - aside)
+        body, aside = self.ground.breadth, edge - 1e-9
+        beside = (y >= body.low + aside) & (y <= body.high - aside) & (x < self.ground.front)
         return (on_taper | beside) & (x <= self.ground.tail_start + 1e-9)
 
     def _off_tracks(self, points: Floats) -> Flags:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from sitscad.geometry.path import Path, Point, Segment, rounded
-from sitscad.layout.clearance import Hole, Track
+from sitscad.layout.clearance import Breadth, Hole, Track
 from sitscad.layout.ring import Ring
 from sitscad.layout.tail import CORNER_RADIUS, TailFrame
 from sitscad.layout.taper import Taper
@@ -65,12 +65,11 @@ def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
     return _about(spec.array.middle[0], far - margin, near + margin, jaw.length if jaw else None)
 
 
-def sides(spec: SensorSpec, half_width: float) -> tuple[float, float]:
-    """The same across: where the body's lower and upper edge run (m), for coils and leads that need it so far to both
-    sides of the axis.
-    """
+def body_breadth(spec: SensorSpec, needed: Breadth) -> Breadth:
+    """The same across, for coils and leads that need so much of it."""
     margin, jaw = spec.fpc.margin[1], spec.mount.jaw if spec.mount else None
-    return _about(spec.array.middle[1], -half_width - margin, half_width + margin, jaw.width if jaw else None)
+    low, high = needed.low - margin, needed.high + margin
+    return Breadth(*_about(spec.array.middle[1], low, high, jaw.width if jaw else None))
 
 
 def _about(middle: float, low: float, high: float, room: float | None) -> tuple[float, float]:
@@ -80,13 +79,14 @@ def _about(middle: float, low: float, high: float, room: float | None) -> tuple[
     return (low, high + more) if lacks > 0.0 else (low - more, high)
 
 
-def body_of(spec: SensorSpec, far: float, half_width: float, tail: TailFrame) -> Body:
-    """The body for coils and leads that begin at `far` and take so much to both sides of the axis (m).
+def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> Body:
+    """The body for coils and leads that begin at `far` (m) and take so much of it across.
 
     It is as wide as a wider tail where the inner corner between them would not fit beside the far one, where it reaches
     beyond the place from which leads part to such a tail, and where only one of its sides is the narrower one.
     """
-    low, high = sides(spec, half_width)
+    across = body_breadth(spec, needed)
+    low, high = across.low, across.high
     body = Body(ends(spec, far, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
     is_ahead = tail.ahead > 0.0 and not tail.taper.narrows
     is_astride = max(-low, high) > tail.half_width > min(-low, high)

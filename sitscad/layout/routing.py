@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 from sitscad.geometry.path import Point
 from sitscad.geometry.spiral import outer_boundary
 from sitscad.layout.branches import OuterEnd, Surroundings, outer_ends
-from sitscad.layout.clearance import Hole, Obstacles, Track, hole_keep_out, joined_hole
+from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track, hole_keep_out, joined_hole
 from sitscad.layout.escape import SPARED, Escape, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
-from sitscad.layout.outline import ends, far_end, sides
+from sitscad.layout.outline import body_breadth, ends, far_end
 from sitscad.layout.patience import TRIALS_OF_A_WAVE, Patience
 from sitscad.layout.ring import Ring
 from sitscad.layout.tail import TailFrame, connector_of, frame, pair_height
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 @record
 class Routing:
-    """One complete answer of the search, on a board of some half width: for every coil an escape, and from where that
+    """One complete answer of the search, on a board of some breadth: for every coil an escape, and from where that
     ends both conductors to their contacts; ``far`` is the least x (m) that the board then needs.
     """
 
     bus: Bus
     escapes: tuple[Escape, ...]
     ends: tuple[tuple[Run, Run], ...]
-    half_width: float
+    breadth: Breadth
     far: float
     tail: TailFrame
 
@@ -72,8 +72,8 @@ def front_of(spec: SensorSpec, bus: Bus) -> float:
     return max(ends) + reach + lanes * bus.pitch
 
 
-def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
-    """Boards to try, narrow first: the lanes' base and the body's half width.
+def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
+    """Boards to try, narrow first: the lanes' base and how far the body reaches across.
 
     Lanes close to the coils; with a track's room between; with a via's room between; and in each case no more room
     beside the coils than the lanes take, room for a track, or room for a via.
@@ -87,8 +87,15 @@ def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
         raised = replace(bus, base=base)
         lanes = lane_height(raised, passing - 1, 1) + bus.width / 2 if passing else bus.reach
         for beside in (0.0, bus.spacing + bus.width, via_room):
-            boards.append((raised, round(max(lanes, bus.reach + beside) + rules.copper_to_edge, 9)))
-    return sorted(set(boards), key=lambda board: (board[1], board[0].base))
+            boards.append(
+                (raised, _beyond_coils(bus, max(lanes, bus.reach + beside) + rules.copper_to_edge - bus.reach))
+            )
+    return sorted(set(boards), key=lambda board: (board[1].half, board[0].base))
+
+
+def _beyond_coils(bus: Bus, room: float) -> Breadth:
+    """A board with so much room (m) beside the outermost coils."""
+    return Breadth(round(bus.coils.low - room, 9), round(bus.coils.high + room, 9))
 
 
 def route_in_line(
@@ -107,9 +114,9 @@ def route_in_line(
     for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
         routed = (
             _Lanes(
-                spec, raised, wound, assign_lanes(spec.array.placements, side), front, half_width, turned, patience
+                spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, turned, patience
             ).routed(reordered)
-            for (raised, half_width), side in product(boards(spec, bus), first_sides)
+            for (raised, breadth), side in product(boards(spec, bus), first_sides)
         )
         found = _least_round((one for one in routed if one is not None), widest(spec), patience)
         if found is not None:
@@ -126,7 +133,7 @@ def _least_round(routed: Iterator[Routing], widest: float, patience: Patience) -
         return best
     with patience.at_most(FURTHER):
         for found in routed:
-            if found.half_width > max(widest, best.half_width):
+            if found.breadth.half > max(widest, best.breadth.half):
                 break
             best = found if found.excess < best.excess - SPARED else best
             if best.excess < SPARED:
@@ -166,7 +173,7 @@ class _Lanes:
     wound: tuple[WoundCoil, ...]
     lanes: tuple[Lane, ...]
     front: float
-    half_width: float
+    breadth: Breadth
     turned: bool
     patience: Patience
 
@@ -176,17 +183,17 @@ class _Lanes:
         escapes = _in_turn(far_first, self.lead_out, reordered)
         if isinstance(escapes, Stuck):
             return None
-        tail = body_frame(self.spec, self.bus, self.front, self.half_width)
-        return _routing(self.spec, self.bus, self.lanes, escapes, self.half_width, tail)
+        tail = body_frame(self.spec, self.bus, self.front, self.breadth)
+        return _routing(self.spec, self.bus, self.lanes, escapes, self.breadth, tail)
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
         """Every coil's escape, or which coil found none."""
-        board = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.half_width)
+        board = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.breadth)
         escapes: dict[int, Escape] = {}
         for index in order:
             if self.patience.is_spent:
                 return Stuck(index)
-            around = Surroundings(self.spec, self.bus, self.lanes[index].placement, self.half_width)
+            around = Surroundings(self.spec, self.bus, self.lanes[index].placement, self.breadth)
             found = None
             for turned in (False, True) if self.turned else (False,):
                 choices = exits(self.spec, self.bus, self.lanes[index], self.front, turned)
@@ -200,7 +207,7 @@ class _Lanes:
 
 
 def _routing(
-    spec: SensorSpec, bus: Bus, lanes: tuple[Lane, ...], escapes: dict[int, Escape], half_width: float, tail: TailFrame
+    spec: SensorSpec, bus: Bus, lanes: tuple[Lane, ...], escapes: dict[int, Escape], breadth: Breadth, tail: TailFrame
 ) -> Routing:
     """The finished routing, on a tail long enough for it."""
     ways = tuple(escapes[i] for i in range(len(lanes)))
@@ -209,7 +216,7 @@ def _routing(
     far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
     long = reaching_ahead(spec, far, stretched(spec, bus, tail, down))
     laid = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
-    return Routing(bus, ways, laid, half_width, far, long)
+    return Routing(bus, ways, laid, breadth, far, long)
 
 
 def _lead_out(
@@ -247,21 +254,21 @@ def _free_ways(
 
     orders = rows_of_lanes(spec.array.placements)
     grounds = [
-        (raised, half_width, gathering_frame(spec, raised, front, half_width))
-        for raised, half_width in grounds_between(spec, bus)
+        (raised, breadth, gathering_frame(spec, raised, front, breadth))
+        for raised, breadth in grounds_between(spec, bus)
     ]
     start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
-    roomiest = max(grounds, key=lambda ground: (ground[1], -ground[0].base))
+    roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
     lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
     near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
     can_leave: set[int] = set()
 
-    def board(ground: tuple[Bus, float, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
+    def board(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
         return _Rows(spec, ground[0], wound, lanes, front, *ground[1:], lattice, patience)
 
     likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
     for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
-        walled: set[tuple[float, int]] = set()
+        walled: set[tuple[Breadth, int]] = set()
         for ground in grounds[-BASES:] if reordered else grounds:
             for rank, lanes in enumerate(ranks):
                 if (ground[1], rank) in walled:
@@ -278,18 +285,19 @@ def _free_ways(
                 can_leave.add(escapes.coil)
 
 
-def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, float]]:
-    """Boards to try for coils not in one line, narrow first: the room kept beside other coils, the body's half width.
+def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
+    """Boards to try for coils not in one line, narrow first: the room kept beside other coils, and how far the body
+    reaches across.
 
     There is room outside the coils for a track, for a via, or for a via and a track beside it.
     """
     rules = spec.fpc.rules
     hole = joined_hole(rules, bus.width)
     keep_out = hole_keep_out(hole, rules, bus.spacing)
-    widths = sorted({width for _, width in boards(spec, bus)})[-2:]
-    widths.append(round(widths[-1] + keep_out + bus.width, 9))
+    across = sorted({breadth for _, breadth in boards(spec, bus)}, key=lambda breadth: breadth.half)[-2:]
+    across.append(_beyond_coils(bus, across[-1].high - bus.coils.high + keep_out + bus.width))
     bases = (0.0, bus.pitch, keep_out + hole.pad / 2)
-    return [(replace(bus, base=base), width) for width in widths for base in bases]
+    return [(replace(bus, base=base), breadth) for breadth in across for base in bases]
 
 
 @record
@@ -300,7 +308,7 @@ class _Rows:
     wound: tuple[WoundCoil, ...]
     lanes: tuple[Lane, ...]
     front: float
-    half_width: float
+    breadth: Breadth
     tail: TailFrame
     lattice: Lattice
     patience: Patience
@@ -310,8 +318,8 @@ class _Rows:
         from sitscad.layout.maze import Ground, Maze  # coils in one line go without
 
         spec, tail = self.spec, self.tail
-        board = Obstacles(spec.fpc.rules, self.bus.spacing, self.half_width)
-        maze = Maze(self.lattice, self.bus, Ground(self.front, tail.funnel, self.half_width, tail.half_width))
+        board = Obstacles(spec.fpc.rules, self.bus.spacing, self.breadth)
+        maze = Maze(self.lattice, self.bus, Ground(self.front, tail.funnel, self.breadth, tail.half_width))
         escapes: dict[int, Escape] = {}
         for index in order:
             if self.patience.is_spent:
@@ -319,7 +327,7 @@ class _Rows:
             self.patience.left -= TRIALS_OF_A_WAVE
             lane = self.lanes[index]
             entry = Point(tail.funnel, pair_height(spec, tail, lane))
-            around = Surroundings(spec, self.bus, lane.placement, self.half_width)
+            around = Surroundings(spec, self.bus, lane.placement, self.breadth)
             choices = islice(maze.exits(lane.placement, entry), TRIED)
             shortest = next(choices, None)
             if shortest is None:
@@ -334,17 +342,17 @@ class _Rows:
         return escapes
 
 
-def gathering_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float) -> TailFrame:
+def gathering_frame(spec: SensorSpec, bus: Bus, front: float, breadth: Breadth) -> TailFrame:
     """The tail of an array not in line: in the taper the pairs come together, their lanes begin behind it."""
-    tail = body_frame(spec, bus, front, half_width)
+    tail = body_frame(spec, bus, front, breadth)
     gather = max(tail.start, front + 0.3e-3 * len(spec.array.placements))
     return replace(tail, start=gather, funnel=gather)
 
 
-def body_frame(spec: SensorSpec, bus: Bus, front: float, half_width: float) -> TailFrame:
-    """The tail of the body as wide as it is made for leads that take so much (m) to both sides of the axis."""
-    width = max(map(abs, sides(spec, half_width)))
-    return frame(spec, bus, connector_of(spec, connector("solder-pads")), front, width)
+def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> TailFrame:
+    """The tail of the body as wide as it is made for coils and leads that need so much of it."""
+    half_width = body_breadth(spec, needed).farthest
+    return frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
 
 
 def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:

@@ -377,3 +377,10 @@ def test_a_small_target_is_refused_only_for_a_strain_that_is_certain(size, force
     if severity == "error":
         assert found.measured > found.limit == 0.5
         assert ("helped most" in found.message) is (size > 4.5)
+
+
+def test_a_body_too_wide_for_its_jaw_counts_coils_off_the_axis_from_edge_to_edge(judge, design):
+    centres = [[0, 0], [7.5, 0], [15, 0], [0, 7.5]]
+    spec = design(coil__outer_diameter=6, array={"pattern": "explicit", "centres": centres})
+    (found,) = judge("SIT301", with_jaw(spec, width=10e-3, length=60e-3, port_diameter=60e-3), lay_out(spec))
+    assert "coils 13.5 mm" in found.message

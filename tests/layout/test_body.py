@@ -80,3 +80,58 @@ def test_a_wider_body_before_a_wide_tail_holds_its_copper(margin, array):
     arrays = ARRAYS | {"triangle": "array: {pattern: triangle, pitch: 4}", "line": "array: {count: 4, pitch: 3.6}"}
     layout = lay_out(board(arrays[array], f", margin: {margin}", coil="outer_diameter: 2.6, turns: 2"))
     assert not layout.findings and holds_its_copper(layout)
+
+
+OFF_AXIS = {
+    "one": [[3, 5]],
+    "a row": [[-7, 4], [0, 4], [7, 4]],
+    "one above the other": [[0, 4], [0, 11]],
+    "an L": [[0, 0], [7.5, 0], [15, 0], [0, 7.5]],
+}
+
+
+def explicit(centres, **more):
+    return board(f"array: {{pattern: explicit, centres: {centres}}}", **more)
+
+
+@pytest.mark.parametrize("tail", ["", ", turn: left", ", offset: -9"])
+@pytest.mark.parametrize("name", OFF_AXIS)
+def test_where_the_places_are_counted_from_changes_nothing_else(name, tail):
+    """The same coils counted from elsewhere: the same board, moved."""
+    centres, (dx, dy) = OFF_AXIS[name], (5.0, -8.3)
+    moved = [[x + dx, y + dy] for x, y in centres]
+    here, there = (lay_out(explicit(places, connector="zif-0.5mm" + tail)) for places in (centres, moved))
+    assert not here.findings and not there.findings
+    assert there.body_size == pytest.approx(here.body_size, abs=1e-9)
+    for one, other in (
+        (here.outline.flattened(1e-6), there.outline.flattened(1e-6)),
+        ([pad.centre for pad in here.pads], [pad.centre for pad in there.pads]),
+        ([via.centre for via in here.vias], [via.centre for via in there.vias]),
+        ([hole.outline.start for hole in here.top_openings], [hole.outline.start for hole in there.top_openings]),
+        ([here.stiffener.outline.outline.start], [there.stiffener.outline.outline.start]),
+        ([piece.path.end for piece in here.traces], [piece.path.end for piece in there.traces]),
+        ([coil.windings[0].path.start for coil in here.coils], [coil.windings[0].path.start for coil in there.coils]),
+    ):
+        assert [[x + dx * MM, y + dy * MM] for x, y in one] == [pytest.approx(list(at), abs=1e-9) for at in other]
+    assert there.coils[0].placement == there.spec.array.placements[0]
+
+
+@pytest.mark.parametrize("name", OFF_AXIS)
+def test_the_body_is_no_wider_than_coils_about_their_mean_need(name):
+    centres = OFF_AXIS[name]
+    layout = lay_out(explicit(centres))
+    mean = sum(y for _, y in centres) / len(centres)
+    coils = 2 * (max(abs(y - mean) for _, y in centres) + 3) * MM
+    assert 0.4 * MM - 1e-9 <= layout.body_size[1] - coils < 2.5 * MM  # its edges; leads and vias beside the coils
+    assert holds_its_copper(layout)
+
+
+def test_a_jaw_too_narrow_for_a_body_about_the_mean_leaves_it_what_coils_and_leads_need():
+    jaw = "mount: {{kind: grasper-pad, standoff: 1, jaw: {{width: {width}, length: 40, height: 8}}}}"
+    free, fitted, tight = (lay_out(explicit(OFF_AXIS["an L"], extra=jaw.format(width=width))) for width in (30, 16, 10))
+    assert middle(free) == pytest.approx(free.spec.array.middle, abs=1e-9)
+    assert fitted.body_size[1] == pytest.approx(16 * MM) and free.body_size[1] > 18 * MM
+    assert tight.body_size[1] < 15.2 * MM  # coils 13.5, edges 0.4, leads
+    assert tight.body[3] == fitted.body[3] == free.body[3]
+    for layout in (free, fitted, tight):
+        assert not layout.findings and holds_its_copper(layout)

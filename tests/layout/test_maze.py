@@ -12,7 +12,7 @@ import pytest
 
 from sitscad import lay_out
 from sitscad.geometry.path import Line, Point, polyline
-from sitscad.layout.clearance import Hole, Track
+from sitscad.layout.clearance import Breadth, Hole, Track
 from sitscad.layout.lanes import bus_for, rows_of_lanes
 from sitscad.layout.maze import Ground, Lattice, Maze
 from sitscad.layout.patience import BUDGET, Patience
@@ -36,8 +36,9 @@ def grid(**changes):
 def maze_of(spec, length=40e-3, half_width=15e-3):
     """An empty board, its coils at the far end."""
     bus = bus_for(spec)
-    lattice = Lattice(spec, bus, -10e-3, length, half_width)
-    return Maze(lattice, bus, Ground(length - 5e-3, length, half_width, half_width))
+    across = Breadth(-half_width, half_width)
+    lattice = Lattice(spec, bus, -10e-3, length, across)
+    return Maze(lattice, bus, Ground(length - 5e-3, length, across, half_width))
 
 
 def test_a_wave_goes_round_what_is_not_free():
@@ -93,8 +94,8 @@ def test_no_way_cuts_the_corner_of_a_coil_on_a_large_board(angle):
     turned = tuple(replace(p, rotation=math.radians(angle)) for p in spec.array.placements)
     spec = replace(spec, array=replace(spec.array, placements=turned))
     bus = bus_for(spec)
-    lattice = Lattice(spec, bus, -22e-3, 60e-3, 30e-3)
-    maze = Maze(lattice, bus, Ground(55e-3, 60e-3, 30e-3, 30e-3))
+    across = Breadth(-30e-3, 30e-3)
+    maze = Maze(Lattice(spec, bus, -22e-3, 60e-3, across), bus, Ground(55e-3, 60e-3, across, 30e-3))
     assert maze.step > 1.5 * bus.pitch
     # beside a corner at an odd angle a step comes a little nearer: the exact check of every lead refuses such a way
     need = bus.spacing + bus.width / 2 - (0.1 * maze.step if angle == 20.0 else 0.0)

@@ -155,7 +155,9 @@ class ArrayDocument(Section):
     )
     pitch: float | None = key(Pitch, "distance of neighbouring centres", None)
     centres: list[tuple[float, float]] | None = key(
-        ListOf(Centre), "explicit: [x, y] of every coil, in the order of the converter's channels", None
+        ListOf(Centre),
+        "explicit: [x, y] of every coil, in the order of the converter's channels; the tail leaves at their mean's y",
+        None,
     )
     rotations: list[float] | None = key(
         ListOf(Angle), "explicit: every coil's, counter-clockwise, in the same order, like [0 deg, 90 deg]", None
