@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sitscad.estimates import estimate, pressing, uncertainty
+from sitscad.estimates import estimate, uncertainty
 from sitscad.estimates.signal import signals
+from sitscad.estimates.states import pressing
 from sitscad.estimates.states.pressing import PAD
 from sitscad.estimates.uncertainty import (
     CAPACITOR,
