@@ -1,0 +1,205 @@
+"""Eddy currents on a box: rectangular targets, side walls and edges included.
+
+Stream functions are products of splines along two edges, continuous over the box's edges; its three mirror planes part
+them into eight classes. The inductance of two of them is the sum over Gaussians of products of one-dimensional
+integrals (`gaussian_sum`), so the double integrals over the surface cost no more than matrix products and have no
+singular points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.gaussian_sum import GaussianSum, gaussian_sum
+from sitscad.physics.eddy.graded_line import PARITIES, GradedLine, LineIntegrals, graded_line
+from sitscad.physics.eddy.skin import Skin
+from sitscad.physics.eddy.surface import made_definite
+from sitscad.physics.legendre import gauss
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Index = NDArray[np.intp]
+Parity = tuple[int, int, int]
+
+ACROSS = ((1, 2), (0, 2), (0, 1))
+"""The two axes along a face, by the axis across it."""
+
+TURN = (1.0, -1.0, 1.0)
+"""Sign of n x grad psi along those axes: -dpsi/db along a and dpsi/da along b, the other way on faces across y."""
+
+THICKNESS = 2
+
+
+@record(eq=False)
+class BoxClass:
+    """Currents of one parity along x, y and z. `numbers` say which function of the class one of a face is, (functions
+    along a, along b) by the axis across the face; `projections` by axis (see `GradedLine.projections`).
+    """
+
+    parity: Parity
+    lines: tuple[GradedLine, ...]
+    inductance: Array
+    numbers: tuple[Index, ...]
+    projections: tuple[tuple[Array, Array], ...]
+
+    def drive(self, potential: Array) -> Array:
+        """See `CurrentClass`."""
+        found = np.zeros((len(self.inductance), potential.shape[-1]))
+        for across, (a, b) in enumerate(ACROSS):
+            both = self._face(potential, across)
+            field = both[0] - self.parity[across] * both[1]
+            (fa, da), (fb, db) = self.projections[a], self.projections[b]
+            along_a, along_b = _projected(field[:, :, a], fa, db), _projected(field[:, :, b], da, fb)
+            linked = TURN[across] * (along_b - along_a)
+            np.add.at(found, self.numbers[across].ravel(), linked.reshape(-1, potential.shape[-1]))
+        return found
+
+    def spread(self, functions: Array) -> Array:
+        """See `CurrentClass`."""
+        pieces = []
+        for across, (a, b) in enumerate(ACROSS):
+            (fa, da), (fb, db) = self.projections[a], self.projections[b]
+            amount = TURN[across] * functions[self.numbers[across]]
+            found = np.zeros((2, fa.shape[1], fb.shape[1], 3, functions.shape[1]))
+            found[0, :, :, a] = -_projected(amount, fa.T, db.T)
+            found[0, :, :, b] = _projected(amount, da.T, fb.T)
+            found[1] = -self.parity[across] * found[0]
+            pieces.append(found.reshape(-1, 3, functions.shape[1]))
+        return np.concatenate(pieces)
+
+    def _face(self, potential: Array, across: int) -> Array:
+        # Both faces across an axis: (2, points along a, along b, 3, fields).
+        counts = [self.projections[axis][0].shape[1] for axis in range(3)]
+        sizes = [2 * counts[a] * counts[b] for a, b in ACROSS]
+        a, b = ACROSS[across]
+        start = sum(sizes[:across])
+        return potential[start : start + sizes[across]].reshape(2, counts[a], counts[b], *potential.shape[1:])
+
+    def depths(self, skin: Skin) -> ComplexArray:
+        """See `CurrentClass`."""
+        found = np.zeros(self.inductance.shape, dtype=complex)
+        plain = [line.grams(parity) for line, parity in zip(self.lines, self.parity, strict=True)]
+        edges = [line.grams(parity, skin.decay) for line, parity in zip(self.lines, self.parity, strict=True)]
+        for across, (a, b) in enumerate(ACROSS):
+            depth = skin.face(self.parity[THICKNESS]) * (1.0 if across == THICKNESS else skin.wall)
+            total = np.zeros((self.numbers[across].size,) * 2, dtype=complex)
+            for one, other, weight in ((plain[a], plain[b], 1.0), (edges[a], plain[b], skin.edge),
+                                       (plain[a], edges[b], skin.edge)):  # fmt: skip
+                total = total + weight * (np.kron(one[0], other[1]) + np.kron(one[1], other[0]))
+            members = self.numbers[across].ravel()
+            found[np.ix_(members, members)] += 2.0 * depth * total
+        return np.asarray(MU0 * found)
+
+
+@record(eq=False)
+class Box:
+    """A box about its middle, and how many points fields are taken at along x, y and z."""
+
+    lines: tuple[GradedLine, ...]
+    counts: tuple[int, int, int]
+
+    @cached_property
+    def points(self) -> Array:
+        """See `Surface`: those of the faces across x, y and z, the upper one of each first."""
+        places = [line.half * gauss(count)[0] for line, count in zip(self.lines, self.counts, strict=True)]
+        pieces = []
+        for across, (a, b) in enumerate(ACROSS):
+            for side in (1.0, -1.0):
+                found = np.empty((self.counts[a], self.counts[b], 3))
+                found[..., a], found[..., b] = places[a][:, None], places[b]
+                found[..., across] = side * self.lines[across].half
+                pieces.append(found.reshape(-1, 3))
+        return np.concatenate(pieces)
+
+    @cached_property
+    def classes(self) -> tuple[BoxClass, ...]:
+        """See `Surface`."""
+        reach = 2.0 * math.hypot(*(line.half for line in self.lines))
+        finest = min(float(line.steps.min()) for line in self.lines)
+        gaussians = gaussian_sum(0.25 * finest, reach)
+        integrals = [line.integrals(gaussians.scales) for line in self.lines]
+        known = [{parity: line.projections(parity, count) for parity in PARITIES}
+                 for line, count in zip(self.lines, self.counts, strict=True)]  # fmt: skip
+        return tuple(self._class(parity, gaussians, integrals, known)
+                     for parity in product(PARITIES, PARITIES, PARITIES))  # fmt: skip
+
+    def _class(
+        self,
+        parity: Parity,
+        gaussians: GaussianSum,
+        integrals: Sequence[Mapping[int, LineIntegrals]],
+        projections: Sequence[Mapping[int, tuple[Array, Array]]],
+    ) -> BoxClass:
+        own = [integrals[axis][parity[axis]] for axis in range(3)]
+        sizes = [self.lines[axis].values[parity[axis]].shape[1] for axis in range(3)]
+        numbers = _numbers(sizes)
+        count = 1 + max(int(face.max()) for face in numbers)
+        inductance = np.zeros((count, count))
+        for across in range(3):
+            members = numbers[across].ravel()
+            inductance[np.ix_(members, members)] += self._of_faces(across, parity, gaussians, own)
+            first, second = ACROSS[across]
+            ends = gaussians.weights[:, None] * own[second].end
+            between = -4.0 * np.einsum("qij,qb,qa->ibja", own[across].mass, ends, own[first].end, optimize=True)
+            rows = _with_axis(numbers[first], across, first).ravel()
+            columns = _with_axis(numbers[second], across, second).ravel()
+            block = between.reshape(rows.size, columns.size)
+            inductance[np.ix_(rows, columns)] += block
+            inductance[np.ix_(columns, rows)] += block.T
+        if parity == (1, 1, 1):
+            inductance = made_definite(inductance)
+        used = tuple(projections[axis][parity[axis]] for axis in range(3))
+        return BoxClass(parity, self.lines, MU0 / (4.0 * math.pi) * inductance, numbers, used)
+
+    def _of_faces(self, across: int, parity: Parity, gaussians: GaussianSum, own: Sequence[LineIntegrals]) -> Array:
+        # The two faces across an axis, each with itself and with the other.
+        a, b = ACROSS[across]
+        other = np.exp(-((2.0 * self.lines[across].half * gaussians.scales) ** 2))
+        weights = 2.0 * gaussians.weights * (1.0 - parity[across] * other)
+        found = _summed(weights, own[a].mass, own[b].slope) + _summed(weights, own[a].slope, own[b].mass)
+        (mass_a, slope_a), (mass_b, slope_b) = (self.lines[axis].grams(parity[axis]) for axis in (a, b))
+        nearest = np.kron(mass_a, slope_b) + np.kron(slope_a, mass_b)
+        return np.asarray(found + 2.0 * gaussians.tail * nearest.real)
+
+
+def box(size: tuple[float, float, float], first: float, widest: float, counts: tuple[int, int, int]) -> Box:
+    """A box of that size along x, y and z (m), knots `first` apart at edges and `widest` in faces (m), and how many
+    points fields are taken at along its edges.
+    """
+    through = min(first, 0.22 * size[THICKNESS]), max(0.25 * size[THICKNESS], first)
+    steps = (first, widest), (first, widest), through
+    lines = tuple(graded_line(0.5 * length, *step) for length, step in zip(size, steps, strict=True))
+    return Box(lines, counts)
+
+
+def _numbers(sizes: Sequence[int]) -> tuple[Index, ...]:
+    # Functions that are not 0 on the surface: those with the last one along at least one axis.
+    kept = np.zeros(sizes, dtype=bool)
+    kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
+    number = np.full(sizes, -1)
+    number[kept] = np.arange(np.count_nonzero(kept))
+    return number[-1], number[:, -1], number[:, :, -1]
+
+
+def _with_axis(numbers: Index, first: int, across: int) -> Index:
+    # A face's numbers with that axis first.
+    return numbers if ACROSS[across][0] == first else numbers.T
+
+
+def _projected(field: Array, along_a: Array, along_b: Array) -> Array:
+    return np.einsum("ip,jq,pqs->ijs", along_a, along_b, field, optimize=True)
+
+
+def _summed(weights: Array, one: Array, other: Array) -> Array:
+    # Sum over Gaussians of Kronecker products.
+    n, m = one.shape[1], other.shape[1]
+    flat = (weights[:, None] * one.reshape(len(one), -1)).T @ other.reshape(len(other), -1)
+    return flat.reshape(n, n, m, m).transpose(0, 2, 1, 3).reshape(n * m, n * m)

@@ -1,0 +1,257 @@
+"""The vector potential above a flat coil of any shape, tabulated once from its real tracks.
+
+Currents of every layer are spread on a grid by cubic splines, taken to wave numbers, and carried upwards like
+exp(-k z) (particles on a mesh; Hockney and Eastwood 1988). A mirror behind the coil returns every wave by its own
+factor. Grids get coarser with every doubling of the height; between their nodes cubic splines serve, between heights
+cubics in the height's logarithm. The grid repeats the coil; the repeated ones are dipoles by then, and taken off.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.graded_line import interpolation
+from sitscad.physics.filaments import PolylineTrack
+from sitscad.physics.legendre import gauss
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Index = NDArray[np.intp]
+Returned = Callable[[Array], Array]
+
+FINE, ROOM = 0.36, 3.6
+"""Grid's spacing over the lowest height, and its side over the coil's diameter and the reach together."""
+
+LEVELS, OCTAVES = 5, 7
+"""Heights tabulated for each doubling, and how often the lowest height is doubled."""
+
+STRANDS = 2
+"""Filaments across a track, at the Gauss points of its width."""
+
+LATTICE_REST = 9.0336217 - 4.0 - math.sqrt(2.0)
+"""Sum of 1/n^3 over the square lattice without its origin and the eight neighbours (Borwein et al. 2013: the whole sum
+is 4 zeta(3/2) beta(3/2) = 9.0336)."""
+
+SMOOTH = 24
+"""Points along a side from which the smooth field of the repeated coils is interpolated."""
+
+
+@record(eq=False)
+class _Octave:
+    # Potentials (levels, side, side) as spline coefficients, lowest height, and spacing of the grid (m).
+    lowest: float
+    spacing: float
+    values: ComplexArray
+
+
+@record
+class _Dipole:
+    # A small loop for the whole coil: moment (m2), height of its middle (m); `ends` (x + i y; m) leads from the first
+    # end of the tracks to the last, for a winding alone is open.
+    moment: float
+    height: float
+    ends: complex
+
+
+@record(eq=False)
+class CoilPotential:
+    """Potential of a coil with 1 A at any place above it, its centre at x = y = 0.
+
+    `floor` (m, below the coil; -inf: none) is that of the mirror, whose image is in it; `nearest` is the least height
+    (m) over the top track's mid-plane at which it holds.
+    """
+
+    top: float
+    side: float
+    nearest: float
+    floor: float
+    octaves: tuple[_Octave, ...]
+    dipoles: tuple[_Dipole, ...]
+
+    def __call__(self, points: Array) -> ComplexArray:
+        """A_x + i A_y (Wb/m) at points (n, 3) in metres; A_z is 0. Far away the coil is a dipole."""
+        height = np.maximum(points[:, 2] - self.top, self.nearest)
+        octave = np.floor(np.log2(height / self.nearest) + 1e-12).astype(np.intp)
+        beside = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1])) > 0.5 * self.side - 3.0 * self._widest
+        octave[beside | (octave >= len(self.octaves))] = -1
+        found = np.empty(len(points), dtype=complex)
+        for number in np.unique(octave):
+            chosen = octave == number
+            if number < 0:
+                found[chosen] = sum(_dipole_potential(points[chosen], dipole) for dipole in self.dipoles)
+            else:
+                found[chosen] = _looked_up(self.octaves[number], points[chosen], height[chosen], 0.5 * self.side)
+        return found
+
+    @property
+    def _widest(self) -> float:
+        return max(octave.spacing for octave in self.octaves)
+
+
+def coil_potential(
+    tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: float = -math.inf,
+    returned: Returned | None = None,
+) -> CoilPotential:  # fmt: skip
+    """The potential of tracks in series, layers one above the other, currents along their corners.
+
+    It holds from `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A mirror at
+    z = `floor` (m) returns waves of wave number k (1/m) by the factor `returned`: -1, as a perfect conductor does,
+    where that is None.
+    """
+    top = max(track.z for track in tracks)
+    extent = 2.0 * max(float(np.abs(track.corners).max()) for track in tracks)
+    side = ROOM * max(extent, 0.5 * extent + reach)
+    count = 2 * math.ceil(0.5 * side / (FINE * nearest))
+    spacing = side / count
+    number = _wave_numbers(count, spacing)
+    factor = np.zeros_like(number) if math.isinf(floor) else -1.0 + 0.0 * number
+    if returned is not None and math.isfinite(floor):
+        factor = returned(number)
+    rising = np.zeros((count, count), dtype=complex)
+    for track in tracks:
+        layer = _spread_spectrum(track, count, spacing)
+        through = 1.0 + (number * track.thickness) ** 2 / 24.0
+        rising += layer * through * np.exp(-number * (top - track.z))
+        if math.isfinite(floor):
+            rising += layer * through * factor * np.exp(-number * (top + track.z - 2.0 * floor))
+    with np.errstate(divide="ignore"):
+        rising *= np.where(number > 0.0, 0.5 * MU0 / number, 0.0)
+    dipoles = _dipoles(tracks, floor, float(factor[0, 1]))
+    octaves = tuple(_octave(rising, side, nearest * 2.0**n, top, dipoles, n) for n in range(OCTAVES))
+    return CoilPotential(top, side, nearest, floor, octaves, dipoles)
+
+
+def _octave(rising: ComplexArray, side: float, lowest: float, top: float, dipoles: Sequence[_Dipole],
+            number: int) -> _Octave:  # fmt: skip
+    count = max(2 * math.ceil(0.5 * rising.shape[0] / 2**number), 64)
+    waves = _cropped(rising, min(count, rising.shape[0]))
+    count, spacing = waves.shape[0], side / waves.shape[0]
+    k = _wave_numbers(count, spacing)
+    along = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
+    waves = waves / (along[:, None] * along) * (count / rising.shape[0]) ** 2
+    heights = lowest * 2.0 ** ((np.arange(LEVELS + 3) - 1.0) / LEVELS)
+    values = np.empty((heights.size, count, count), dtype=complex)
+    for level, height in enumerate(heights):
+        repeated = _repeated(side, count, top + height, dipoles)
+        values[level] = np.fft.fftshift(np.fft.ifft2(waves * np.exp(-k * height))) - repeated
+    return _Octave(lowest, spacing, values)
+
+
+def _wave_numbers(count: int, spacing: float) -> Array:
+    k = 2.0 * math.pi * np.fft.fftfreq(count, spacing)
+    return np.asarray(np.hypot(k[:, None], k))
+
+
+def _cropped(waves: ComplexArray, count: int) -> ComplexArray:
+    # The longest waves of a spectrum, as a spectrum of fewer points.
+    if count == waves.shape[0]:
+        return waves
+    kept = np.r_[0 : count // 2, waves.shape[0] - count // 2 : waves.shape[0]]
+    return waves[np.ix_(kept, kept)]
+
+
+def _spread_spectrum(track: PolylineTrack, count: int, spacing: float) -> ComplexArray:
+    """Spectrum of a layer's sheet current (A/m, x + i y) on the grid, rows along y."""
+    nodes, weights = gauss(STRANDS)
+    sheet = np.zeros(count * count, dtype=complex)
+    for node, weight in zip(nodes, weights, strict=True):
+        places, moments = _pieces(track.strand(0.5 * track.width * float(node)), spacing)
+        (columns, along_x), (rows, along_y) = (_spline(places[:, axis] / spacing + 0.5 * count) for axis in (0, 1))
+        share = 0.5 * weight / spacing**2 * moments[:, None, None] * along_y[:, :, None] * along_x[:, None, :]
+        at = (rows[:, :, None] % count) * count + columns[:, None, :] % count
+        sheet += np.bincount(at.ravel(), share.real.ravel(), count * count)
+        sheet += 1j * np.bincount(at.ravel(), share.imag.ravel(), count * count)
+    wide = np.sinc(np.fft.fftfreq(count)) ** 4
+    centred = np.fft.fft2(np.fft.ifftshift(sheet.reshape(count, count)))
+    return np.asarray(centred / (wide[:, None] * wide))
+
+
+def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
+    # Gauss points of pieces no longer than the spacing, and current times length (x + i y) of each.
+    sides = np.diff(corners, axis=0)
+    counts = np.ceil(np.hypot(*sides.T) / spacing).astype(np.intp)
+    owner = np.repeat(np.arange(len(sides)), counts)
+    first = np.cumsum(counts) - counts
+    part = np.arange(owner.size) - first[owner]
+    places, moments = [], []
+    for node, weight in zip(*gauss(2), strict=True):
+        fraction = (part + 0.5 * (1.0 + node)) / counts[owner]
+        places.append(corners[owner] + fraction[:, None] * sides[owner])
+        moments.append(0.5 * weight / counts[owner] * (sides[owner] @ np.array([1.0, 1j])))
+    return np.concatenate(places), np.concatenate(moments)
+
+
+def _spline(x: Array) -> tuple[Index, Array]:
+    # The four nodes about every place (in spacings) and the cubic spline's weights there.
+    first = np.floor(x).astype(np.intp)
+    t = x - first
+    u = 1.0 - t
+    weights = np.stack([u**3, 4.0 - 6.0 * t**2 + 3.0 * t**3, 4.0 - 6.0 * u**2 + 3.0 * u**3, t**3], axis=1) / 6.0
+    return first[:, None] + np.arange(-1, 3), weights
+
+
+def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
+    count = octave.values.shape[1]
+    (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
+    level = np.log2(height / octave.lowest) * LEVELS + 1.0
+    lowest = np.clip(np.floor(level).astype(np.intp) - 1, 0, LEVELS - 1)
+    up = _cubic(level - lowest)
+    flat = octave.values.reshape(-1)
+    runs = np.lib.stride_tricks.sliding_window_view(flat, 4)
+    base = (lowest * count + rows[:, 0]) * count + columns[:, 0]
+    found = np.zeros(len(points), dtype=complex)
+    for k in range(4):
+        for row in range(4):
+            run = runs[base + (k * count + row) * count]
+            found += up[:, k] * along_y[:, row] * np.einsum("nx,nx->n", run, along_x)
+    return found
+
+
+def _cubic(t: Array) -> Array:
+    # Lagrange's weights of values at 0, 1, 2, 3.
+    a, b, c, d = t, t - 1.0, t - 2.0, t - 3.0
+    return np.stack([-b * c * d / 6.0, 0.5 * a * c * d, -0.5 * a * b * d, a * b * c / 6.0], axis=1)
+
+
+def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float) -> tuple[_Dipole, ...]:
+    areas, ends = [], []
+    for track in tracks:
+        x, y = track.corners.T
+        areas.append(0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])))
+        ends.append(complex(x[-1] - x[0], y[-1] - y[0]))
+    total, height = math.fsum(areas), sum(track.z for track in tracks) / len(tracks)
+    coil = _Dipole(total, height, sum(ends))
+    return (
+        (coil,) if math.isinf(floor) else (coil, _Dipole(returned * total, 2.0 * floor - height, returned * coil.ends))
+    )
+
+
+def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
+    square = points[:, 0] ** 2 + points[:, 1] ** 2 + (points[:, 2] - dipole.height) ** 2
+    around = dipole.moment * 1j * (points[:, 0] + 1j * points[:, 1]) / square**1.5
+    return np.asarray(MU0 / (4.0 * math.pi) * (around + dipole.ends / np.sqrt(square)))
+
+
+def _repeated(side: float, count: int, height: float, dipoles: Sequence[_Dipole]) -> ComplexArray:
+    """Potential of the grid's repeated coils at its nodes at a height (m): eight nearby dipoles, and all others'
+    even field.
+    """
+    place = 0.5 * side * gauss(SMOOTH)[0]
+    x, y = (part.ravel() for part in np.meshgrid(place, place))
+    points = np.stack([x, y, np.full_like(x, height)], axis=1)
+    found = np.zeros(x.size, dtype=complex)
+    for dipole in dipoles:
+        for i, j in product((-1, 0, 1), repeat=2):
+            if i or j:
+                found += _dipole_potential(points - [i * side, j * side, 0.0], dipole)
+        even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / side**3
+        found += 0.5j * even * (x + 1j * y)
+    to_grid = interpolation(SMOOTH, 2.0 * np.arange(count) / count - 1.0)
+    return np.asarray(to_grid @ found.reshape(SMOOTH, SMOOTH) @ to_grid.T)

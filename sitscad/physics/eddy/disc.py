@@ -1,0 +1,271 @@
+"""Eddy currents on a disc: round targets, side wall and edges included.
+
+Stream functions are cos(m phi) or sin(m phi) times splines along the meridian, from the axis over the edge down the
+wall; orders m, cosine and sine, and both parities across the disc stand alone. Their inductances are integrals over the
+meridian with the circles' mean of cos(n phi) / distance, whose logarithm is integrated by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.graded_line import PARITIES, GradedLine, graded_line, interpolation
+from sitscad.physics.eddy.skin import Skin
+from sitscad.physics.eddy.surface import made_definite
+from sitscad.physics.eddy.toroidal import toroidal
+from sitscad.physics.legendre import gauss
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Index = NDArray[np.intp]
+
+POINTS = 3
+"""Gauss points of a piece of the meridian."""
+
+NEAR = 2.5
+"""Distance, in lengths of a piece, up to which the logarithm is integrated by itself."""
+
+COINCIDENT = 1e-3
+"""Distance, in lengths of a piece, at which a point is taken to see itself."""
+
+
+@record(eq=False)
+class Meridian:
+    """The upper half of a disc's outline from the axis to the edge and down to the middle plane, as Gauss points.
+
+    `places` (n, 2) are radius and height (m), `weights` lengths (m), `depth` distances from the edge (m), `on_face`
+    tells the face's points from the wall's; `starts` and `ends` (pieces, 2) are those of its straight pieces.
+    """
+
+    starts: Array
+    ends: Array
+    places: Array
+    weights: Array
+    depth: Array
+    on_face: NDArray[np.bool_]
+
+    @property
+    def lengths(self) -> Array:
+        """Of the pieces (m)."""
+        return np.asarray(np.hypot(*(self.ends - self.starts).T))
+
+
+def _meridian(face: GradedLine, wall: GradedLine) -> Meridian:
+    radii, heights = face.nodes[face.nodes.size // 2 :], wall.nodes[wall.nodes.size // 2 :]
+    top = np.stack([radii, np.full_like(radii, wall.half)], axis=1)
+    side = np.stack([np.full_like(heights, face.half), heights], axis=1)[::-1]
+    corners = np.concatenate([top, side[1:]])
+    at, share = gauss(POINTS)
+    starts, ends = corners[:-1], corners[1:]
+    places = (starts[:, None] + 0.5 * (1.0 + at)[:, None] * (ends - starts)[:, None]).reshape(-1, 2)
+    lengths = np.hypot(*(ends - starts).T)
+    on_face = np.repeat(np.arange(len(starts)) < radii.size - 1, POINTS)
+    depth = np.where(on_face, face.half - places[:, 0], wall.half - places[:, 1])
+    return Meridian(starts, ends, places, (0.5 * lengths[:, None] * share).ravel(), depth, on_face)
+
+
+@record(eq=False)
+class DiscClass:
+    """Currents of one order m, one parity across the disc, and one phase: "cos" or "sin".
+
+    `values` and `slopes` (points of the meridian, n) are the functions' along the meridian.
+    """
+
+    order: int
+    parity: int
+    phase: str
+    disc: Disc
+    inductance: Array
+    values: Array
+    slopes: Array
+
+    def drive(self, potential: Array) -> Array:
+        """See `CurrentClass`."""
+        return np.asarray(np.einsum("pcn,pcs->ns", self._linkage, potential, optimize=True))
+
+    def spread(self, functions: Array) -> Array:
+        """See `CurrentClass`."""
+        return np.asarray(self._linkage @ functions)
+
+    @cached_property
+    def _linkage(self) -> Array:
+        # What a potential at the points (points, 3, n) drives: along the radius, round the axis, and up the wall.
+        disc, shape = self.disc, self.disc.meridian
+        on_face = shape.on_face
+        radius, weight = shape.places[on_face, 0], shape.weights[on_face]
+        to_face = interpolation(disc.counts[0], 2.0 * radius / disc.face.half - 1.0)
+        round_face = to_face.T @ (self.slopes[on_face] * (weight * radius)[:, None])
+        out_face = to_face.T @ (self.values[on_face] * (self.order * weight)[:, None])
+        height, weight = shape.places[~on_face, 1] / disc.wall.half, shape.weights[~on_face]
+        up, down = interpolation(disc.counts[1], height), interpolation(disc.counts[1], -height)
+        slopes, values = self.slopes[~on_face] * weight[:, None], self.values[~on_face] * weight[:, None]
+        round_wall = disc.face.half * (up.T @ slopes - self.parity * (down.T @ slopes))
+        up_wall = self.order * (up.T @ values + self.parity * (down.T @ values))
+        angle, step = disc.angles, 2.0 * math.pi / disc.angles.size
+        wave, turned = np.cos(self.order * angle), np.sin(self.order * angle)
+        if self.phase == "sin":
+            wave, turned = turned, -wave
+        around = np.stack([-np.sin(angle), np.cos(angle), 0.0 * angle], axis=1)
+        outwards = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+        upwards = np.array([0.0, 0.0, step])
+        top = (np.einsum("rn,ac->racn", round_face, step * wave[:, None] * around)
+               + np.einsum("rn,ac->racn", out_face, step * turned[:, None] * outwards))  # fmt: skip
+        side = (np.einsum("zn,ac->zacn", round_wall, step * wave[:, None] * around)
+                - np.einsum("zn,ac->zacn", up_wall, turned[:, None] * upwards))  # fmt: skip
+        flat = top.reshape(-1, 3, top.shape[-1])
+        return np.concatenate([flat, -self.parity * flat, side.reshape(-1, 3, side.shape[-1])])
+
+    def depths(self, skin: Skin) -> ComplexArray:
+        """See `CurrentClass`."""
+        shape = self.disc.meridian
+        radius = shape.places[:, 0]
+        along = (self.order * self.values / radius[:, None], self.slopes)
+        wall = np.where(shape.on_face, 1.0, skin.wall)
+        rise = 1.0 + skin.edge * np.exp(-skin.decay * shape.depth)
+        around = 2.0 * math.pi if self.order == 0 else math.pi
+        weight = (2.0 * around * MU0 * skin.face(self.parity)) * shape.weights * radius * wall * rise
+        return sum((part * weight[:, None]).T @ part for part in along)
+
+
+@record(eq=False)
+class Disc:
+    """A disc about its middle: half lines of face and wall, how many points fields are taken at along the radius and
+    the height, and the highest order of cos(m phi).
+    """
+
+    face: GradedLine
+    wall: GradedLine
+    counts: tuple[int, int]
+    orders: int
+
+    @cached_property
+    def angles(self) -> Array:
+        """Azimuths (rad) at which fields are taken."""
+        count = 2 * self.orders + 2
+        return np.asarray(2.0 * math.pi / count * np.arange(count))
+
+    @cached_property
+    def points(self) -> Array:
+        """See `Surface`: upper face, lower face, wall."""
+        radius = 0.5 * self.face.half * (1.0 + gauss(self.counts[0])[0])
+        height = self.wall.half * gauss(self.counts[1])[0]
+        cosine, sine = np.cos(self.angles), np.sin(self.angles)
+        pieces = [_circles(radius, np.full_like(radius, z), cosine, sine) for z in (self.wall.half, -self.wall.half)]
+        return np.concatenate([*pieces, _circles(np.full_like(height, self.face.half), height, cosine, sine)])
+
+    @cached_property
+    def meridian(self) -> Meridian:
+        """Its outline."""
+        return _meridian(self.face, self.wall)
+
+    @cached_property
+    def classes(self) -> tuple[DiscClass, ...]:
+        """See `Surface`."""
+        same, other = (_kernel(self.meridian, side, self.orders + 1) for side in (1.0, -1.0))
+        found = []
+        for order in range(self.orders + 1):
+            for parity in PARITIES:
+                values, slopes = self._functions(order, parity)
+                inductance = self._inductance(order, parity, same, other, values, slopes)
+                phases = ("cos", "sin") if order else ("cos",)
+                found += [DiscClass(order, parity, phase, self, inductance, values, slopes) for phase in phases]
+        return tuple(found)
+
+    def _functions(self, order: int, parity: int) -> tuple[Array, Array]:
+        # Values and slopes along the meridian at its points; near the axis like rho^m, or rho^2 and rho^3 beyond that.
+        radii = self.face.nodes[self.face.nodes.size // 2 :]
+        face = self.face.values[1 if order == 0 else -1][self.face.nodes.size // 2 :]
+        if order > 1:
+            face = face * (radii[:, None] / self.face.half) ** (1 + order % 2)
+        wall = self.wall.values[parity][self.wall.nodes.size // 2 :][::-1]
+        joined = face.shape[1] - 1
+        nodes = np.zeros((len(face) + len(wall) - 1, joined + wall.shape[1]))
+        nodes[: len(face), : joined + 1] = face
+        nodes[len(face) :, joined] = wall[1:, -1]
+        nodes[len(face) :, joined + 1 :] = wall[1:, :-1]
+        at = 0.5 * (1.0 + gauss(POINTS)[0])[:, None]
+        values = (nodes[:-1, None] * (1.0 - at) + nodes[1:, None] * at).reshape(-1, nodes.shape[1])
+        slopes = np.diff(nodes, axis=0) / self.meridian.lengths[:, None]
+        return values, np.repeat(slopes, POINTS, axis=0)
+
+    def _inductance(
+        self, order: int, parity: int, same: Array, other: Array, values: Array, slopes: Array
+    ) -> Array:  # fmt: skip
+        # Currents along x +- i y have the orders m +- 1.
+        radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
+        out, up = np.where(on_face, order * values, 0.0), np.where(on_face, 0.0, order * values)
+        more, less = slopes * radius - out, slopes * radius + out
+        total = up.T @ (same[order] + parity * other[order]) @ up
+        for current, turned in ((more, order + 1), (less, abs(order - 1))):
+            total = total + 0.5 * current.T @ (same[turned] - parity * other[turned]) @ current
+        around = 2.0 * math.pi if order == 0 else math.pi
+        found = MU0 / (4.0 * math.pi) * 2.0 * around * 0.5 * (total + total.T)
+        return made_definite(found) if (order, parity) == (0, 1) else found
+
+
+def disc(
+    diameter: float, thickness: float, first: float, widest: float, counts: tuple[int, int], orders: int
+) -> Disc:  # fmt: skip
+    """A disc of that diameter and thickness (m); see `box` and `Disc`."""
+    face = graded_line(0.5 * diameter, first, widest)
+    wall = graded_line(0.5 * thickness, min(first, 0.22 * thickness), max(0.25 * thickness, first))
+    return Disc(face, wall, counts, orders)
+
+
+def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
+    found = np.empty((radius.size, cosine.size, 3))
+    found[..., 0], found[..., 1] = radius[:, None] * cosine, radius[:, None] * sine
+    found[..., 2] = height[:, None]
+    return found.reshape(-1, 3)
+
+
+def _kernel(shape: Meridian, side: float, orders: int) -> Array:
+    """Integrals of cos(n phi) / distance for every pair of points, (orders + 1, points, points), weights included.
+
+    `side` -1 sees the mirror image below the middle plane. Near pieces: what is left of the integrand without the
+    logarithm of the distance, and that in closed form or by graded points.
+    """
+    image = np.array([1.0, side])
+    places, weights = shape.places, shape.weights
+    away = places[:, None] - places * image
+    square = np.einsum("pqc,pqc->pq", away, away)
+    if side > 0.0:
+        np.fill_diagonal(square, np.repeat((COINCIDENT * shape.lengths) ** 2, POINTS))
+    mean = np.sqrt(places[:, None, 0] * places[:, 0])
+    found = 2.0 / mean * toroidal(0.5 * square / mean**2, orders) * weights
+    starts, ends = shape.starts * image, shape.ends * image
+    middle = 0.5 * (starts + ends)
+    near = np.hypot(places[:, None, 0] - middle[:, 0], places[:, None, 1] - middle[:, 1]) < NEAR * shape.lengths
+    point, piece = np.nonzero(near)
+    columns = POINTS * piece[:, None] + np.arange(POINTS)
+    rows = np.broadcast_to(point[:, None], columns.shape)
+    logarithm = shape.lengths[piece, None] * _log_weights(places[point], starts[piece], ends[piece])
+    found[:, rows, columns] += 2.0 / mean[rows, columns] * (
+        0.5 * np.log(square[rows, columns]) * weights[columns] - logarithm)  # fmt: skip
+    return np.asarray(found * weights[:, None])
+
+
+def _log_weights(points: Array, starts: Array, ends: Array) -> Array:
+    """Weights (n, POINTS) of a function's values at a piece's Gauss points in its integral with ln(distance from a
+    point), the piece's length being 1.
+    """
+    along = ends - starts
+    nearest = np.clip(np.einsum("nc,nc->n", points - starts, along) / np.einsum("nc,nc->n", along, along), 0.0, 1.0)
+    at, share = gauss(16)
+    grade = 0.5 * (1.0 + at)
+    found = np.zeros((len(points), POINTS))
+    for end in (0.0, 1.0):
+        span = (end - nearest)[:, None]
+        x = nearest[:, None] + span * grade**4
+        away = starts[:, None] + x[..., None] * along[:, None] - points[:, None]
+        distance = np.maximum(np.hypot(away[..., 0], away[..., 1]), 1e-300)
+        weight = np.log(distance) * np.abs(span) * 2.0 * share * grade**3
+        through = interpolation(POINTS, (2.0 * x - 1.0).ravel()).reshape(*x.shape, POINTS)
+        found += np.einsum("nq,nqk->nk", weight, through)
+    return found

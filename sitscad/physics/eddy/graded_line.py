@@ -1,0 +1,148 @@
+"""Smooth functions along one edge of a box or the radius of a disc: cubic splines, dense towards both ends.
+
+At a metal's edge a current grows like a root of the distance, so knots crowd there geometrically. Every spline is held
+as its values at nodes some times finer, straight between them: then all integrals with Gaussians are closed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.eddy.gaussian_sum import repeated_integrals
+from sitscad.physics.legendre import gauss, legendre
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+RATIO, FINER, DEGREE = 1.7, 4, 3
+"""Growth of knot distances from the ends inwards, nodes for each of them, degree of the splines."""
+
+PARITIES = (1, -1)
+
+
+@record(eq=False)
+class LineIntegrals:
+    """For every Gaussian: of two functions, of two slopes (scales, n, n), and of a slope against the upper end."""
+
+    mass: Array
+    slope: Array
+    end: Array
+
+
+@record(eq=False)
+class GradedLine:
+    """Functions on [-half, half] (m), even ones under 1 and odd ones under -1: values at the nodes, (nodes, n). Only
+    the last of each is not 0 at the end, and it is 1 there.
+    """
+
+    half: float
+    nodes: Array
+    values: Mapping[int, Array]
+
+    @cached_property
+    def steps(self) -> Array:
+        """Distances of the nodes (m)."""
+        return np.diff(self.nodes)
+
+    def bends(self, parity: int) -> Array:
+        """Jumps of the slope at every node, those at both ends from and to 0: (nodes, n)."""
+        slopes = np.diff(self.values[parity], axis=0) / self.steps[:, None]
+        nothing = np.zeros_like(slopes[:1])
+        return np.diff(np.concatenate([nothing, slopes, nothing]), axis=0)
+
+    def integrals(self, scales: Array) -> dict[int, LineIntegrals]:
+        """Integrals with exp(-s^2 (x - x')^2) for every s (1/m): by parts, those of jumps with repeated integrals."""
+        apart = self.nodes[:, None] - self.nodes
+        first, second, third, fourth = repeated_integrals(scales, apart)
+        found = {}
+        for parity in PARITIES:
+            bends, values = self.bends(parity), self.values[parity]
+            ends = np.stack([values[0], -values[-1]])
+            mixed = -(ends.T @ (third[:, [0, -1]] @ bends))
+            corner = ends.T @ second[:, [0, -1]][:, :, [0, -1]] @ ends
+            mass = bends.T @ fourth @ bends + mixed + mixed.transpose(0, 2, 1) - corner
+            found[parity] = LineIntegrals(mass, -(bends.T @ second @ bends), -(first[:, :, -1] @ bends))
+        return found
+
+    def grams(self, parity: int, decay: complex | None = None) -> tuple[ComplexArray, ComplexArray]:
+        """Integrals of products of functions and of slopes; with a `decay` (1/m) weighted by the exponential of it
+        times the distance from the nearer end.
+        """
+        at, share = gauss(3)
+        place = self.nodes[:-1, None] + 0.5 * self.steps[:, None] * (1.0 + at)
+        weight = (0.5 * self.steps[:, None] * share).astype(complex)
+        if decay is not None:
+            weight = weight * np.exp(-decay * (self.half - np.abs(place)))
+        function, slope = self.sampled(parity, at), np.diff(self.values[parity], axis=0) / self.steps[:, None]
+        mass = np.einsum("eqi,eq,eqj->ij", function, weight, function, optimize=True)
+        return np.asarray(mass), np.asarray((slope * weight.sum(axis=1)[:, None]).T @ slope)
+
+    def sampled(self, parity: int, at: Array) -> Array:
+        """Functions at places `at` (-1 to 1) of every step: (steps, places, n)."""
+        values = self.values[parity]
+        return np.asarray(values[:-1, None] * 0.5 * (1.0 - at[:, None]) + values[1:, None] * 0.5 * (1.0 + at[:, None]))
+
+    def projections(self, parity: int, count: int) -> tuple[Array, Array]:
+        """What turns values of a smooth field at `count` Gauss points into its integrals with functions and slopes:
+        (n, count) each, exact for polynomials of degree `count` - 1.
+        """
+        at, share = gauss(4)
+        place = (self.nodes[:-1, None] + 0.5 * self.steps[:, None] * (1.0 + at)).ravel() / self.half
+        weight = (0.5 * self.steps[:, None] * share).ravel()
+        through = interpolation(count, place)
+        function = self.sampled(parity, at).reshape(place.size, -1)
+        slope = np.repeat(np.diff(self.values[parity], axis=0) / self.steps[:, None], at.size, axis=0)
+        return (function * weight[:, None]).T @ through, (slope * weight[:, None]).T @ through
+
+
+def interpolation(count: int, places: Array) -> Array:
+    """The polynomial through values at `count` Gauss points, at `places` (n) between -1 and 1: (n, count)."""
+    nodes, weights = gauss(count)
+    order = np.arange(count)
+    to_legendre = (legendre(count - 1, nodes) * weights[:, None]).T * (order[:, None] + 0.5)
+    return np.asarray(legendre(count - 1, places) @ to_legendre)
+
+
+def graded_line(half: float, first: float, widest: float) -> GradedLine:
+    """The line from -half to half; knots `first` apart at the ends, `widest` in the middle (m)."""
+    knots = _knots(half, first, widest)
+    pieces = [np.linspace(a, b, FINER + 1)[:-1] for a, b in pairwise(knots)]
+    nodes = np.concatenate([*pieces, [half]])
+    nodes = 0.5 * (nodes - nodes[::-1])
+    splines = _splines(knots, nodes)
+    count = splines.shape[1]
+    right, left = splines[:, count // 2 :], splines[:, ::-1][:, count // 2 :]
+    even, odd = right + left, right - left
+    if count % 2:
+        even[:, 0] *= 0.5
+        odd = odd[:, 1:]
+    return GradedLine(half, nodes, {1: even, -1: odd})
+
+
+def _knots(half: float, first: float, widest: float) -> Array:
+    steps: list[float] = []
+    while sum(steps) < half:
+        steps.append(min(first * RATIO ** len(steps), widest))
+    inwards = half - np.concatenate([[0.0], np.cumsum(steps)])[::-1] * half / sum(steps)
+    inwards[0] = 0.0
+    return np.concatenate([-inwards[:0:-1], inwards])
+
+
+def _splines(knots: Array, x: Array) -> Array:
+    # Cox and de Boor's recursion, the end knots repeated.
+    t = np.concatenate([[knots[0]] * DEGREE, knots, [knots[-1]] * DEGREE])
+    found = ((x[:, None] >= t[:-1]) & (x[:, None] < t[1:])).astype(float)
+    found[x == knots[-1], np.nonzero(t[:-1] < t[1:])[0][-1]] = 1.0
+    for degree in range(1, DEGREE + 1):
+        n = found.shape[1] - 1
+        rise, fall = t[degree : degree + n] - t[:n], t[degree + 1 : degree + 1 + n] - t[1 : n + 1]
+        up = (x[:, None] - t[:n]) / np.where(rise > 0.0, rise, np.inf)
+        down = (t[degree + 1 : degree + 1 + n] - x[:, None]) / np.where(fall > 0.0, fall, np.inf)
+        found = up * found[:, :n] + down * found[:, 1:]
+    return np.asarray(found)

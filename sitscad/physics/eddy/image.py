@@ -1,0 +1,97 @@
+"""A target over a mirror: what the image of its own eddy currents does to them.
+
+The image is at least twice the target's distance away, so only long waves of the currents matter: a few combinations of
+them are found once, at the nearest pose; at any other pose the image couples these alone (Woodbury's formula).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.surface import CurrentClass, Surface
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+LEAST = 5e-5
+"""Coupling with the image, in parts of a current's own energy, below which a combination is left out."""
+
+MIRRORED = np.array([-1.0, -1.0, 1.0])
+"""Currents along a perfect conductor are mirrored the other way round, those across it alike."""
+
+
+@record
+class Mirror:
+    """A plane at z = `floor` (m) that returns fields as a perfect conductor does, times `strength`."""
+
+    floor: float
+    strength: float = 1.0
+
+
+@record(eq=False)
+class ImageModes:
+    """The combinations: `within` by class (functions, k), in units of flux linkage, and the `currents` (A m) of each at
+    `points` (m, from the middle of the near face): (points, 3, k).
+    """
+
+    within: tuple[Array, ...]
+    points: Array
+    currents: Array
+
+    def coupling(self, turn: Array, place: Array, mirror: Mirror) -> Array:
+        """Inductances (k, k) with their images: turned by (3, 3) about the near face's middle at `place` (3; m)."""
+        points = self.points @ turn.T + place
+        currents = np.einsum("ij,pjk->ipk", turn, self.currents, optimize=True)
+        return _coupling(_inverse_distance(points, mirror.floor), currents) * mirror.strength
+
+
+def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
+    """The combinations that matter no nearer to the mirror than with the near face at z = `closest` (m).
+
+    `coarse` is the same surface with as few points as resolve a field from there; `near_face` (m) is that face's height
+    in it.
+    """
+    points = coarse.points - np.array([0.0, 0.0, near_face])
+    factors = [np.asarray(np.linalg.cholesky(one.inductance), dtype=float) for one in surface.classes]
+    seen = np.concatenate([_by_energy(one, factor) for one, factor in zip(coarse.classes, factors, strict=True)])
+    inverse = _inverse_distance(points + np.array([0.0, 0.0, closest]), mirror.floor)
+    signs = MU0 / (4.0 * math.pi) * MIRRORED
+    returned = np.einsum("npc,pq,c->nqc", seen, inverse, signs, optimize=True).reshape(len(seen), -1)
+    size, right = np.linalg.eigh(returned.T @ returned)
+    kept = size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)
+    basis = np.linalg.qr(returned @ right[:, kept])[0]
+    coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", seen, basis, optimize=True)))
+    basis = basis @ turned[:, np.abs(coupled) > LEAST]
+    within, start = [], 0
+    for factor in factors:
+        within.append(factor @ basis[start : start + len(factor)])
+        start += len(factor)
+    return ImageModes(tuple(within), points, np.einsum("npc,nk->pck", seen, basis, optimize=True))
+
+
+def _by_energy(one: CurrentClass, factor: Array) -> Array:
+    # Currents at the points (n, points, 3) of functions that store one unit of energy each and share none.
+    unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
+    return np.moveaxis(one.spread(unit), 2, 0)
+
+
+def _inverse_distance(points: Array, floor: float) -> Array:
+    image = points * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, 2.0 * floor])
+    away = points[:, None] - image
+    return np.asarray(1.0 / np.sqrt(np.einsum("pqc,pqc->pq", away, away)))
+
+
+def _coupling(inverse: Array, currents: Array) -> Array:
+    found = sum(sign * (one.T @ (inverse @ one)) for sign, one in zip(MIRRORED, currents, strict=True))
+    return np.asarray(MU0 / (4.0 * math.pi) * found)
+
+
+def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
+    """Sum over the classes of within' block: (k, any)."""
+    return np.asarray(sum(w.T @ block for w, block in zip(within, blocks, strict=True)))

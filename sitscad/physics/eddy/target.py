@@ -1,0 +1,108 @@
+"""A target of finite size over coils, at any pose: what it changes of their inductances and resistances.
+
+Its currents are solved once a frequency; a pose is a projection of the coils' vector potential on them. With a mirror
+behind the coils the image of every coil is in its potential, and the image of the currents couples a few of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.eddy.coil_potential import CoilPotential
+from sitscad.physics.eddy.image import ImageModes, Mirror, combined
+from sitscad.physics.eddy.skin import Skin
+from sitscad.physics.eddy.surface import Surface
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+AT_ONCE = 100_000
+"""Points at which fields are worked out together."""
+
+
+@record(eq=False)
+class SolvedTarget:
+    """A target at one frequency: inverses of its classes' systems (1/H), and the height (m) of its near face in the
+    surface's own frame. With a mirror, the combinations that its image couples, and what one drives of another.
+    """
+
+    surface: Surface
+    near_face: float
+    answers: tuple[ComplexArray, ...]
+    mirror: Mirror | None = None
+    images: ImageModes | None = None
+    among_images: ComplexArray | None = None
+
+    def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
+        """Change of the coils' inductance matrix (H, complex; times j omega the impedance): (poses, coils, coils).
+
+        The target is turned by `turns` (poses, 3, 3) about the middle of its near face, which is at `places` (poses, 3)
+        in metres; `coils` are the coils' potentials about their own axes, which are at `centres` (coils, 2).
+        """
+        at_once = max(1, AT_ONCE // (len(self.surface.points) * len(centres)))
+        found = [
+            self._changes(turns[k : k + at_once], places[k : k + at_once], coils, centres)
+            for k in range(0, len(places), at_once)
+        ]
+        return np.concatenate(found) if found else np.zeros((0, len(centres), len(centres)), dtype=complex)
+
+    def _changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
+        potential = self._potential(turns, places, coils, centres)
+        shape = len(places), len(centres)
+        total = np.zeros((*shape, shape[1]), dtype=complex)
+        responses = []
+        for one, answer in zip(self.surface.classes, self.answers, strict=True):
+            linked = one.drive(potential)
+            response = answer @ linked
+            total -= np.einsum("npc,npd->pcd", linked.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
+            responses.append(response)
+        if self.images is None or self.mirror is None or self.among_images is None:
+            return total
+        driven = combined(responses, self.images.within).reshape(-1, *shape)
+        for pose in range(shape[0]):
+            coupling = self.images.coupling(turns[pose], places[pose], self.mirror)
+            both = np.eye(len(coupling)) + coupling @ self.among_images
+            total[pose] += driven[:, pose].T @ np.linalg.solve(both, coupling @ driven[:, pose])
+        return total
+
+    def _potential(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> Array:
+        # Of every coil in every pose, in the target's own directions: (points, 3, poses * coils).
+        local = self.surface.points - np.array([0.0, 0.0, self.near_face])
+        points = np.einsum("pij,nj->pni", turns, local) + places[:, None]
+        flat = np.empty((len(places), len(centres), len(local)), dtype=complex)
+        for number, (coil, (x, y)) in enumerate(zip(coils, centres, strict=True)):
+            from_coil = (points - np.array([x, y, 0.0])).reshape(-1, 3)
+            flat[:, number] = coil(from_coil).reshape(len(places), -1)
+        both = np.stack([flat.real, flat.imag], axis=-1)
+        found = np.einsum("pcni,pij->njpc", both, turns[:, :2], optimize=True)
+        return np.asarray(found.reshape(len(local), 3, -1))
+
+
+def solve(
+    surface: Surface, near_face: float, skin: Skin, mirror: Mirror | None = None, images: ImageModes | None = None
+) -> SolvedTarget:
+    """The target's currents at the frequency of a skin."""
+    answers = tuple(np.linalg.inv(one.inductance + one.depths(skin)).astype(complex) for one in surface.classes)
+    if mirror is None or images is None:
+        return SolvedTarget(surface, near_face, answers)
+    driven = [(answer @ one).astype(complex) for answer, one in zip(answers, images.within, strict=True)]
+    among = combined(driven, images.within)
+    return SolvedTarget(surface, near_face, answers, mirror, images, among)
+
+
+def turned(angles: Array) -> Array:
+    """Rotations (n, 3, 3) about x, y and z by angles (n, 3) in rad: Rx Ry Rz, as applied to a point of the target."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(angles).T, np.sin(angles).T
+    one, none = np.ones_like(cx), np.zeros_like(cx)
+    about_x = _stacked((one, none, none), (none, cx, -sx), (none, sx, cx))
+    about_y = _stacked((cy, none, sy), (none, one, none), (-sy, none, cy))
+    about_z = _stacked((cz, -sz, none), (sz, cz, none), (none, none, one))
+    return np.asarray(about_x @ about_y @ about_z)
+
+
+def _stacked(*rows: tuple[Array, Array, Array]) -> Array:
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -1,0 +1,286 @@
+"""A finite target at any pose: against boxes of loops, images and finite elements, and what must hold of any."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.box import box
+from sitscad.physics.eddy.coil_potential import coil_potential
+from sitscad.physics.eddy.disc import disc
+from sitscad.physics.eddy.gaussian_sum import gaussian_sum
+from sitscad.physics.eddy.image import Mirror, image_modes
+from sitscad.physics.eddy.skin import skin
+from sitscad.physics.eddy.target import solve, turned
+from sitscad.physics.eddy.toroidal import toroidal
+from sitscad.physics.elliptic import coaxial_rings
+from sitscad.physics.filaments import PolylineTrack
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
+
+COPPER, LOSSLESS, FREQUENCY = 5.8e7, 5.8e17, 5e6
+OMEGA = 2.0 * math.pi * FREQUENCY
+
+
+class Rings:
+    """The potential of coaxial rings, by the flux through circles; with a mirror's image."""
+
+    def __init__(self, radii, heights, floor=-math.inf):
+        self.rings = [(radii, heights, 1.0)]
+        if math.isfinite(floor):
+            self.rings.append((radii, 2.0 * floor - heights, -1.0))
+
+    def __call__(self, points):
+        rho = np.maximum(np.hypot(points[:, 0], points[:, 1]), 1e-9)
+        total = np.zeros(len(points))
+        for radii, heights, sign in self.rings:
+            square = (rho[:, None] - radii) ** 2 + (points[:, 2, None] - heights) ** 2
+            total += sign * coaxial_rings(rho[:, None], radii, square).sum(axis=1) / (2.0 * math.pi * rho)
+        return 1j * total * (points[:, 0] + 1j * points[:, 1]) / rho
+
+
+def coil(outer, turns, pitch, width, heights):
+    radii = (outer - width) / 2 - pitch * (np.arange(turns) + 0.5)
+    return np.tile(radii, len(heights)), np.repeat(heights, turns)
+
+
+JAW = coil(4e-3, 7, 160e-6, 80e-6, np.array([-15e-6, -64e-6, -142e-6, -191e-6]))
+PLATE = (4.5e-3, 4.2e-3, 0.2e-3)
+CENTRES = np.array([[-2.25e-3, 0.0], [2.25e-3, 0.0]])
+STRAIGHT = np.zeros((1, 3))
+
+
+def a_box(size=PLATE, conductivity=COPPER, fine=1.0, points=24):
+    surface = box(size, 15e-6 / fine, 0.5e-3 / fine, (points, points, 5))
+    return solve(surface, -0.5 * size[2], skin(FREQUENCY, conductivity, size[2]))
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return a_box()
+
+
+@pytest.fixture(scope="module")
+def round_plate():
+    surface = disc(4e-3, 0.2e-3, 15e-6, 0.4e-3, (20, 4), 16)
+    return solve(surface, -0.1e-3, skin(FREQUENCY, COPPER, 0.2e-3))
+
+
+def change(target, poses, rings=JAW, centres=CENTRES, floor=-math.inf):
+    poses = np.atleast_2d(poses)
+    return target.changes(turned(poses[:, 3:]), poses[:, :3], [Rings(*rings, floor)] * len(centres), centres)
+
+
+def test_a_sum_of_gaussians_is_one_over_the_distance():
+    found = gaussian_sum(1e-6, 1e-2)
+    at = np.geomspace(2e-6, 1e-2, 50)
+    summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
+    constant = (summed - 1.0 / at)[-1]
+    assert summed - constant == pytest.approx(1.0 / at, rel=1e-4)
+
+
+def test_toroidal_functions_are_the_mean_over_circles():
+    excess = np.array([1e-4, 1e-2, 0.04, 0.05, 0.5, 20.0])
+    angle = 2.0 * math.pi * (np.arange(40_000) + 0.5) / 40_000
+    for order in (0, 1, 2, 7, 15):
+        mean = [np.mean(np.cos(order * angle) / np.sqrt(2.0 * (1.0 + x - np.cos(angle)))) for x in excess]
+        assert toroidal(excess, 15)[order] == pytest.approx(math.pi * np.array(mean), rel=1e-6, abs=1e-13)
+
+
+@pytest.mark.parametrize("offset", [0.0, 2.25e-3])
+def test_a_lossless_box_is_a_box_of_loops(offset):
+    from box_of_loops import converged_change
+
+    target = a_box(conductivity=LOSSLESS)
+    ours = change(target, [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0], centres=np.array([[offset, 0.0]]))[0, 0, 0].real
+    assert ours == pytest.approx(converged_change(PLATE[:2], PLATE[2], offset, *JAW, 1e-3), rel=4e-3)
+
+
+def test_finer_splines_and_more_points_change_nothing(plate):
+    poses = [[0.3e-3, -0.2e-3, 0.4e-3, 0.1, -0.08, 0.4], [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0]]
+    coarse, fine = change(plate, poses), change(a_box(fine=2.0, points=36), poses)
+    assert coarse == pytest.approx(fine, abs=2e-3 * np.abs(fine).max())
+
+
+def test_an_endless_plate_is_the_image():
+    from box_of_loops import endless_change
+
+    size = (22e-3, 22e-3, 0.3e-3)
+    target = solve(box(size, 30e-6, 0.6e-3, (60, 60, 3)), -0.5 * size[2], skin(FREQUENCY, LOSSLESS, size[2]))
+    for gap in (0.5e-3, 1.5e-3):
+        ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
+        assert ours == pytest.approx(endless_change(*JAW, gap), rel=2e-3)
+
+
+def test_an_endless_disc_off_centre_is_the_image():
+    from box_of_loops import endless_change
+
+    surface = disc(24e-3, 0.3e-3, 30e-6, 0.6e-3, (48, 3), 30)
+    target = solve(surface, -0.15e-3, skin(FREQUENCY, LOSSLESS, 0.3e-3))
+    ours = change(target, [3e-3, 1e-3, 1.5e-3, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
+    assert ours == pytest.approx(endless_change(*JAW, 1.5e-3), rel=3e-3)
+
+
+EIGHT = ((8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5), np.zeros(8))
+# gap, diameter, thickness (m), conductivity (S/m): aluminium, brass, copper; foils
+DISCS = [(1e-3, 8e-3, 0.2e-3, 5.8e7), (0.5e-3, 4e-3, 0.035e-3, 5.8e7), (1e-3, 8e-3, 1e-3, 3.5e7)]
+MORE_DISCS = [(gap, diameter, thickness, conductivity) for gap in (0.15e-3, 0.5e-3, 2e-3)
+              for diameter in (2e-3, 5e-3, 12e-3) for thickness, conductivity in
+              ((9e-6, 5.8e7), (18e-6, 3.5e7), (70e-6, 5.8e7), (0.2e-3, 1.6e7), (0.4e-3, 5.8e7),
+               (3e-3, 1.6e7))]  # fmt: skip
+
+
+def check_disc(gap, diameter, thickness, conductivity, reference, rel, rel_loss):
+    depth = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * conductivity)
+    surface = disc(diameter, thickness, min(depth / 3.0, thickness / 4.0), 0.4e-3, (40, 4), 0)
+    target = solve(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness))
+    ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], EIGHT, np.zeros((1, 2)))[0, 0, 0]
+    assert ours.real == pytest.approx(reference[0], rel=rel)
+    assert -OMEGA * ours.imag == pytest.approx(reference[1], rel=rel_loss)
+
+
+@pytest.mark.needs("scipy")
+@pytest.mark.parametrize("case", DISCS, ids=str)
+def test_a_disc_of_any_thickness_is_one_of_finite_elements(case):
+    from disc_of_elements import disc_change
+
+    reference = disc_change(EIGHT[0], *case[:3], case[3], cells=1.0)
+    check_disc(*case, reference, 4e-3, 0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.needs("scipy")
+@pytest.mark.parametrize("case", MORE_DISCS, ids=str)
+def test_many_discs_are_those_of_finite_elements(case):
+    from disc_of_elements import disc_change
+
+    coarse, fine = (np.array(disc_change(EIGHT[0], *case[:3], case[3], cells=cells)) for cells in (0.8, 1.2))
+    check_disc(*case, fine + (fine - coarse) / (1.5**2 - 1.0), 4e-3, 0.03)
+
+
+def test_a_target_far_away_does_nothing(plate):
+    near = change(plate, [0.0, 0.0, 0.5e-3, 0.0, 0.0, 0.0])
+    for pose in ([0.0, 0.0, 40e-3, 0.2, 0.0, 0.0], [40e-3, 0.0, 0.5e-3, 0.0, 0.0, 0.0]):
+        assert np.abs(change(plate, pose)).max() < 1e-5 * np.abs(near).max()
+
+
+def test_mutual_changes_are_reciprocal_and_metal_lowers_l_and_loses(plate, round_plate):
+    pose = [0.7e-3, -0.4e-3, 0.4e-3, 0.1, 0.2, 0.5]
+    for target in (plate, round_plate):
+        found = change(target, pose)[0]
+        assert found[0, 1] == pytest.approx(found[1, 0], rel=1e-9)
+        assert np.linalg.eigvalsh(found.real).max() < 0.0
+        assert np.linalg.eigvalsh(-found.imag).min() > 0.0
+
+
+def test_a_mirrored_pose_is_the_same(plate, round_plate):
+    pose = np.array([0.7e-3, 0.4e-3, 0.4e-3, 0.1, 0.2, 0.5])
+    across, along = pose * [1, -1, 1, -1, 1, -1], pose * [-1, 1, 1, 1, -1, -1]
+    for target in (plate, round_plate):
+        found, mirrored, other = (change(target, one)[0] for one in (pose, across, along))
+        assert mirrored == pytest.approx(found, rel=1e-6)
+        assert other == pytest.approx(found[::-1, ::-1], rel=1e-6)
+
+
+def test_a_disc_turned_about_its_axis_is_the_same(round_plate):
+    pose = np.array([0.7e-3, 0.4e-3, 0.6e-3, 0.1, 0.1])
+    found, after = (change(round_plate, [*pose, turn])[0] for turn in (0.0, 0.7))
+    assert after == pytest.approx(found, rel=2e-4)
+
+
+def test_a_turn_about_y_brings_the_target_s_plus_x_side_nearer(plate):
+    point = turned(np.array([[0.0, 0.1, 0.0]]))[0] @ [1.0, 0.0, 0.0]
+    assert point[2] < 0.0
+    left, right = np.diag(change(plate, [0.0, 0.0, 1e-3, 0.0, 0.1, 0.0])[0].real)
+    assert abs(right) > abs(left)
+
+
+def test_nothing_jumps_when_a_pose_is_swept():
+    # Across the doublings of the height at which the table's grids change, too.
+    target, table = a_box(points=20), coil_potential(LAYERS, 0.15e-3, 5e-3)
+    first, last = (
+        np.array(pose) for pose in ((-1e-3, 0.5e-3, 3e-3, -0.1, 0.0, -0.3), (1e-3, -1e-3, 0.7e-3, 0.1, 0.1, 0.4))
+    )
+    poses = first + np.linspace(0.0, 1.0, 500)[:, None] * (last - first)
+    found = target.changes(turned(poses[:, 3:]), poses[:, :3], [table, table], CENTRES).reshape(500, -1)
+    for part in (found.real, found.imag):
+        jump = np.abs(np.diff(part, n=4, axis=0)).max(axis=0)
+        assert np.all(jump < 1e-3 * np.ptp(part, axis=0))
+
+
+@pytest.mark.parametrize("surface", [box(PLATE, 20e-6, 1e-3, (6, 5, 4)), disc(4e-3, 0.2e-3, 20e-6, 1e-3, (6, 3), 3)])
+def test_currents_of_a_linkage_are_its_transpose(surface):
+    field = np.sin(np.arange(len(surface.points) * 3 * 2)).reshape(-1, 3, 2)
+    for one in surface.classes:
+        some = np.cos(np.arange(len(one.inductance) * 3)).reshape(-1, 3)
+        linked = np.einsum("pcm,pcs->ms", one.spread(some), field)
+        assert linked == pytest.approx(some.T @ one.drive(field), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize(("floor", "gap"), [(-0.9e-3, 1e-3), (-0.4e-3, 0.4e-3)])
+def test_with_a_mirror_it_is_a_box_of_loops_over_one(floor, gap):
+    from box_of_loops import converged_change
+
+    mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
+    surface, coarse = box(PLATE, 15e-6, 0.5e-3, (24, 24, 5)), box(PLATE, 15e-6, 0.5e-3, (8, 8, 3))
+    images = image_modes(surface, coarse, near_face, 0.2e-3, mirror)
+    target = solve(surface, near_face, skin(FREQUENCY, LOSSLESS, PLATE[2]), mirror, images)
+    centres = np.array([[2.25e-3, 0.0]])
+    ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=centres, floor=floor)[0, 0, 0].real
+    assert ours == pytest.approx(converged_change(PLATE[:2], PLATE[2], 2.25e-3, *JAW, gap, floor=floor), rel=5e-3)
+
+
+def test_few_combinations_carry_the_image():
+    mirror, near_face = Mirror(-0.4e-3), -0.5 * PLATE[2]
+    surface = box(PLATE, 15e-6, 0.5e-3, (24, 24, 5))
+    poses, found = [[0.3e-3, 0.0, 0.3e-3, 0.05, 0.1, 0.2], [0.0, 0.5e-3, 1e-3, -0.2, 0.0, 0.0]], []
+    for points in (8, 11):
+        images = image_modes(surface, box(PLATE, 15e-6, 0.5e-3, (points, points, 4)), near_face, 0.2e-3, mirror)
+        target = solve(surface, near_face, skin(FREQUENCY, COPPER, PLATE[2]), mirror, images)
+        found.append(change(target, poses, floor=-0.4e-3))
+    assert images.currents.shape[2] < 160
+    assert found[0] == pytest.approx(found[1], abs=5e-4 * np.abs(found[1]).max())
+
+
+def spiral(z, sense, inward, outer=4e-3, width=80e-6, pitch=160e-6, turns=7.25):
+    angle = np.linspace(0.0, 2.0 * math.pi * turns, int(60 * turns) + 1)
+    radius = (outer - width) / 2 - pitch * angle / (2.0 * math.pi)
+    corners = np.stack([radius * np.cos(0.3 + sense * angle), radius * np.sin(0.3 + sense * angle)], axis=1)
+    return PolylineTrack(corners if inward else corners[::-1], width, 35e-6, z)
+
+
+LAYERS = [spiral(-15e-6, 1, True), spiral(-64e-6, -1, False), spiral(-142e-6, 1, True), spiral(-191e-6, -1, False)]
+
+
+def filaments(tracks, points, floor):
+    """The potential of straight filaments in closed form."""
+    found = np.zeros(len(points), dtype=complex)
+    for track in tracks:
+        for offset in (-0.5 / math.sqrt(3.0), 0.5 / math.sqrt(3.0)):
+            corners = track.strand(offset * track.width)
+            a, b = corners[:-1], corners[1:]
+            length = np.hypot(*(b - a).T)
+            for z, sign in ((track.z, 0.5), (2.0 * floor - track.z, -0.5)):
+                if math.isfinite(z):
+                    from_a, from_b = (np.sqrt(((points[:, None, :2] - p) ** 2).sum(-1) + (points[:, 2, None] - z) ** 2)
+                                      for p in (a, b))  # fmt: skip
+                    along = np.log((from_a + from_b + length) / (from_a + from_b - length)) / length
+                    found += sign * along @ ((b - a) @ np.array([1.0, 1j]))
+    return MU0 / (4.0 * math.pi) * found
+
+
+@pytest.mark.parametrize("floor", [-math.inf, -0.6e-3])
+@pytest.mark.parametrize("height", [0.16e-3, 0.3e-3, 0.9e-3, 2.5e-3])
+def test_a_tabulated_coil_is_its_filaments(floor, height):
+    # A constant potential drives nothing, so it may differ by one.
+    table = coil_potential(LAYERS, 0.15e-3, 4e-3, floor)
+    generator = np.random.default_rng(1)
+    points = np.column_stack([generator.uniform(-4.5e-3, 4.5e-3, (400, 2)), np.full(400, height - 15e-6)])
+    exact = filaments(LAYERS, points, floor)
+    apart = table(points) - exact
+    assert np.abs(apart - apart.mean()).max() < 1e-3 * np.abs(exact).max()
