@@ -1,4 +1,4 @@
-"""What a check has to say: one `Finding` a complaint, and one `NotChecked` a silence explained."""
+"""What is said of a design: what found no room, one `Finding` a complaint, one `NotChecked` a silence explained."""
 
 from __future__ import annotations
 
@@ -23,6 +23,36 @@ class Place:
     y: float
     layer: int | None = None
     nets: tuple[str, ...] = ()
+
+
+class Missing(StrEnum):
+    """What a board can lack."""
+
+    WAY_OUT = "a copper layer on which a coil comes out"
+    INNER_ROOM = "room for the vias inside a coil"
+    LEAD_ROOM = "room for leads and outer vias"
+    TAIL_LAYERS = "copper layers in the tail for the pairs"
+    TAIL_ROOM = "room for the tracks at the contacts"
+
+
+@record
+class Shortfall:
+    """Something that found no room on a board: what, in words, how much there is of what it takes, and where.
+
+    ``have`` and ``need`` are in ``unit``; None where nobody can say how much it takes.
+    """
+
+    what: Missing
+    message: str
+    have: float | None = None
+    need: float | None = None
+    unit: str | None = None
+    place: Place | None = None
+
+    @property
+    def missing(self) -> float | None:
+        """How much is missing, as far as it is known."""
+        return None if self.have is None or self.need is None else self.need - self.have
 
 
 @record

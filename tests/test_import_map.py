@@ -25,7 +25,7 @@ MAY_IMPORT = {
     "scene": {"units", "finding", "geometry", "spec", "layout"},
     "parts": {"units", "finding", "geometry", "spec", "layout", "scene"},
     "estimates": {"units", "spec", "geometry", "layout", "scene", "physics", "readout", "mechanics"},
-    "remedy": {"units", "geometry", "spec", "layout"},
+    "remedy": {"units", "finding", "geometry", "spec", "layout"},
     "design": {"spec", "layout", "scene", "parts", "estimates", "readout"},
     "checks": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "mechanics",

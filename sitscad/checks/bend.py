@@ -157,7 +157,7 @@ def _length_that_does(design: Design, left: Left) -> float | None:
     """A length (m) of the tail with which its bend has room, found by laying the board out with it; None if none, or
     where leads or vias found no room: that search is long, and as vain with any tail.
     """
-    if design.layout.findings:
+    if design.layout.shortfalls:
         return None
     spec, tail = design.spec, design.spec.fpc.tail
     assert tail is not None

@@ -84,7 +84,7 @@ def _other_connector(design: Design, left: Left) -> str:
             layout = left.drawn(changed)
             if layout is None:
                 break
-            if not layout.findings and not _near_edge(Design(changed, layout)) and left(changed) == ():
+            if not layout.shortfalls and not _near_edge(Design(changed, layout)) and left(changed) == ():
                 return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
     if left.is_cut_short:
         return f"{margin}: a connector with more, or a fabricator who cuts nearer to copper"

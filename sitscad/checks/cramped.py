@@ -12,7 +12,7 @@ from dataclasses import replace
 from sitscad.checks.rules import Rule, apply_rule
 from sitscad.checks.trials import NOT_FURTHER, Trials
 from sitscad.design import Design
-from sitscad.finding import Finding, Severity
+from sitscad.finding import Finding, Missing, Severity
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget, estimate_work, winding_work
 from sitscad.remedy.fix import Edit, Fix, fail
@@ -95,7 +95,9 @@ class _Search:
     def _is_led_out(self, spec: SensorSpec) -> bool:
         """Whether leads and vias find their places; contacts too near each other (SIT119) are another matter."""
         layout = self.left.drawn(spec)
-        return layout is not None and not any(finding.rule in ("SIT112", "SIT113") for finding in layout.findings)
+        return layout is not None and not any(
+            lack.what in (Missing.INNER_ROOM, Missing.LEAD_ROOM) for lack in layout.shortfalls
+        )
 
     def judged(self, spec: SensorSpec) -> str:
         """What else of the mended design fails, in brackets; that it was laid out, where an estimate is too much."""

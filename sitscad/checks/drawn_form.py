@@ -126,7 +126,7 @@ def shorted_turn(design: Design) -> Iterator[Verdict]:
 def unconnected(design: Design) -> Iterator[Verdict]:
     """Ends of tracks and vias that meet nothing, and contacts of one net that nothing joins, of a whole layout."""
     layout = design.layout
-    if any(finding.severity is Severity.ERROR for finding in layout.findings):
+    if layout.shortfalls:
         yield Undecided("the layout is not complete: see what found no room")
         return
     for point, layer, net in loose_ends(_graph(design)):

@@ -1,4 +1,4 @@
-"""SIT104 to SIT106, SIT111 and SIT116: holes and parts against what the fabricator can make."""
+"""SIT104 to SIT106 and SIT116: holes and parts against what the fabricator can make."""
 
 from __future__ import annotations
 
@@ -75,19 +75,6 @@ def hole_to_hole(design: Design) -> Iterator[Verdict]:
                         nets=tuple(sorted({via.net, other.net})),
                     ),
                 )
-
-
-def no_way_out(design: Design) -> Iterator[Verdict]:
-    """Every coil must begin and end at a contact."""
-    yield from (finding for finding in design.layout.findings if finding.rule == "SIT111")
-    open_coils = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
-    if open_coils and not any(finding.severity is Severity.ERROR for finding in design.layout.findings):
-        names = ", ".join(coil.name for coil in open_coils)
-        yield Complaint(
-            f"coil {names} does not reach both of its contacts: it cannot be driven",
-            key="coil.layers",
-            place=Place(*open_coils[0].centre),
-        )
 
 
 def part_size(design: Design) -> Iterator[Verdict]:
@@ -223,13 +210,6 @@ FABRICATION_RULES: tuple[Rule, ...] = (
         "A thinner wall tears, or the drill runs into the neighbouring hole.",
         "Give the vias more room: fewer turns, a larger coil, or fewer layers.",
         FABRICATOR, apply=hole_to_hole,
-    ),
-    Rule(
-        "SIT111", "no-way-out", Severity.ERROR,
-        "Every coil leads from one contact to the other.",
-        "An odd number of layers ends inside the innermost turn; without a way out the converter sees no coil at all.",
-        "Wind an even number of layers, or give the stack-up one more copper layer.",
-        "docs/coil.md", apply=no_way_out,
     ),
     Rule(
         "SIT116", "part-size", Severity.ERROR,

@@ -95,7 +95,11 @@ def _other_way(design: Design, is_cramped: bool, left: Left, is_warned: bool) ->
     """The nearest turns (for leads that lack room, the first start angle) with which leads run together, drawn; and
     checked, too, where the design is warned of them.
     """
-    start = (change for change in other_ends(design.spec) if "start_angle" in change.words) if is_cramped else ()
+    start = (
+        (change for change in other_ends(design.spec) if any(edit.key == "coil.start_angle" for edit in change.edits))
+        if is_cramped
+        else ()
+    )
     changes = [*islice(start, TRIED), *whole_turns(design.spec)]
     fit = (change for change in changes if _runs_together(left, change, is_cramped))
     found = first_that_mends(islice(fit, TRIED), left) if is_warned else next(fit, None)
@@ -115,7 +119,7 @@ def _runs_together(left: Left, change: Fix, is_cramped: bool) -> bool:
     if drawn is None:
         return False
     spare = abs(least_closing(change.spec.coil)) if is_cramped else 0.0
-    return not drawn.findings and all(
+    return not drawn.shortfalls and all(
         abs(drawn_closing(change.spec.coil, coil)) <= spare + TOGETHER for coil in drawn.coils
     )
 

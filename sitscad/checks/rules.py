@@ -43,7 +43,7 @@ class Undecided:
 Advice = Callable[[Left], str | Complaint]
 """Writes a hint, given what tells whether a change mends the finding."""
 
-Verdict = Complaint | Undecided | Finding
+Verdict = Complaint | Undecided
 
 
 @record
@@ -136,8 +136,6 @@ def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked
     for verdict in rule.apply(design) if rule.apply else ():
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
-        elif isinstance(verdict, Finding):
-            found.append(Outcome(located(verdict, design.spec)))
         else:
             found.append(Outcome(located(named(rule, verdict), design.spec), verdict.advice))
     return found, undecided

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sitscad.finding import Finding
+from sitscad.finding import Shortfall
 from sitscad.geometry.path import Point, Segment
 from sitscad.layout import room
 from sitscad.layout.axis import about_axis, placed
@@ -38,13 +38,13 @@ from sitscad.spec.sensor import SensorSpec
 def lay_out(spec: SensorSpec, patience: Patience | None = None) -> Layout:
     """Lay out the whole board.
 
-    Never raises for want of room: what found none is missing from the layout and named in `Layout.findings`. Coils that
-    could not be led out are still wound, so that they can be estimated. The searches take of the `patience` that is
-    given, else of their own.
+    Never raises for want of room: what found none is missing from the layout and named in `Layout.shortfalls`. Coils
+    that could not be led out are still wound, so that they can be estimated. The searches take of the `patience` that
+    is given, else of their own.
     """
     level = about_axis(spec)
     found = _attempt(level, patience or Patience())
-    return placed(_assemble(level, found, found.findings), spec)
+    return placed(_assemble(level, found, found.shortfalls), spec)
 
 
 @record
@@ -55,30 +55,30 @@ class _Attempt:
     bus: Bus
     tail: TailFrame
     body: Body
-    findings: tuple[Finding, ...]
+    shortfalls: tuple[Shortfall, ...]
 
 
 def _attempt(spec: SensorSpec, patience: Patience) -> _Attempt:
     bus = bus_for(spec)
     wound = wind_all(spec, bus)
-    findings = list(wound[0].findings)
+    shortfalls = list(wound[0].shortfalls)
     if not in_line(spec) and not bus.is_stacked:
-        findings.append(room.not_in_line(spec))
+        shortfalls.append(room.not_in_line(spec))
     front = front_of(spec, bus)
     routing = None
-    if not findings:
+    if not shortfalls:
         routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, patience)
         if routing is None:
-            findings.append(room.no_way_for_leads(spec))
+            shortfalls.append(room.no_way_for_leads())
         elif not _tail_is_clear(spec, routing):
-            findings.append(room.no_tail_room(spec, routing.tail))
+            shortfalls.append(room.no_tail_room(spec, routing.tail))
             routing = None
     if routing is None:
         far, breadth = far_end(spec, (), ()), boards(spec, bus)[0][1]
         tail = reaching_ahead(spec, far, body_frame(spec, bus, front, breadth))
-        return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), tuple(findings))
+        return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), tuple(shortfalls))
     body = body_of(spec, routing.far, routing.breadth, routing.tail)
-    return _Attempt(wound, routing, routing.bus, routing.tail, body, tuple(findings))
+    return _Attempt(wound, routing, routing.bus, routing.tail, body, tuple(shortfalls))
 
 
 def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
@@ -94,7 +94,7 @@ def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
     return True
 
 
-def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) -> Layout:
+def _assemble(spec: SensorSpec, found: _Attempt, shortfalls: tuple[Shortfall, ...]) -> Layout:
     bus, wound, routing, tail, body = found.bus, found.wound, found.routing, found.tail, found.body
     coils: list[Coil] = []
     pads, capacitors = [], []
@@ -126,7 +126,7 @@ def _assemble(spec: SensorSpec, found: _Attempt, findings: tuple[Finding, ...]) 
         bottom_openings=(),
         stiffener=plate,
         bend_zone=_bend_zone(spec, tail, begin if tail.turn else math.inf),
-        findings=findings,
+        shortfalls=shortfalls,
         capacitors=tuple(capacitors),
         tail_length=tail.end - tail.body_end,
     )

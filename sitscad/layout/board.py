@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from itertools import pairwise
 
-from sitscad.finding import Finding
+from sitscad.finding import Shortfall
 from sitscad.geometry.path import Path, Point
 from sitscad.geometry.region import Region
 from sitscad.layout.pieces import Pad, Teardrop, Trace, Via
@@ -83,7 +83,7 @@ class Stiffener:
 
 @record
 class Layout:
-    """Everything that is drawn. ``findings`` holds what found no room: the pieces in question are then missing.
+    """Everything that is drawn. ``shortfalls`` holds what found no room: the pieces in question are then missing.
 
     ``tail_length`` (m) is the tail's as laid, from the body's end along its middle line: at least what the spec asks.
     """
@@ -99,7 +99,7 @@ class Layout:
     bottom_openings: tuple[Region, ...]
     stiffener: Stiffener | None
     bend_zone: tuple[float, float] | None
-    findings: tuple[Finding, ...] = ()
+    shortfalls: tuple[Shortfall, ...] = ()
     capacitors: tuple[Capacitor, ...] = ()
     tail_length: float = 0.0
 

@@ -110,8 +110,8 @@ def _coupon(layout: Layout) -> tuple[Layout | None, str]:
     if spec.fpc.tail is None and len(spec.array.placements) == 1:
         return None, "the part is a single coil with solder pads: every part is its own coupon"
     coupon = lay_out(coupon_spec(spec))
-    if coupon.findings or not all(coil.is_closed_circuit for coil in coupon.coils):
-        reasons = "; ".join(finding.message for finding in coupon.findings) or "the coil does not reach its pads"
+    if coupon.shortfalls or not all(coil.is_closed_circuit for coil in coupon.coils):
+        reasons = "; ".join(lack.message for lack in coupon.shortfalls) or "the coil does not reach its pads"
         return None, f"a single coil with solder pads finds no room: {reasons}"
     if len(bridges(coupon)) < FEWEST_BRIDGES:
         return None, f"bridges of {show(spec.fpc.panel.bridge, 'm')} find fewer than three places on it"

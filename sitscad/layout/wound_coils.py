@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 
-from sitscad.finding import Finding
+from sitscad.finding import Shortfall
 from sitscad.geometry.path import Point
 from sitscad.layout import room
 from sitscad.layout.board import Winding
@@ -24,25 +24,25 @@ class WoundCoil:
     windings: tuple[Winding, ...]
     inner: tuple[InnerJoin, ...]
     way_out_layer: int | None
-    findings: tuple[Finding, ...]
+    shortfalls: tuple[Shortfall, ...]
 
 
 def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
     """Every coil wound and joined inside; the search for the vias is done once a rotation, about the origin."""
     wound = []
-    joined: dict[float, tuple[tuple[InnerJoin, ...], tuple[Finding, ...]]] = {}
+    joined: dict[float, tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]] = {}
     for placement in spec.array.placements:
         if placement.rotation not in joined:
             joined[placement.rotation] = _joined_inside(spec, bus, placement)
-        joins, findings = joined[placement.rotation]
+        joins, shortfalls = joined[placement.rotation]
         moved = tuple(_moved(join, *placement.centre) for join in joins)
-        wound.append(WoundCoil(wind_coil(spec, placement), moved, _way_out_layer(spec), findings))
+        wound.append(WoundCoil(wind_coil(spec, placement), moved, _way_out_layer(spec), shortfalls))
     return tuple(wound)
 
 
 def _joined_inside(
     spec: SensorSpec, bus: Bus, placement: CoilPlacement
-) -> tuple[tuple[InnerJoin, ...], tuple[Finding, ...]]:
+) -> tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]:
     coil, rules, centre = spec.coil, spec.fpc.rules, Point(0.0, 0.0)
     windings = wind_coil(spec, replace(placement, centre=centre))
     if len(windings) % 2 and _way_out_layer(spec) is None:

@@ -112,9 +112,9 @@ def _fingerprint(layout: Layout, panel: Panel | None, files: Mapping[str, bytes]
 
 def _incomplete(layout: Layout) -> list[str]:
     """A warning in front of everything where the layout lacks pieces."""
-    if not layout.findings:
+    if not layout.shortfalls:
         return []
-    lines = [f"- {finding.rule} {finding.message}" for finding in layout.findings]
+    lines = [f"- {lack.message}" for lack in layout.shortfalls]
     return ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *lines, ""]
 
 

@@ -28,6 +28,11 @@ class Fix:
     brings: tuple[str, ...] = ()
 
     @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys that it changes."""
+        return tuple(edit.key for edit in self.edits)
+
+    @property
     def words(self) -> str:
         """The keys and values as they are to be written, and what they bring."""
         told = self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import combinations
 
+from sitscad.finding import Missing
 from sitscad.geometry.spiral import CORNERS
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.lanes import bus_for
@@ -119,7 +120,7 @@ def _rounded(amount: float) -> float:
 
 def inner_vias_fit(spec: SensorSpec) -> bool:
     """Whether all vias inside the coils find a place."""
-    return not any(finding.rule == "SIT112" for finding in wind_all(spec, bus_for(spec))[0].findings)
+    return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(spec, bus_for(spec))[0].shortfalls)
 
 
 def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:

@@ -43,8 +43,8 @@ def with_coils(columns: int, rows: int) -> sitscad.SensorSpec:
 def steps(spec: sitscad.SensorSpec, folder: str) -> Iterator[tuple[str, partial]]:
     """Everything that a board needs, each step ready to run on what the steps before it made."""
     layout = sitscad.lay_out(spec)
-    if layout.findings:
-        raise SystemExit(f"{spec.name} is not routed: {layout.findings[0].message}")
+    if layout.shortfalls:
+        raise SystemExit(f"{spec.name} is not routed: {layout.shortfalls[0].message}")
     estimates = sitscad.estimate(layout)
     built = sitscad.build(spec, folder, only=("gerber",), force=True).directory
     works = (

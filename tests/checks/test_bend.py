@@ -9,7 +9,7 @@ import pytest
 
 from sitscad.drawing.frame import mm
 from sitscad.drawing.sheet import Label
-from sitscad.finding import Severity
+from sitscad.finding import Missing, Severity
 from sitscad.geometry.path import Line, Path, Point, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
@@ -161,7 +161,7 @@ def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
 
     crowded = spec("length: 6, layers: 2, bend: static", rest="array: {pattern: line, count: 3, pitch: 7.1}")
     layout = lay_out(crowded)
-    assert {finding.rule for finding in layout.findings} == {"SIT113"}
+    assert {lack.what for lack in layout.shortfalls} == {Missing.LEAD_ROOM}
     tried = []
     monkeypatch.setattr(sitscad.layout, "lay_out", lambda *given, **named: tried.append(given) or layout)
     (found,) = [finding for finding in advised("SIT123", crowded, layout) if finding.key == "fpc.tail.length"]

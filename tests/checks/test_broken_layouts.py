@@ -63,7 +63,7 @@ def board(layers: int) -> Layout:
 @pytest.fixture(scope="module")
 def boards():
     found = {layers: board(layers) for layers in (2, 4)}
-    assert all(not layout.findings for layout in found.values())
+    assert all(not layout.shortfalls for layout in found.values())
     return found
 
 

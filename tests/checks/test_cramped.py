@@ -8,13 +8,13 @@ from ruamel.yaml import YAML
 
 import sitscad
 from sitscad.checks import check, mended
-from sitscad.finding import Severity
+from sitscad.finding import Missing, Severity
 from sitscad.layout import lay_out
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
 
-ROOM = {"SIT112", "SIT113"}
+ROOM = {Missing.INNER_ROOM, Missing.LEAD_ROOM}
 
 plain = YAML(typ="safe")
 
@@ -72,7 +72,7 @@ def test_what_gives_room_gives_it_to_leads_and_vias_too(name):
     (hint,) = {finding.hint.partition("; or")[0] for finding in findings}
     assert re.search(r" gives room, to leads and vias as well \(it was tried[;)]", hint)
     spec = followed(document, hint)
-    assert not ROOM & {finding.rule for finding in lay_out(spec).findings}
+    assert not ROOM & {lack.what for lack in lay_out(spec).shortfalls}
     errors = {f.rule for f in check(spec, hints="none").findings if f.severity is Severity.ERROR}
     named = re.search(r"tried; (.*) fails? then", hint)
     assert errors == (set(named[1].split(", ")) if named else set())

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 
-from sitscad.finding import Finding, Severity
+from sitscad.finding import Missing, Severity, Shortfall
 from sitscad.geometry.path import Line, Path, Point, bounding_box, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
@@ -213,7 +213,7 @@ def test_an_odd_coil_without_a_way_out_is_told_once(judge, design):
     )
     layout = lay_out(spec)
     found = [f for rule in ("SIT111", "SIT112", "SIT113") for f in judge(rule, spec, layout)]
-    assert [f.rule for f in found] == [f.rule for f in layout.findings] and found[0].line is not None
+    assert [f.message for f in found] == [lack.message for lack in layout.shortfalls] and found[0].line is not None
 
 
 def test_too_little_room_inside_carries_the_missing_length(judge, design):
@@ -224,10 +224,10 @@ def test_too_little_room_inside_carries_the_missing_length(judge, design):
     assert judge("SIT112", design()) == []
 
 
-def test_a_finding_of_the_layout_keeps_its_own_name(judge, good):
+def test_a_shortfall_of_the_layout_is_told_in_its_words(judge, good):
     spec, layout = good
-    told = Finding("SIT113", "lead-room", Severity.ERROR, "no room", key="array.pitch", measured=1.0, limit=2.0)
-    (found,) = judge("SIT113", spec, replace(layout, findings=(told,)))
+    told = Shortfall(Missing.LEAD_ROOM, "no room", have=1.0, need=2.0)
+    (found,) = judge("SIT113", spec, replace(layout, shortfalls=(told,)))
     assert (found.message, found.measured) == ("no room", 1.0) and found.line is not None
 
 

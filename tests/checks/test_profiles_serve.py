@@ -39,7 +39,7 @@ def test_a_coil_for_any_installed_profile_has_no_fault(judge, rules, end):
     layers = 2 if rules != "rehan-4l" else 4
     spec = single(rules, layers, ENDS[end])
     layout = lay_out(spec)
-    assert layout.findings == () and faults(judge, spec, layout) == []
+    assert layout.shortfalls == () and faults(judge, spec, layout) == []
 
 
 @pytest.mark.parametrize("readout", ["", "readout: {capacitors_on_board: chip-0603}"])

@@ -89,7 +89,7 @@ def test_a_tail_is_a_tail_however_wide_the_coil_s_tracks_are(turns, width):
 def test_without_room_for_leads_the_first_thing_said_is_that_they_lack():
     text = RACETRACK.replace("TURNS", "16.5").replace("WIDTH", "100 um")
     found, layout = of(text)
-    assert layout.findings and found.incomplete.startswith("INCOMPLETE LAYOUT: C1")
+    assert layout.shortfalls and found.incomplete.startswith("INCOMPLETE LAYOUT: C1")
     shown = numbers.as_text("long.yaml", found, None)
     assert shown.splitlines()[2].startswith("INCOMPLETE LAYOUT")
     assert shown.count("INCOMPLETE") == 1

@@ -213,7 +213,7 @@ def test_one_drive_code_suits_the_working_states(mounted):
 def test_no_room_for_leads_is_still_estimated():
     # no way into the centre: 4 layers without room for two inner vias
     layout = lay_out(load_text(MOUNTED.replace("CAP", "220 pF").replace("turns: 7.75", "turns: 11.5"), "test.yaml"))
-    assert layout.findings
+    assert layout.shortfalls
     found = estimate(layout)
     assert found.coils[0].winding_inductance > 0.0
     assert any("no room" in note for note in found.notes)

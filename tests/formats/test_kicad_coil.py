@@ -43,7 +43,7 @@ def laid_out(kind: str):
     """The layout of one kind of coil."""
     names = ("shape", "size", "layers", "array", "stackup")
     layout = lay_out(load_text(SPEC.format(**dict(zip(names, KINDS[kind], strict=True))), "library.yaml"))
-    assert not layout.findings
+    assert not layout.shortfalls
     return layout
 
 

@@ -65,7 +65,7 @@ def flashes(text: bytes) -> set[tuple[float, float]]:
 
 def test_holes_in_the_tail_end_with_its_layers(thin):
     last = thin.spec.fpc.tail.layers
-    assert not thin.findings
+    assert not thin.shortfalls
     inside = [via for via in thin.vias if via.lowest is not None]
     assert len(inside) == len(thin.coils)
     assert {via.lowest for via in inside} == {last}

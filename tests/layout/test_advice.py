@@ -10,6 +10,7 @@ from sitscad.checks import RULES
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
+from sitscad.finding import Missing
 from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
 from sitscad.layout.patience import Patience
@@ -38,7 +39,7 @@ def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers
     assert finding.rule == "SIT112" and "it was tried" in finding.hint
     more = micrometres(finding)
     assert finding.limit - finding.measured == pytest.approx(more)
-    assert not [f for f in lay_out(room.larger_coils(spec, more).spec).findings if f.rule == "SIT112"]
+    assert not [s for s in lay_out(room.larger_coils(spec, more).spec).shortfalls if s.what is Missing.INNER_ROOM]
 
 
 def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
@@ -47,7 +48,7 @@ def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
     assert finding.rule == "SIT113" and finding.key == "array.pitch"
     more = micrometres(finding)
     assert f"array.pitch: {4.05 + more * 1e3:.6g} ({more * 1e6:.0f} um more)" in finding.hint
-    assert lay_out(room.coils_apart(spec, more).spec).findings == ()
+    assert lay_out(room.coils_apart(spec, more).spec).shortfalls == ()
 
 
 def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
@@ -57,7 +58,7 @@ def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
     factor = float(re.search(r"centres ([\d.]+) times", finding.hint).group(1))
     near = room.nearest_distance(spec)
     assert finding.key == "array.centres" and finding.measured == pytest.approx(near)
-    assert lay_out(room.coils_apart(spec, (factor - 1.0) * near).spec).findings == ()
+    assert lay_out(room.coils_apart(spec, (factor - 1.0) * near).spec).shortfalls == ()
 
 
 def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
@@ -70,7 +71,7 @@ def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
     name = re.search(r"fpc.tail.connector: (\S+) gives them room", finding.hint).group(1)
     assert finding.rule == "SIT119" and presets.connector(name).pitch == finding.limit
     assert (
-        lay_out(replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=presets.connector(name))))).findings
+        lay_out(replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=presets.connector(name))))).shortfalls
         == ()
     )
 
@@ -118,16 +119,16 @@ def test_a_pair_leaves_beside_the_corner_where_an_end_of_its_coil_stands_there(s
     """Six layers whose ends stand at 45, -45 and -135 degrees: at the corner a stub is in the pair's way."""
     spec = sensor(diameter=9.62e-3, turns=5.875, layers=6, width=120e-6, spacing=100e-6, coils=4, pitch=11.1e-3,
                   stackup="flex-6l", rules="generic-flex", tail=False, start_angle=math.pi / 4)  # fmt: skip
-    assert lay_out(spec).findings == ()
+    assert lay_out(spec).shortfalls == ()
 
 
 def test_a_search_without_patience_tells_no_way(sensor):
     found = _attempt(sensor(), Patience(0))
-    assert found.routing is None and [f.rule for f in found.findings] == ["SIT113"]
+    assert found.routing is None and [lack.what for lack in found.shortfalls] == [Missing.LEAD_ROOM]
 
 
 def test_a_layout_tries_no_other_board(sensor, monkeypatch):
     """The verdict does not wait for hints: what a finding says of the board as it stands costs one attempt."""
     tried = []
     monkeypatch.setattr("sitscad.layout.arrangement._attempt", lambda *given: tried.append(given) or _attempt(*given))
-    assert lay_out(sensor(pitch=4.05e-3, coils=3)).findings and len(tried) == 1
+    assert lay_out(sensor(pitch=4.05e-3, coils=3)).shortfalls and len(tried) == 1

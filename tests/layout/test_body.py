@@ -44,7 +44,7 @@ def holds_its_copper(layout):
 @pytest.mark.parametrize("name", ARRAYS)
 def test_the_mean_of_the_coils_centres_is_the_middle_of_the_body(name):
     layout = lay_out(board(ARRAYS[name]))
-    assert not layout.findings
+    assert not layout.shortfalls
     assert middle(layout) == pytest.approx(layout.spec.array.middle, abs=1e-9)
     assert holds_its_copper(layout)
 
@@ -79,7 +79,7 @@ def test_a_wider_body_before_a_wide_tail_holds_its_copper(margin, array):
     """Small coils and many contacts: without the margin the tail is wider than the body, with it the narrower one."""
     arrays = ARRAYS | {"triangle": "array: {pattern: triangle, pitch: 4}", "line": "array: {count: 4, pitch: 3.6}"}
     layout = lay_out(board(arrays[array], f", margin: {margin}", coil="outer_diameter: 2.6, turns: 2"))
-    assert not layout.findings and holds_its_copper(layout)
+    assert not layout.shortfalls and holds_its_copper(layout)
 
 
 OFF_AXIS = {
@@ -101,7 +101,7 @@ def test_where_the_places_are_counted_from_changes_nothing_else(name, tail):
     centres, (dx, dy) = OFF_AXIS[name], (5.0, -8.3)
     moved = [[x + dx, y + dy] for x, y in centres]
     here, there = (lay_out(explicit(places, connector="zif-0.5mm" + tail)) for places in (centres, moved))
-    assert not here.findings and not there.findings
+    assert not here.shortfalls and not there.shortfalls
     assert there.body_size == pytest.approx(here.body_size, abs=1e-9)
     for one, other in (
         (here.outline.flattened(1e-6), there.outline.flattened(1e-6)),
@@ -134,4 +134,4 @@ def test_a_jaw_too_narrow_for_a_body_about_the_mean_leaves_it_what_coils_and_lea
     assert tight.body_size[1] < 15.2 * MM  # coils 13.5, edges 0.4, leads
     assert tight.body[3] == fitted.body[3] == free.body[3]
     for layout in (free, fitted, tight):
-        assert not layout.findings and holds_its_copper(layout)
+        assert not layout.shortfalls and holds_its_copper(layout)

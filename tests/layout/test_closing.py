@@ -66,7 +66,7 @@ def shares_of(layout):
 @pytest.mark.parametrize("name, turns", CASES)
 def test_leads_run_round_their_coil_no_farther_than_its_turns_ask(name, turns):
     layout = board(name, turns)
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     least = least_closing(layout.spec.coil)
     for coil in layout.coils:
         assert abs(drawn_closing(layout.spec.coil, coil)) < abs(least) + FAR

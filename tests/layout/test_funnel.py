@@ -9,6 +9,7 @@ import pytest
 from sitscad.checks import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
+from sitscad.finding import Missing
 from sitscad.geometry.path import Point
 from sitscad.layout import lay_out
 from sitscad.layout.funnel import descents
@@ -102,6 +103,6 @@ def test_what_comes_too_near_at_the_contacts_is_not_drawn():
     coil = "{shape: circle, outer_diameter: 7, turns: 6.5, layers: 2, trace_width: 0.16, trace_spacing: 0.16}"
     fpc = "{rules: osh-park-flex, tail: {length: 30, connector: zif-0.3mm}}"
     layout = lay_out(spec_of(coil, "{pattern: line, count: 2, pitch: 9}", fpc))
-    (finding,) = layout.findings
-    assert finding.rule == "SIT119" and finding.limit > finding.measured == pytest.approx(0.3e-3)
+    (lack,) = layout.shortfalls
+    assert lack.what is Missing.TAIL_ROOM and lack.need > lack.have == pytest.approx(0.3e-3)
     assert layout.pads == () and not any(coil.is_closed_circuit for coil in layout.coils)

@@ -8,6 +8,7 @@ from itertools import combinations, pairwise
 import pytest
 
 from sitscad.checks import check
+from sitscad.finding import Missing
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import Role, Trace, Via, lay_out
 from sitscad.spec.load import load_text
@@ -52,7 +53,7 @@ def layout(request):
 
 def assert_sound(layout):
     """Consecutive conductors of a coil meet; all others keep the rules' distance, arcs flattened within 0.2 um."""
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     spacing = min(layout.spec.fpc.rules.trace_spacing, layout.spec.coil.trace_spacing) - 1e-6
     for coil in layout.coils:
         assert coil.is_closed_circuit
@@ -155,12 +156,12 @@ def test_layers_are_joined_where_the_angle_says(sensor):
 @pytest.mark.parametrize("extra", [0.0, 2e-6])
 def test_the_missing_room_for_an_inner_via_is_named(sensor, extra):
     layout = lay_out(sensor(diameter=2.6e-3, turns=7.0, layers=2, pitch=3.2e-3, stackup="flex-2l-18um"))
-    (finding,) = layout.findings
-    assert finding.name == "inner-via-room" and finding.limit > finding.measured
-    missing = finding.limit - finding.measured + extra
+    (lack,) = layout.shortfalls
+    assert lack.what is Missing.INNER_ROOM and lack.missing == lack.need - lack.have > 0.0
+    missing = lack.missing + extra
     mended = lay_out(sensor(diameter=2.6e-3 + missing, turns=7.0, layers=2, pitch=3.2e-3 + missing,
                             stackup="flex-2l-18um"))  # fmt: skip
-    assert not [f for f in mended.findings if f.name == "inner-via-room"]
+    assert Missing.INNER_ROOM not in {lack.what for lack in mended.shortfalls}
 
 
 def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
@@ -168,13 +169,13 @@ def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
     coverlay = StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide")
     one = Stackup("one", (coverlay, StackLayer(LayerKind.COPPER, 18e-6, "copper"), coverlay))
     layout = lay_out(dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, stackup=one)))
-    assert [finding.name for finding in layout.findings] == ["no-way-out"]
+    assert [lack.what for lack in layout.shortfalls] == [Missing.WAY_OUT]
     assert not layout.coils[0].is_closed_circuit and layout.coils[0].windings
 
 
 def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(sensor):
     spec = sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8)
-    assert [finding.name for finding in lay_out(spec).findings] == ["lead-room"]
+    assert [lack.what for lack in lay_out(spec).shortfalls] == [Missing.LEAD_ROOM]
     (finding,) = (found for found in check(spec, hints="full").findings if found.rule == "SIT113")
     assert finding.key == "array.pitch" and "missing" in finding.message
 
@@ -207,8 +208,8 @@ def test_random_designs_are_sound_or_say_why_not():
                 clockwise=source.random() < 0.3,
             )
         )  # fmt: skip
-        if layout.findings:
-            assert all(finding.message and finding.hint for finding in layout.findings)
+        if layout.shortfalls:
+            assert all(lack.message for lack in layout.shortfalls)
             continue
         routed += 1
         assert_sound(layout)
@@ -223,7 +224,7 @@ def test_names_and_points_are_what_they_say(sensor):
 
 def test_an_array_in_rows_needs_two_layers_in_the_tail(sensor):
     layout = lay_out(sensor(centres=positions.triangle(5e-3), tail_layers=1))
-    assert [finding.name for finding in layout.findings] == ["array-not-routed"]
+    assert [lack.what for lack in layout.shortfalls] == [Missing.TAIL_LAYERS]
     assert layout.pads == () and len(layout.coils) == 3
 
 
@@ -262,7 +263,7 @@ def test_where_vias_need_more_than_the_contacts_pitch_the_tail_is_wider_and_draw
 def test_a_tail_too_crowded_for_its_tracks_is_refused(sensor):
     """At 0.3 mm pitch contacts and tracks of six mils, six mils apart, leave each other no room."""
     layout = lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, pitch=8e-3, rules="osh-park-flex")))
-    assert [finding.name for finding in layout.findings] == ["tail-room"]
+    assert [lack.what for lack in layout.shortfalls] == [Missing.TAIL_ROOM]
 
 
 def with_edge_distance(spec, edge):
@@ -303,7 +304,7 @@ def test_no_via_stands_outside_the_round_corners_of_a_long_coil():
     spec = sensor(shape="rectangle", size=(21.1e-3, 11.52e-3), turns=10.25, layers=5, width=120e-6, spacing=100e-6,
                      stackup="flex-6l", rules="generic-flex", coils=1, corner_radius=3.03e-3)  # fmt: skip
     layout = lay_out(spec)
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     assert clashes(layout, 99e-6) == []
 
 

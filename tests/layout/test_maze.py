@@ -162,7 +162,7 @@ array: {pattern: grid, count: [2, 2], pitch: 8.43}
 fpc: {rules: generic-fine, tail: {length: 60, connector: zif-0.5mm}}"""
     layout = lay_out(load_text(text, "corner.yaml"))
     leads = [trace.path for trace in layout.traces if trace.role is Role.LEAD]
-    assert layout.findings == () and len(leads) >= 8
+    assert layout.shortfalls == () and len(leads) >= 8
     for one, other in (pair for lead in leads for pair in pairwise(lead)):
         ahead, onward = (np.subtract(line.end, line.start) / line.length for line in (one, other))
         assert float(ahead @ onward) > math.cos(math.radians(120.0))
@@ -196,14 +196,14 @@ def test_a_grid_with_room_between_its_rows_is_routed():
     """Once refused: vias of the near coils stand where the far ones were to pass, beside 4.5 mm of free board."""
     spec = grid(shape="racetrack", size=(7.76e-3, 5.23e-3), turns=7, layers=7, width=100e-6, spacing=90e-6,
                 stackup="flex-8l", clockwise=True, centres=positions.grid(2, 2, 9.76e-3))  # fmt: skip
-    assert lay_out(spec).findings == ()
+    assert lay_out(spec).shortfalls == ()
 
 
 @pytest.mark.parametrize("centre, rotation", [((0.0, 1e-3), 0.0), ((0.0, 0.0), math.radians(30))])
 def test_one_coil_beside_the_axis_or_turned_is_routed(centre, rotation):
     spec = sensor(diameter=5e-3, turns=6, layers=2, stackup="flex-2l-18um", coils=1)
     array = replace(spec.array, pattern="explicit", placements=(CoilPlacement("C1", centre, rotation),))
-    assert lay_out(replace(spec, array=array)).findings == ()
+    assert lay_out(replace(spec, array=array)).shortfalls == ()
 
 
 def test_no_lead_turns_back_over_itself():
@@ -236,4 +236,4 @@ coil: {shape: square, outer_diameter: 5.3, turns: 10.5, layers: 6, trace_width: 
 array: {pattern: grid, count: [2, 3], pitch: 9.1}
 fpc: {rules: generic-fine, tail: {length: 60, connector: zif-0.3mm, layers: 2}}
 """
-    assert not lay_out(load_text(text, "six.yaml")).findings
+    assert not lay_out(load_text(text, "six.yaml")).shortfalls

@@ -100,7 +100,7 @@ BOARDS = {
 def test_inner_corners_have_the_fabricators_radius(changes):
     spec = board(**changes)
     layout = lay_out(spec)
-    assert not layout.findings
+    assert not layout.shortfalls
     least = max(0.5 * MM, spec.fpc.rules.inside_radius)
     radii = inner_corners(layout.outline)
     assert all(radius >= least - 1e-9 for radius in radii), [round(r / MM, 4) for r in radii]

@@ -55,7 +55,7 @@ def test_a_circle_is_passed_straight_outwards(sensor):
 def test_leads_do_not_bend_back_sharply(sensor, coil):
     """Corners of less than 70 degrees hold etchant, and a lead at a slant stays too near the turn that it leaves."""
     layout = lay_out(sensor(**coil))
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     for trace in layout.traces:
         if trace.role is Role.LEAD:
             pieces = trace.path.segments
@@ -74,7 +74,7 @@ fpc: {rules: generic-fine, stackup: flex-4l, tail: {length: 5, connector: zif-0.
 def test_stubs_of_octagons_keep_their_distance(text):
     """Their via stood beside the end of a last side of no length, and their lead bent at a corner beside a stub."""
     layout = lay_out(load_text(f"sitscad: 1\nname: octagon\n{text}\n", "octagon.yaml"))
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     drawn = next(rule for rule in RULES if rule.id == "SIT108")
     assert apply_rule(drawn, Design(layout.spec, layout))[0] == []
 

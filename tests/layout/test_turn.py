@@ -100,7 +100,7 @@ def test_the_turned_board_is_the_straight_one_laid_along_its_course(way):
     straight = sitscad.lay_out(
         replace(spec, fpc=replace(spec.fpc, tail=replace(spec.fpc.tail, turn="none", offset=0.0)))
     )
-    assert layout.findings == straight.findings == ()
+    assert layout.shortfalls == straight.shortfalls == ()
     assert layout.outline.is_closed
     assert enclosed_area(layout.outline) == pytest.approx(enclosed_area(straight.outline), rel=1e-9)
     for kind in ("traces", "vias", "pads"):
@@ -163,7 +163,7 @@ def test_the_fabricators_radius_is_the_default_where_it_is_larger():
 
 def test_a_tail_too_short_for_its_turn_becomes_longer():
     layout = sitscad.lay_out(sitscad.load_text(text_of("turn: left").replace("length: 30", "length: 5")))
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     assert [f for f in sitscad.check(layout.spec, layout).findings if f.severity == "error"] == []
 
 

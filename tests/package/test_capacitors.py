@@ -56,7 +56,7 @@ def board(*case):
 def test_pads_stand_across_the_pairs_on_the_stiffener(case):
     layout = board(*case)
     chip = presets.chip(case[1])
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     assert [c.coil for c in layout.capacitors] == [c.name for c in layout.coils]
     for capacitor, coil in zip(layout.capacitors, layout.coils, strict=True):
         one, other = capacitor.pads

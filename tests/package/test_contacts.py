@@ -32,7 +32,7 @@ def test_a_template_with_another_terminal(template, terminal, tmp_path):
     assert changed == 1
     spec = sitscad.load_text(text, "other.yaml")
     layout = sitscad.lay_out(spec)
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     found = [f for f in sitscad.check(spec, layout).findings if f.rule.startswith("SIT1")]
     assert [f for f in found if f.severity == "error"] == []
     sitscad.build(spec, tmp_path, only=("gerber", "kicad"), force=True)

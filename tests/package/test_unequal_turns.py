@@ -46,7 +46,7 @@ def spec_of(name):
 def test_layers_meet_and_all_currents_circulate_the_same_way(name):
     spec = spec_of(name)
     layout = sitscad.lay_out(spec)
-    assert layout.findings == ()
+    assert layout.shortfalls == ()
     windings = layout.coils[0].windings
     assert spec.coil.layer_turns == tuple(COILS[name][2]) and spec.coil.turns == max(COILS[name][2])
     for winding, turns in zip(windings, spec.coil.layer_turns, strict=True):
@@ -121,7 +121,7 @@ def test_the_other_coils_of_an_array_are_wound_alike():
     array = "{pattern: line, count: 2, pitch: 5.2}"
     spec = sitscad.load_text(text_of("circle", 4, [7.75, 6.75, 7.75, 6.75], 4, array), "x.yaml")
     layout = sitscad.lay_out(spec)
-    assert layout.findings == () and len(layout.coils) == 2
+    assert layout.shortfalls == () and len(layout.coils) == 2
     for coil in layout.coils:
         home = wind_coil(spec, replace(coil.placement, centre=(0.0, 0.0)))
         assert [w.path.length for w in coil.windings] == pytest.approx([w.path.length for w in home])

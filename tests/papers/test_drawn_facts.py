@@ -63,7 +63,7 @@ def board_of(name):
     text += f"fpc: {{tail: {tail}}}\n" if tail else ""
     text += f"readout: {{capacitors_on_board: {chip}}}\n" if chip else ""
     layout = lay_out(load_text(text))
-    assert not layout.findings
+    assert not layout.shortfalls
     return layout
 
 

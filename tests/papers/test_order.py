@@ -90,7 +90,7 @@ def test_the_drawing_of_a_real_board_is_legible(rest):
         f"trace_spacing: 0.1}}\narray: {{pattern: {rest}\n"
     )
     layout = lay_out(load_text(text))
-    assert not layout.findings
+    assert not layout.shortfalls
     test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(layout)
 
 

@@ -12,7 +12,7 @@ import layouts
 import pytest
 
 from sitscad.drawing import board_picture
-from sitscad.finding import Finding, Severity
+from sitscad.finding import Missing, Shortfall
 from sitscad.formats import excellon, ipc356
 from sitscad.formats.gerber import job as gerber_job
 from sitscad.formats.gerber import layers as gerber
@@ -156,9 +156,9 @@ def test_readme_lists_every_file_of_the_set(board):
 
 
 def test_readme_of_an_incomplete_layout_says_so_first():
-    finding = Finding("SIT110", "no-room", Severity.ERROR, "no room for the inner via: 0.1 mm short")
-    text = fabrication_notes.readme(replace(layouts.two_coils(), findings=(finding,)))
-    assert "DO NOT ORDER" in text.splitlines()[3] and "SIT110 no room for the inner via" in text
+    lack = Shortfall(Missing.INNER_ROOM, "no room for the inner via: 0.1 mm short")
+    text = fabrication_notes.readme(replace(layouts.two_coils(), shortfalls=(lack,)))
+    assert "DO NOT ORDER" in text.splitlines()[3] and "\n- no room for the inner via: 0.1 mm short\n" in text
 
 
 def test_a_board_without_tail_is_described_too():

@@ -215,7 +215,7 @@ def study(seed: int, deep: bool = True) -> tuple[Outcome, Board]:
     spec = now.load()
     layout = sitscad.lay_out(spec)
     seconds = time.process_time() - began
-    room, found = has_room(spec), errors_of(spec) if layout.findings else []
+    room, found = has_room(spec), errors_of(spec) if layout.shortfalls else []
     first, steps = " ".join(f.rule for f in found), 0
     while found and steps < PATIENCE:
         after = advised(now, found[0])
