@@ -1,0 +1,116 @@
+"""Every coil as a circuit: its winding in its surroundings, with leads and with the neighbours that wait beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.circuit.idle import Circuit, idle_neighbours
+from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads
+from sitscad.estimates.circuit.tank import CoilCircuit
+from sitscad.estimates.states.assembly import Assembly, NoReflection, Reflection
+from sitscad.estimates.states.finite_target import TargetShares
+from sitscad.estimates.winding.losses import winding_resistance
+from sitscad.estimates.winding.own_capacitance import self_capacitance
+from sitscad.estimates.winding.solved import SolvedWinding
+from sitscad.layout.board import Coil, Layout
+from sitscad.physics.resonator import resonance_frequency
+from sitscad.scene.state import FREE
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+def coil_circuits(
+    layout: Layout,
+    winding: SolvedWinding,
+    matrix: Array,
+    assembly: Assembly,
+    shares: TargetShares,
+    spared: Mapping[str, Mapping[int, float]],
+) -> list[CoilCircuit]:
+    """The circuits of all coils in their order; `matrix` (H) is that of the bare windings, `spared` are the squares of
+    track that pads and teardrops spare each coil, by layer.
+    """
+    spec, first = layout.spec, layout.coils[0]
+    conductivity, loss = winding.conductivity, winding.loss
+    resistance = winding_resistance(spec.coil, first, conductivity)
+    own = self_capacitance(first, spec)
+    distances = _distances(layout)
+    beside = sorted({d for row in distances for d in row if d > 0.0})
+    names = [coil.name for coil in layout.coils]
+    reflections = _reflections(winding, assembly, beside, names, shares)
+    circuits = []
+    for coil in layout.coils:
+        leads = _leads(coil, layout, conductivity, spared[coil.name])
+        circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
+                                    own + leads.capacitance, reflections[coil.name], own))  # fmt: skip
+    if len(circuits) == 1:
+        return circuits
+    return [
+        replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec))
+        for k, circuit in enumerate(circuits)
+    ]
+
+
+def _neighbours(
+    active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], spec: SensorSpec
+) -> dict[str, Circuit]:
+    # The state "free" is the coil alone: nothing around it, no neighbour either.
+    def of_state(state: str) -> Circuit:
+        reflection = circuits[active].reflections[state]
+
+        def mutual(i: int, j: int, frequencies: Array) -> ComplexArray:
+            return np.asarray(matrix[i, j] + reflection.mutual(distances[i][j], frequencies))
+
+        own = [lambda at, c=c: c.own(state, at) for c in circuits]
+        return idle_neighbours(active, own, mutual, spec.readout)
+
+    return {state: of_state(state) for state in circuits[active].reflections if state != FREE}
+
+
+def _distances(layout: Layout) -> list[list[float]]:
+    # Alike distances get alike numbers, so that each is reflected once.
+    return [[round(math.dist(a.centre, b.centre), 9) for b in layout.coils] for a in layout.coils]
+
+
+def _reflections(
+    winding: SolvedWinding,
+    assembly: Assembly,
+    distances: list[float],
+    names: Sequence[str],
+    shares: TargetShares,
+) -> dict[str, dict[str, Reflection | NoReflection]]:
+    # By coil and state; coils under alike parts of the target have one in common.
+    known: dict[tuple[str, tuple[float, float]], Reflection | NoReflection] = {}
+    found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
+    for around in assembly.states:
+        spectrum = winding.spectrum
+        nothing = spectrum is None or (around.above is None and around.below is None)
+        for name in names:
+            share = shares.of(name, around.name)
+            if (around.name, share) not in known:
+                known[around.name, share] = (
+                    NoReflection()
+                    if nothing or spectrum is None
+                    else Reflection(spectrum, around, distances, share, winding.crowding)
+                )
+            found[name][around.name] = known[around.name, share]
+    return found
+
+
+def _leads(coil: Coil, layout: Layout, conductivity: float, spared: Mapping[int, float]) -> LeadEstimate:
+    if not coil.series:
+        return NO_LEADS
+    return estimate_leads(coil, layout.spec.fpc.stackup, conductivity, spared)
+
+
+def self_resonance(circuit: CoilCircuit) -> float:
+    """The frequency (Hz) at which winding and leads resonate with their own capacitance."""
+    inductance = circuit.inductance + circuit.leads.inductance
+    return resonance_frequency(inductance, max(circuit.self_capacitance, 1e-16))

@@ -1,0 +1,257 @@
+"""From a layout to its numbers, step by step: each is a frozen value made of the one before it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.circuit.coils import coil_circuits, self_resonance
+from sitscad.estimates.circuit.drive import driven
+from sitscad.estimates.circuit.failed_states import damped_words, overdamped, without, working
+from sitscad.estimates.circuit.leads import missing_leads
+from sitscad.estimates.circuit.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
+from sitscad.estimates.circuit.track_ends import spared_squares
+from sitscad.estimates.states.assembly import Assembly, assemble, warmed
+from sitscad.estimates.states.finite_target import TargetShares, target_shares
+from sitscad.estimates.states.pressing import PAD, PressingScatter, pressing_scatter
+from sitscad.estimates.uncertainty import (
+    Slopes,
+    depths_moved,
+    inductance_slopes,
+    moved_by_surroundings,
+    scatter_note,
+    sigmas,
+    spread,
+)
+from sitscad.estimates.values import PARTS, CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
+from sitscad.estimates.winding.cross_checks import cross_checks, no_cross_check
+from sitscad.estimates.winding.losses import near_metal_notes
+from sitscad.estimates.winding.own_capacitance import metal_notes
+from sitscad.estimates.winding.solved import SolvedWinding, beside_each_other, solve_winding
+from sitscad.layout.board import Coil, Layout
+from sitscad.physics.resistance import conductivity_at
+from sitscad.record import record
+from sitscad.scene.state import FREE, PRESSED, REST
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+
+@record(eq=False)
+class Given:
+    """The layout with all metal at a temperature (degrees Celsius), what is round its coils in each state, and the
+    squares of track that pads and teardrops spare each coil, by layer.
+    """
+
+    layout: Layout
+    temperature: float
+    assembly: Assembly
+    spared: Mapping[str, Mapping[int, float]]
+
+    @property
+    def spec(self) -> SensorSpec:
+        """The spec, its metals warm."""
+        return self.layout.spec
+
+
+@record(eq=False)
+class Wound:
+    """The winding solved, the bare windings' inductance matrix (H) and its errors (H), the target's share of the effect
+    of an endless one.
+    """
+
+    given: Given
+    winding: SolvedWinding
+    matrix: Array
+    matrix_errors: Array
+    shares: TargetShares
+
+
+@record(eq=False)
+class Tuned:
+    """Every coil as a circuit, the tank that was chosen and how the converter is set; `failed` are the states without
+    numbers, with the reason, `damped` those whose tank does not oscillate, with their quality factor.
+    """
+
+    wound: Wound
+    circuits: Sequence[CoilCircuit]
+    tank: Tank
+    readout: ReadoutEstimate
+    failed: Mapping[str, str]
+    damped: Mapping[str, float]
+
+
+@record(eq=False)
+class Read:
+    """Every coil in every state as the converter sees it, driven with margin."""
+
+    tuned: Tuned
+    coils: tuple[CoilEstimate, ...]
+    readout: ReadoutEstimate
+
+
+def given(layout: Layout, temperature: float | None) -> Given:
+    """What is asked; the spec's temperature where None is given."""
+    temperature = layout.spec.requirements.temperature if temperature is None else temperature
+    spared = {coil.name: spared_squares(coil, layout) for coil in layout.coils}  # knows the layout's teardrops already
+    warm = replace(layout, spec=warmed(layout.spec, temperature))
+    return Given(warm, temperature, assemble(warm.spec, sigmas(warm.spec)), spared)
+
+
+def wind(start: Given, method: str | None, tolerance: float | None) -> Wound:
+    """The windings by themselves and beside each other, and what of the target they see."""
+    spec, coils = start.spec, start.layout.coils
+    copper = conductivity_at(start.temperature)
+    winding = solve_winding(spec.coil, coils[0], start.assembly, copper, method, tolerance)
+    matrix, errors = beside_each_other(spec.coil, coils, winding)
+    shares = target_shares(spec, [layer.z for layer in coils[0].windings], start.assembly.states)
+    return Wound(start, winding, matrix, errors, shares)
+
+
+def tune(wound: Wound) -> Tuned:
+    """Circuits, tank capacitor, and the converter's settings; states that have no numbers are left out."""
+    start = wound.given
+    circuits, failed = working(
+        coil_circuits(start.layout, wound.winding, wound.matrix, start.assembly, wound.shares, start.spared)
+    )
+    capacitor, reason = choose_capacitor(circuits, start.spec.readout, min(map(self_resonance, circuits)))
+    tank = Tank(capacitor, start.spec.readout)
+    damped = overdamped(circuits, tank)
+    failed |= {state: damped_words(value, capacitor) for state, value in damped.items()}
+    swinging = [without(circuit, damped) for circuit in circuits]
+    return Tuned(wound, swinging, tank, settle(swinging, start.spec.readout, capacitor, reason), failed, damped)
+
+
+def read(tuned: Tuned) -> Read:
+    """All coils in all states, each with one sigma, and the drive that keeps its margin."""
+    states, coils = _states(tuned), tuned.wound.given.layout.coils
+    found = [
+        _coil_estimate(coil, circuit, tuned, states[coil.name])
+        for coil, circuit in zip(coils, tuned.circuits, strict=True)
+    ]
+    everywhere = [state for coil in found for state in coil.states.values()]
+    readout = with_margin(tuned.readout, everywhere, tuned.tank.family)
+    return Read(tuned, *driven(found, readout, tuned.wound.given.spec.readout))
+
+
+def tell(done: Read) -> Estimates:
+    """The numbers with what is worth saying about them."""
+    wound = done.tuned.wound
+    start, spec, assembly = wound.given, wound.given.spec, wound.given.assembly
+    pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
+    checks = cross_checks(start.layout.coils[0].name, wound.winding.geometry, wound.winding.inductance)
+    return Estimates(
+        coils=done.coils,
+        inductance_matrix=_rows(wound.matrix),
+        readout=done.readout,
+        inductance_matrix_error=_rows(wound.matrix_errors),
+        compression=assembly.compression,
+        compression_scatter=pressing,
+        gaps=assembly.gaps,
+        gap_sigmas=_gap_sigmas(spec, pressing),
+        cross_checks=checks,
+        no_cross_check=no_cross_check(spec.coil, checks),
+        incomplete=missing_leads(start.layout),
+        notes=tuple(_notes(done)),
+        normal_force=spec.requirements.normal_force,
+        temperature=start.temperature,
+        states=tuple(replace(around.state, temperature=start.temperature) for around in assembly.states),
+    )
+
+
+def _notes(done: Read) -> Iterator[str]:
+    # What whoever reads the numbers has to know, of the design and of the first of its alike coils.
+    wound, coil = done.tuned.wound, done.coils[0]
+    layout, spec, assembly = wound.given.layout, wound.given.spec, wound.given.assembly
+    if incomplete := missing_leads(layout):
+        yield incomplete
+    yield from wound.shares.notes
+    yield from assembly.notes
+    yield from near_metal_notes(spec.coil, wound.winding.nearest)
+    yield from metal_notes(layout.coils[0], spec, assembly.gaps, coil.self_capacitance, coil.capacitance)
+    yield from (f"{name}: {reason}" for name, reason in done.tuned.failed.items())
+    yield scatter_note(spec)
+
+
+def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
+    # By coil and state, each with its one sigma.
+    wound, tank = tuned.wound, tuned.tank
+    layout, spec, winding = wound.given.layout, wound.given.spec, wound.winding
+    deviations = sigmas(spec)
+    slopes = inductance_slopes(winding.geometry, winding.spirals, layout.coils[0], spec)
+    deeper = depths_moved(layout.coils[0], spec, deviations)
+    found = {}
+    for circuit in tuned.circuits:
+        states = state_estimates(circuit, tank, tuned.readout)
+        around = moved_by_surroundings(
+            winding.spectrum, wound.given.assembly, states, wound.shares, circuit.name, deeper
+        )
+        moved = Slopes(deviations, slopes, around)
+        found[circuit.name] = {
+            name: replace(state, spread=spread(circuit, tank, state, moved),
+                          resistance_error=winding.resistance_error(circuit, state, spec.coil))
+            for name, state in states.items()
+        }  # fmt: skip
+    return found
+
+
+def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:
+    free, winding = states.get(FREE, NO_STATE), tuned.wound.winding
+    return CoilEstimate(
+        name=coil.name,
+        centre=(coil.centre.x, coil.centre.y),
+        winding_inductance=circuit.inductance,
+        inductance_error=winding.inductance_error,
+        method=winding.method.name,
+        terminal_inductance=free.inductance,
+        lead_inductance=circuit.leads.inductance,
+        resistance_dc=circuit.resistance,
+        resistance_ac=circuit.winding_resistance(free.frequency) if FREE in states else math.nan,
+        terminal_resistance_dc=circuit.resistance + circuit.leads.resistance,
+        capacitance=tuned.tank.capacitance(circuit),
+        self_capacitance=circuit.self_capacitance,
+        sensor_frequency=free.frequency,
+        parallel_resistance=free.parallel_resistance,
+        quality_factor=free.quality_factor,
+        self_resonance=self_resonance(circuit),
+        trace_length=math.fsum(w.path.length for w in coil.windings),
+        states=states,
+        lead_parts=circuit.leads.parts,
+        winding_capacitance=circuit.winding_capacitance,
+        apparent_inductance=free.apparent_inductance,
+        failed_states=tuned.failed,
+        overdamped=tuned.damped,
+        bend_inductance=circuit.loss.direct_change,
+        inductance_parts=_inductance_parts(circuit, free.inductance),
+        resistance_error=winding.bound.relative(circuit.loss.resistance_ratio(free.frequency), free.frequency)
+        if FREE in states
+        else None,
+    )
+
+
+def _inductance_parts(circuit: CoilCircuit, terminal: float) -> dict[str, float]:
+    """What the terminal inductance (H) of the coil alone is made of, in the order of PARTS; crowding is what is left of
+    it (`loss` has that, too, and `terminal` is interpolated to within 3e-5 of itself).
+    """
+    parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
+    parts["crowding"] = terminal - math.fsum(parts.values())
+    return {name: parts.get(name, 0.0) for name in PARTS}
+
+
+NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
+"""Stands for a free state that has no numbers."""
+
+
+def _gap_sigmas(spec: SensorSpec, pressing: PressingScatter | None) -> dict[str, float]:
+    """One sigma (m) of the gaps that have one: at rest the pad's thickness, pressed what the pad gives way too."""
+    if spec.elastomer is None or spec.target is None:
+        return {}
+    return {REST: sigmas(spec)[PAD]} | ({PRESSED: pressing.gap} if pressing is not None else {})
+
+
+def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(float(value) for value in row) for row in matrix)
