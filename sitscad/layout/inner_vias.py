@@ -104,8 +104,11 @@ def place_inner_vias(
         for turn in closed:  # less than a turn goes round nothing
             places = places[_is_round(places, turn)]
     room = _StubRoom(copper, ways, width + spacing, width + min(turn_spacing, rules.trace_spacing))
-    options = [_Candidates(_candidates(ends, places, room, hole)) for ends in joins]
-    return _at_once(options, rules, spacing, width) or _choose(options, rules, spacing, width)
+    options = [_Candidates(ends, places, room, hole) for ends in joins]
+    found = _at_once(options, rules, spacing, width) or _choose([o.few for o in options], rules, spacing, width)
+    if found is not None or not _holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
+        return found
+    return _choose([_spread_out(list(option)) for option in options], rules, spacing, width)
 
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
@@ -227,17 +230,6 @@ def _nearer(one: Array, other: Array, distance: float) -> NDArray[np.bool_]:
     return np.asarray(squares < (distance - ROUNDING) ** 2)
 
 
-def _candidates(ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: Hole) -> Iterator[InnerJoin]:
-    """The joins at all places whose stubs keep their distance from the turns of their layers, near places first."""
-    order = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
-    for index in np.argsort(order, kind="stable") if len(places) else ():
-        place = Point(float(places[index, 0]), float(places[index, 1]))
-        stubs = [_stub(end, place, room) for end in ends]
-        if all(stubs):
-            named = tuple((end.layer, stub) for end, stub in zip(ends, stubs, strict=True) if stub)
-            yield InnerJoin(Hole(place, hole.pad, hole.drill), named)
-
-
 def _stub(end: InnerEnd, place: Point, room: _StubRoom) -> Path | None:
     """The way from a turn's end to a via: straight, or first off at a right angle, or on along the turn's line.
 
@@ -274,17 +266,40 @@ def _spread(corners: list[Point]) -> Array:
 
 
 class _Candidates:
-    """Candidates of a join, worked out when they are asked for: most boards need the first few of hundreds."""
+    """The joins at all places whose stubs keep their distance from the turns of their layers, near places first.
 
-    def __init__(self, source: Iterator[InnerJoin]) -> None:
-        self._source = source
-        self._known: list[InnerJoin] = []
+    Each is worked out when it is asked for: most boards need the first few of hundreds.
+    """
+
+    def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: Hole) -> None:
+        away = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
+        self._ends, self._room, self._hole = ends, room, hole
+        self._places = places[np.argsort(away, kind="stable")] if len(places) else places
+        self._known: dict[int, InnerJoin | None] = {}
 
     def __iter__(self) -> Iterator[InnerJoin]:
-        yield from self._known
-        for join in self._source:
-            self._known.append(join)
-            yield join
+        return self._at(range(len(self._places)))
+
+    @property
+    def few(self) -> list[InnerJoin]:
+        """The nearest ones, and those at some of the other places, evenly: at most `MOST`."""
+        near = list(islice(self, MOST // 3))
+        rest = range(max(self._known, default=-1) + 1, len(self._places))
+        stride = max(1, math.ceil(len(rest) / (MOST - len(near))))
+        return near + list(self._at(rest[::stride]))
+
+    def _at(self, order: range) -> Iterator[InnerJoin]:
+        for index in order:
+            if index not in self._known:
+                self._known[index] = self._join(Point(*self._places[index].tolist()))
+            join = self._known[index]
+            if join is not None:
+                yield join
+
+    def _join(self, place: Point) -> InnerJoin | None:
+        stubs = [(end.layer, _stub(end, place, self._room)) for end in self._ends]
+        named = tuple((layer, stub) for layer, stub in stubs if stub)
+        return InnerJoin(Hole(place, self._hole.pad, self._hole.drill), named) if len(named) == len(stubs) else None
 
 
 def _at_once(
@@ -312,11 +327,20 @@ def _spread_out(candidates: list[InnerJoin]) -> list[InnerJoin]:
     return first + rest[::stride]
 
 
+def _holes_fit(places: Array, count: int, apart: float) -> bool:
+    """Whether so many holes may find room at the places, whatever their stubs: False is certain."""
+    if len(places) < count:
+        return False
+    far = _sets(np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) >= apart - 1e-9)
+    pairs = {(i, j): far for i in range(count) for j in range(i + 1, count)}
+    found, is_certain = _one_of_each([len(places)] * count, pairs)
+    return found is not None or not is_certain
+
+
 def _choose(
-    options: Sequence[_Candidates], rules: DesignRules, spacing: float, width: float
+    candidates: list[list[InnerJoin]], rules: DesignRules, spacing: float, width: float
 ) -> tuple[InnerJoin, ...] | None:
     """One candidate a join, none in the way of another: a search in depth over sets of those that are still left."""
-    candidates = [_spread_out(list(each)) for each in options]
     if not all(candidates):
         return None
     count = len(candidates)
@@ -325,7 +349,16 @@ def _choose(
         for i in range(count)
         for j in range(i + 1, count)
     }
-    trials = 0
+    chosen, _ = _one_of_each([len(each) for each in candidates], apart)
+    return None if chosen is None else tuple(each[k] for each, k in zip(candidates, chosen, strict=True))
+
+
+def _one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
+    """One candidate of each join that leave one another room, and whether that is certain: the search has ended.
+
+    `apart` are, for two joins and a candidate of the first, those of the second that it leaves room.
+    """
+    count, trials = len(sizes), 0
 
     def search(join: int, left: list[int]) -> list[int] | None:
         nonlocal trials
@@ -343,8 +376,7 @@ def _choose(
                     return [pick, *found]
         return None
 
-    chosen = search(0, [(1 << len(each)) - 1 for each in candidates])
-    return None if chosen is None else tuple(each[k] for each, k in zip(candidates, chosen, strict=True))
+    return search(0, [(1 << size) - 1 for size in sizes]), trials < TRIALS
 
 
 def _sets(table: NDArray[np.bool_]) -> list[int]:

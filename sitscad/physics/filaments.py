@@ -254,13 +254,13 @@ def _table(
 def sampled_mutual_inductance(
     first: tuple[Array, Array],
     second: tuple[Array, Array],
-    clearance: float = 0.0,
+    clearance: float | Array = 0.0,
     chunk: int = 60_000,
 ) -> float:
     """Mutual inductance (H) of two filamentary curves far apart against the spacing of their nodes.
 
     Each curve is (points (n, 3), elements dl (n, 2)) in metres, the elements already weighted by the quadrature.
-    `clearance` (m2) lengthens every squared distance.
+    `clearance` (m2) lengthens every squared distance, or those from each point of the second curve.
     """
     (p, dp), (q, dq) = first, second
     middle = 0.5 * (p.mean(axis=0) + q.mean(axis=0))
@@ -270,16 +270,13 @@ def sampled_mutual_inductance(
     other = np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1) + clearance])
     rows = max(1, min(len(p), chunk // max(1, len(q))))
     # Written over again and again: fresh memory for every part would cost as much as the sum.
-    distances, all_shares = np.empty((rows, len(q))), np.empty((rows, len(q)))
-    total = 0.0
+    distances, total = np.empty((rows, len(q))), 0.0
     for k in range(0, len(p), rows):
-        part = slice(k, k + rows)
-        distance, shares = distances[: len(p) - k], all_shares[: len(p) - k]
-        np.matmul(own[part], other, out=distance)
+        distance = distances[: len(p) - k]
+        np.matmul(own[k : k + rows], other, out=distance)
         np.sqrt(distance, out=distance)
-        np.matmul(dp[part], dq.T, out=shares)
-        shares /= distance
-        total += float(np.sum(shares))
+        np.divide(1.0, distance, out=distance)
+        total += float(np.sum(dp[k : k + rows] * (distance @ dq)))
     return MU0 / (4.0 * math.pi) * total
 
 

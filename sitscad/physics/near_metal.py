@@ -21,7 +21,7 @@ from sitscad.physics.bessel import j1
 from sitscad.physics.constants import MU0
 from sitscad.physics.current_modes import ModeSystem
 from sitscad.physics.current_spectrum import wave_numbers
-from sitscad.physics.eddy_target import Reflector, returned_waves
+from sitscad.physics.eddy_target import Plate, Reflector, returned_waves
 from sitscad.physics.proximity import WindingCut
 from sitscad.physics.track_modes import Cut, ModeSet, mode_conductances, points_of, split_projection
 from sitscad.record import record
@@ -34,6 +34,12 @@ STEPS = 5
 
 MIDDLE = 3e6
 """Frequency (Hz) of the reflection that shapes the subspace."""
+
+ABOUT = 1.25
+"""Ratio of the distances of metal for which one subspace after another is found."""
+
+PERFECT = 1e18
+"""Conductivity (S/m) of metal that waves do not enter."""
 
 
 @record(eq=False)
@@ -66,11 +72,12 @@ class CrowdingNearMetal:
         total = np.zeros(frequencies.size, dtype=np.complex128)
         if above is None and below is None:
             return total
-        if (above, below) not in self.known:
-            (middle,) = zip(*self._waves(np.array([MIDDLE]), above, below), strict=True)
-            self.known[above, below] = tuple(_reduced(cut, _Waves(*middle), self.bends) for cut in self.cuts)
+        about = _about(above, self.levels[1]), _about(below, -self.levels[0])
+        if about not in self.known:
+            (middle,) = zip(*self._waves(np.array([MIDDLE]), *about), strict=True)
+            self.known[about] = tuple(_reduced(cut, _Waves(*middle), self.bends) for cut in self.cuts)
         waves = [np.concatenate([part.real, part.imag]) for part in self._waves(frequencies, above, below)]
-        for part in self.known[above, below]:
+        for part in self.known[about]:
             total += part.changes(frequencies, waves)
         return total
 
@@ -78,6 +85,18 @@ class CrowdingNearMetal:
         # Weights of products of waves (frequencies, k): up with up, up with down, down with down.
         found = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
         return [0.5 * MU0 * self.weights * part for part in found]
+
+
+def _about(reflector: Reflector | None, level: float) -> Reflector | None:
+    """What stands for a reflector where the subspace is looked for: a mirror, unless it is magnetic, about as far from
+    the nearest mid-plane (`level`, m, towards it). One subspace serves all that stand for one another: what it leaves
+    out is as little as in their own.
+    """
+    if reflector is None:
+        return None
+    gap = ABOUT ** round(math.log(max(reflector.distance - level, 1e-6), ABOUT))
+    magnetic = any(plate.permeability != 1.0 for plate in reflector.plates)
+    return Reflector(level + gap, reflector.plates if magnetic else (Plate(PERFECT),))
 
 
 @record(eq=False)

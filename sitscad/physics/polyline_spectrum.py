@@ -29,6 +29,16 @@ ComplexArray = NDArray[np.complex128]
 CHORD = math.radians(20.0)
 """Angle that a chord of an arc spans at most."""
 
+MOST_NORMALS = 12
+"""Directions of long sides from which on a track counts as round: the chords of its arcs are as long as its sides."""
+
+ROUND = 48, 1.0
+"""Directions over which the waves of such a track are averaged, and how many more for each radian through which a wave
+runs over what it is longer than wide."""
+
+AT_ONCE = 60_000
+"""Waves at nodes that are worked out at once: as many as stay near the processor."""
+
 ROUNDING = 1e-8
 """Angle (rad) between a wave and a side's normal below which the difference of the side's ends is lost in rounding."""
 
@@ -73,17 +83,22 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
     k, weights = wave_numbers(float(np.hypot(*(everything - centre).T).max()), nearest)
     distinct, owner = _distinct(tracks)
-    normals, length = _long_sides([track.corners for track in distinct])
+    directions = _Directions.of([track.corners for track in distinct])
     shapes = [_Mitred(track, centre, loops[owner.index(n)] if loops else None) for n, track in enumerate(distinct)]
     sides = np.concatenate([shape.after for shape in shapes])
     tangents = np.unique(np.round(sides[sides.any(axis=1)], 9), axis=0)
     power = np.empty((k.size, len(tracks), len(tracks)))
-    for n, number in enumerate(k):
-        angle, share = _directions(normals, float(number) * length)
-        unit = _beside(np.stack([np.cos(angle), np.sin(angle)]), tangents)
-        waves = np.array([shape.waves(float(number), unit) for shape in shapes])
-        mean = np.einsum("idn,jdn,n->ij", waves, waves.conj(), share).real / (4.0 * math.pi**2)
-        power[n] = mean[np.ix_(owner, owner)]
+    nodes = max(len(shape.after) for shape in shapes)
+    first = 0
+    while first < k.size:
+        some = slice(first, first + max(1, AT_ONCE // (nodes * directions.count(float(k[first])))))
+        first = some.stop
+        angle, share = directions.about(k[some])
+        unit = _beside(np.stack([np.cos(angle), np.sin(angle)]).reshape(2, -1), tangents)
+        number = np.repeat(k[some], share.shape[1])
+        waves = np.array([shape.waves(number, unit) for shape in shapes]).reshape(len(shapes), 2, *share.shape)
+        mean = np.einsum("idkn,jdkn,kn->kij", waves, waves.conj(), share, optimize=True).real / (4.0 * math.pi**2)
+        power[some] = mean[:, owner][:, :, owner]
     through = np.array([thickness_waves(k, track.thickness) for track in tracks]).T
     power *= through[:, :, None] * through[:, None, :]
     return CurrentSpectrum(k, weights, np.array([track.z for track in tracks]), power)
@@ -106,32 +121,56 @@ def _alike(one: PolylineTrack, other: PolylineTrack) -> bool:
             and np.allclose(one.corners, other.corners, atol=1e-9, rtol=0.0))  # fmt: skip
 
 
-def _long_sides(shapes: Sequence[Array]) -> tuple[list[float], float]:
-    # Directions (rad, below pi) across the long sides, and the longest one's length (m).
-    sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
-    length = np.hypot(sides[:, 0], sides[:, 1])
-    normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi
-    known: list[float] = []
-    for one in normal[length > 0.3 * length.max()]:
-        if all(abs(math.remainder(one - other, math.pi)) > 0.02 for other in known):
-            known.append(float(one))
-    return sorted(known)[:12], float(length.max())
+@record
+class _Directions:
+    """Over which directions waves are averaged: `normals` (rad, below pi) are those across the long sides, the longest
+    of which is `length` (m) long; none for a track that is round but for `length` more along it than across.
+    """
 
+    normals: tuple[float, ...]
+    length: float
 
-def _directions(normals: Sequence[float], phase: float) -> tuple[Array, Array]:
-    # Directions over half a turn and their weights (sum 1), graded about every normal like the lobe of a side through
-    # which a wave runs `phase` radians.
-    scale = min(1.0, 2.0 / max(phase, 1e-9))
-    nodes, share = gauss(6 + math.ceil(2.6 * math.log1p(phase)))
-    found, weights = [], []
-    for low, high in pairwise([*normals, normals[0] + math.pi]):
-        half = 0.5 * (high - low)
-        top = math.asinh(half / scale)
-        u = 0.5 * top * (1.0 + nodes)
-        away, weight = scale * np.sinh(u), 0.5 * top * share * scale * np.cosh(u) / math.pi
-        found += [low + away, high - away]
-        weights += [weight, weight]
-    return np.concatenate(found), np.concatenate(weights)
+    @classmethod
+    def of(cls, shapes: Sequence[Array]) -> _Directions:
+        """Those of tracks with such corners (n, 2) in metres."""
+        sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
+        length = np.hypot(sides[:, 0], sides[:, 1])
+        normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi
+        known: list[float] = []
+        for one in normal[length > 0.3 * length.max()]:
+            if all(abs(math.remainder(one - other, math.pi)) > 0.02 for other in known):
+                known.append(float(one))
+        if len(known) > MOST_NORMALS:
+            angle = np.arange(0.0, math.pi, math.radians(5.0))
+            across = np.ptp(np.concatenate(shapes) @ np.stack([np.cos(angle), np.sin(angle)]), axis=0)
+            return cls((), float(np.ptp(across)))
+        return cls(tuple(sorted(known)), float(length.max()))
+
+    def count(self, number: float) -> int:
+        """How many directions waves of a wave number (1/m) and somewhat shorter ones are averaged over."""
+        phase = number * self.length
+        if not self.normals:
+            return ROUND[0] + math.ceil(ROUND[1] * phase)
+        return 2 * len(self.normals) * (6 + math.ceil(2.6 * math.log1p(phase)))
+
+    def about(self, numbers: Array) -> tuple[Array, Array]:
+        """Directions (rad) over half a turn and their weights (sum 1) for each wave number (n; 1/m): graded about every
+        normal like the lobe of a side that the longest wave runs along.
+        """
+        count = self.count(float(numbers[-1]))
+        if not self.normals:
+            even = math.pi / count * (0.5 + np.arange(count))
+            return np.tile(even, (numbers.size, 1)), np.full((numbers.size, count), 1.0 / count)
+        scale = np.minimum(1.0, 2.0 / np.maximum(numbers * self.length, 1e-9))[:, None]
+        nodes, share = gauss(count // (2 * len(self.normals)))
+        found, weights = [], []
+        for low, high in pairwise([*self.normals, self.normals[0] + math.pi]):
+            top = np.arcsinh(0.5 * (high - low) / scale)
+            u = 0.5 * top * (1.0 + nodes)
+            away, weight = scale * np.sinh(u), 0.5 * top * share * scale * np.cosh(u) / math.pi
+            found += [low + away, high - away]
+            weights += [weight, weight]
+        return np.concatenate(found, axis=1), np.concatenate(weights, axis=1)
 
 
 @record(eq=False)
@@ -216,16 +255,23 @@ class _Mitred:
             self.loops = _figures(loops.places - centre, loops.moments[:, None] / size, same)
             self.moments, self.spread = loops.moments[self.loops.kinds], loops.spread
 
-    def waves(self, number: float, unit: Array) -> ComplexArray:
-        """Fourier transform of the current at a wave number (1/m) and directions (2, n): x and y (2, n)."""
-        wave = number * unit
+    def waves(self, numbers: Array, unit: Array) -> ComplexArray:
+        """Fourier transform of the current at wave numbers (n; 1/m) and directions (2, n): x and y (2, n)."""
+        wave = numbers * unit
         factors = _share(self.after, wave) - _share(self.before, wave)
-        found = -1j * self.nodes.sums(wave, factors * np.sinc((self.mitres @ wave) / math.pi))
+        found = -1j * self.nodes.sums(wave, factors * _sinc(self.mitres @ wave))
         if not self.moments.size:
             return np.asarray(found)
         amount = self.loops.sums(wave, self.moments[:, None])
-        size = number * math.exp(-0.5 * (number * self.spread) ** 2)
+        size = numbers * np.exp(-0.5 * (numbers * self.spread) ** 2)
         return np.asarray(found + 1j * size * amount * np.stack([unit[1], -unit[0]]))
+
+
+def _sinc(x: Array) -> Array:
+    # sin(x) / x by the tangent of half of x, which costs a tenth of the sine.
+    half = np.where(x == 0.0, 1e-20, 0.5 * x)
+    tangent = np.tan(half)
+    return np.asarray(tangent / (half * (1.0 + tangent * tangent)))
 
 
 def _share(tangents: Array, wave: Array) -> Array:

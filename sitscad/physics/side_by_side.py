@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,13 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 POINTS = 8
-"""Gauss points a part."""
+"""Gauss points a part at most."""
+
+SHORT = (0.03, 0.15, 0.4, 0.65, 0.9, 1.2)
+"""Lengths of a part over its distance from the other winding up to which 2, 3, 4 ... points are right to 1e-7."""
+
+SLIGHT = (0.1, 0.3, 0.7, 1.2, 1.8, 2.5)
+"""Angles (rad) of a curved part up to which 2, 3, 4 ... points are."""
 
 LONG = 1.5
 """Largest length of a part over its distance from the other winding: eight points are right to 1e-7 of its pair."""
@@ -211,36 +218,83 @@ def _sampled(one: Pieces, other: Pieces) -> tuple[float, float]:
     """Mutual inductance (H) of two sets of pieces, and their least distance (m)."""
     if not len(one.rows) or not len(other.rows):
         return 0.0, math.inf
-    (parts, least), (other_parts, _) = _parts(one, other), _parts(other, one)
+    halved, other_halved = _halved(one, other), _halved(other, one)
     aside = math.sqrt(float(np.mean(one.thicknesses**2) + np.mean(other.thicknesses**2)) / 12.0)
     stack = float(np.ptp(np.concatenate([one.heights, other.heights])))
-    flat = aside * stack < STACKED * (least**2 + stack**2)
-    lifts, clearance = ((0.0,), aside**2) if flat else ((-aside, aside), 0.0)
-    total = 0.0
-    for left, share in _offsets(one, least):
-        curve = _points(one, parts, left, (0.0,))
-        for other_left, other_share in _offsets(other, least):
-            mutual = sampled_mutual_inductance(curve, _points(other, other_parts, other_left, lifts), clearance)
-            total += share * other_share * mutual
-    return total, least
+    curve, _ = halved.samples(math.inf, 0.0)
+    other_curve, clearances = other_halved.samples(stack, aside)
+    return sampled_mutual_inductance(curve, other_curve, clearances), halved.least
 
 
-def _offsets(pieces: Pieces, least: float) -> tuple[tuple[float, float], ...]:
-    """Distances (m) of strands to the left of the centre line, and their shares: as many as its width asks for."""
-    size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
-    count = 3 if pieces.width > NEAR * least else 2 if pieces.width > WIDE * size else 1
-    nodes, weights = gauss(count)
-    return tuple((0.5 * pieces.width * float(x), 0.5 * float(w)) for x, w in zip(nodes, weights, strict=True))
-
-
-def _parts(own: Pieces, other: Pieces) -> tuple[tuple[Index, Array, Array], float]:
-    """Piece, low end and length (as fractions of it) of the parts into which pieces are halved; the least distance (m)
-    of a part's middle from the other winding.
+@record(eq=False)
+class _Halved:
+    """Pieces halved into parts: piece, low end and length (as fractions of it) of every part, its distance (m) from the
+    other winding, and how many points and strands it needs; `least` (m) is the least distance that was met.
     """
+
+    pieces: Pieces
+    index: Index
+    low: Array
+    step: Array
+    away: Array
+    least: float
+
+    @cached_property
+    def counts(self) -> Index:
+        """Points of every part: fewer the farther it is for its length, and the less it bends."""
+        ratio = self.pieces.lengths[self.index] * self.step / np.maximum(self.away, 1e-300)
+        found = np.searchsorted(SHORT, ratio) + 2
+        if self.pieces.is_curved:
+            found = np.maximum(found, np.searchsorted(SLIGHT, self.pieces.rows[self.index, 5] * self.step) + 2)
+        return np.minimum(found, POINTS)
+
+    @cached_property
+    def strands(self) -> Index:
+        """Strands of every part: as many as its width asks for."""
+        pieces = self.pieces
+        size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
+        return np.where(pieces.width > NEAR * self.away, 3, 2 if pieces.width > WIDE * size else 1)
+
+    def samples(self, stack: float, aside: float) -> tuple[tuple[Array, Array], Array]:
+        """Points (n, 3) and elements (n, 2), and what squared distances from each point are lengthened by (m2): parts
+        so near that it matters in a stack so high (m) are taken at two heights, `aside` (m) of their middle.
+        """
+        high = aside * stack >= STACKED * (self.away**2 + stack**2) if aside else np.zeros(len(self.away), dtype=bool)
+        kinds = np.stack([self.counts, self.strands, high], axis=1)
+        found = []
+        for count, strands, is_high in np.unique(kinds, axis=0).tolist():
+            chosen = np.all(kinds == (count, strands, is_high), axis=1)
+            for left, share in _offsets(self.pieces.width, strands):
+                where, element = self._points(chosen, count, left, (-aside, aside) if is_high else (0.0,))
+                found.append((where, share * element, np.full(len(where), 0.0 if is_high else aside**2)))
+        where, elements, clearances = (np.concatenate(column) for column in zip(*found, strict=True))
+        return (where, elements), clearances
+
+    def _points(
+        self, chosen: NDArray[np.bool_], count: int, left: float, lifts: tuple[float, ...]
+    ) -> tuple[Array, Array]:
+        # Points (n, 3) and elements (n, 2), shared out to the heights above and below the mid-planes.
+        index, low, step = self.index[chosen], self.low[chosen], self.step[chosen]
+        nodes, weights = gauss(count)
+        where, slope = self.pieces.points(index, low[:, None] + step[:, None] * 0.5 * (1.0 + nodes), left)
+        element = slope * (0.5 / len(lifts) * step[:, None] * weights)[..., None]
+        height = np.repeat(self.pieces.heights[index], count)[:, None]
+        points = [np.concatenate([where.reshape(-1, 2), height + lift], axis=1) for lift in lifts]
+        return np.concatenate(points), np.tile(element.reshape(-1, 2), (len(lifts), 1))
+
+
+def _offsets(width: float, count: int) -> tuple[tuple[float, float], ...]:
+    """Distances (m) of strands to the left of the centre line, and their shares."""
+    nodes, weights = gauss(count)
+    return tuple((0.5 * width * float(x), 0.5 * float(w)) for x, w in zip(nodes, weights, strict=True))
+
+
+def _halved(own: Pieces, other: Pieces) -> _Halved:
+    """Pieces halved until no part is longer than it is far from another winding."""
     index = np.arange(len(own.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))
     lengths = own.lengths
-    kept: list[tuple[Index, Array, Array]] = []
+    kept: list[tuple[Index, Array, Array, Array]] = []
     least = math.inf
     for halving in range(HALVINGS):
         middle, _ = own.points(index, (low + 0.5 * step)[:, None], 0.0)
@@ -251,24 +305,12 @@ def _parts(own: Pieces, other: Pieces) -> tuple[tuple[Index, Array, Array], floa
             long |= own.rows[index, 5] * step > BEND
         if halving == HALVINGS - 1:
             long[:] = False
-        kept.append((index[~long], low[~long], step[~long]))
+        kept.append((index[~long], low[~long], step[~long], away[~long]))
         index, half = np.repeat(index[long], 2), np.repeat(0.5 * step[long], 2)
         low = np.repeat(low[long], 2) + np.tile([0.0, 1.0], int(long.sum())) * half
         step = half
         if not index.size:
             break
-    first, second, third = zip(*kept, strict=True)
-    return (np.concatenate(first), np.concatenate(second), np.concatenate(third)), least
-
-
-def _points(
-    pieces: Pieces, parts: tuple[Index, Array, Array], left: float, lifts: tuple[float, ...]
-) -> tuple[Array, Array]:
-    # Points (n, 3) and elements (n, 2), shared out to the heights above and below the mid-planes.
-    index, low, step = parts
-    nodes, weights = gauss(POINTS)
-    where, slope = pieces.points(index, low[:, None] + step[:, None] * 0.5 * (1.0 + nodes), left)
-    element = slope * (0.5 / len(lifts) * step[:, None] * weights)[..., None]
-    height = np.repeat(pieces.heights[index], POINTS)[:, None]
-    points = [np.concatenate([where.reshape(-1, 2), height + lift], axis=1) for lift in lifts]
-    return np.concatenate(points), np.tile(element.reshape(-1, 2), (len(lifts), 1))
+    pieces, ends, shares, distances = zip(*kept, strict=True)
+    return _Halved(own, np.concatenate(pieces), np.concatenate(ends), np.concatenate(shares),
+                   np.concatenate(distances), least)  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import StrEnum
+from functools import cached_property
 
 from sitscad.record import record
 
@@ -60,7 +61,7 @@ class Stackup:
         """Finished thickness in metres, without stiffener."""
         return sum(layer.thickness for layer in self.layers)
 
-    @property
+    @cached_property
     def copper(self) -> tuple[CopperLayer, ...]:
         """The copper layers from the top, each with its height."""
         found: list[CopperLayer] = []

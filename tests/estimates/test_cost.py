@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import tracemalloc
+from dataclasses import replace
 
 from sitscad.estimates import estimate
+from sitscad.estimates.circuit import coils
+from sitscad.estimates.winding import solved
 from sitscad.layout import lay_out
+from sitscad.physics import near_metal
 from sitscad.spec.load import load_text
 
 SPEC = """
@@ -23,3 +27,42 @@ def test_many_turns_take_a_bounded_amount_of_memory():
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert most < 25e6
+
+
+def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(monkeypatch):
+    """A pad thicker by some per cent, or a thicker target, made all of them anew: seconds for every hint that is
+    tried, and another few for the spread of the pad's thickness."""
+    waves, modes, leads = [], [], []
+    monkeypatch.setattr(solved, "reflected_by", counted(waves, solved.reflected_by))
+    monkeypatch.setattr(near_metal, "_reduced", counted(modes, near_metal._reduced))
+    monkeypatch.setattr(coils, "estimate_leads", counted(leads, coils.estimate_leads))
+    layout = lay_out(load_text(MOUNTED, "cost.yaml"))
+    estimate(layout)
+    before = len(modes)
+    assert (len(waves), len(leads)) == (1, 2)
+    spec = layout.spec
+    target, elastomer = spec.target, spec.elastomer
+    estimate(replace(layout, spec=replace(spec, target=replace(target, thickness=0.3e-3))))
+    estimate(replace(layout, spec=replace(spec, elastomer=replace(elastomer, thickness=1.01e-3))))
+    assert (len(waves), len(leads)) == (1, 2)
+    assert len(modes) <= 1.5 * before
+
+
+def counted(calls, function):
+    def called(*arguments):
+        calls.append(arguments)
+        return function(*arguments)
+
+    return called
+
+
+MOUNTED = """
+sitscad: 1
+name: cost
+coil: {shape: square, outer_diameter: 6, turns: 6, layers: 2, trace_width: 0.1, trace_spacing: 0.1}
+array: {pattern: line, count: 2, pitch: 7}
+target: {shape: rectangle, size: [13, 6], thickness: 0.2, material: copper}
+elastomer: {shape: rectangle, size: [13, 6], thickness: 1, material: ecoflex-00-30}
+requirements: {normal_force: 2 N}
+fpc: {tail: {length: 20, connector: zif-0.5mm}}
+"""

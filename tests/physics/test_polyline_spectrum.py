@@ -7,12 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from sitscad.physics import polyline_spectrum as polyline_spectrum_module
 from sitscad.physics.bent_tracks import BentTrack
 from sitscad.physics.corner_excess import moment
 from sitscad.physics.corners import bend_loops
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_impedance
 from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
-from sitscad.physics.polyline_spectrum import Loops, _beside, _figures, _Mitred, chorded, polyline_spectrum
+from sitscad.physics.polyline_spectrum import Loops, _beside, _Directions, _figures, _Mitred, chorded, polyline_spectrum
 
 UM, MM = 1e-6, 1e-3
 SQUARE = MM * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -0.7)])
@@ -94,7 +95,7 @@ def test_a_wave_along_a_sides_normal_is_no_division_by_zero():
     turned = [np.array([[0.0], [1.0]]), np.array([[1e-6], [1.0]])]
     sides = np.array([(1.0, 0.0), (0.0, 1.0)])
     shape = _Mitred(track, np.zeros(2), None)
-    across, beside = (shape.waves(3e3, _beside(unit, sides)) for unit in turned)
+    across, beside = (shape.waves(np.array([3e3]), _beside(unit, sides)) for unit in turned)
     assert np.all(np.isfinite(across)) and across == pytest.approx(beside, abs=1e-8)
     assert abs(across[0, 0]) == pytest.approx(2 * MM, rel=0.02)
 
@@ -129,3 +130,35 @@ def test_loops_that_repeat_are_summed_at_their_places(whole):
     amount = np.sum(loops.moments * np.exp(-1j * number * (loops.places @ unit)[:, 0]))
     size = number * math.exp(-0.5 * (number * loops.spread) ** 2)
     assert more[:, 0] == pytest.approx(1j * size * amount * np.array([0.8, -0.6]), rel=1e-9)
+
+
+def test_a_racetrack_that_is_nearly_round_takes_few_directions(monkeypatch):
+    """The chords of its arcs are as long as its sides: each counted as one that needs directions crowding about it."""
+    starts = MM * np.array([(-0.3, -3.0), (0.3, -3.0), (0.3, 3.0), (-0.3, 3.0)])
+    ends = MM * np.array([(0.3, -3.0), (0.3, 3.0), (-0.3, 3.0), (-0.3, -2.9)])
+    track = BentTrack(starts, ends, np.array([0.0, math.pi, 0.0, math.pi]), 250 * UM, 35 * UM, 0.0)
+    gap = 0.1 * MM
+    chords = chorded(track, gap)
+    directions = _Directions.of([chords.corners])
+    assert directions.normals == () and directions.length == pytest.approx(0.6 * MM, rel=0.1)
+    assert directions.count(8.0 / gap) < 110
+    few = over_mirror([chords], gap)
+    monkeypatch.setattr(_Directions, "count", lambda self, number: 600)
+    assert few == pytest.approx(over_mirror([chords], gap), rel=1e-5)
+
+
+def test_waves_are_worked_out_some_at_once(monkeypatch):
+    """One by one, a thousand of them took a second of calls for numbers that need a third of it."""
+    calls, waves = [], _Mitred.waves
+
+    def counted(self, numbers, unit):
+        calls.append(numbers.size)
+        return waves(self, numbers, unit)
+
+    monkeypatch.setattr(_Mitred, "waves", counted)
+    track = PolylineTrack(SQUARE, 100 * UM, 12 * UM, 0.0)
+    found = over_mirror([track], 30 * UM)
+    assert len(calls) < 30
+    monkeypatch.setattr(polyline_spectrum_module, "AT_ONCE", 1)
+    assert found == pytest.approx(over_mirror([track], 30 * UM), rel=1e-4)
+    assert len(calls) > 400

@@ -155,3 +155,24 @@ def test_nearness_is_the_width_over_the_distance_of_the_centre_lines(made):
     coil = stadium(1e-3, 1e-3, width) if made == "stadium" else square(3e-3, width)
     found = side_by_side.tracks_side_by_side(coil, coil, (3e-3 + gap, 0.0))
     assert found.nearness == pytest.approx(width / gap, rel=0.02)
+
+
+def test_only_what_is_near_the_other_winding_is_sampled_finely(monkeypatch):
+    """Every part had the strands, heights and points that the nearest one asks for: several times as many pairs."""
+    pairs = []
+
+    def counted(first, second, clearance):
+        pairs.append(len(first[0]) * len(second[0]))
+        return sampled_mutual_inductance(first, second, clearance)
+
+    turns = [square(side, 150 * UM)[0] for side in (8.5e-3, *np.arange(1.5e-3, 5e-3, 0.5e-3))]
+    layers = tuple(replace(turn, z=-z) for turn in turns for z in np.arange(4) * 60 * UM)
+    monkeypatch.setattr(side_by_side, "TOUCHING", 0.0)
+    monkeypatch.setattr(side_by_side, "sampled_mutual_inductance", counted)
+    found = tracks_side_by_side(layers, layers, (8.7e-3, 0.0))
+    assert sum(pairs) < 5e7
+    monkeypatch.setattr(side_by_side, "SHORT", (0.0,) * 6)
+    monkeypatch.setattr(side_by_side, "NEAR", 0.0)
+    monkeypatch.setattr(side_by_side, "STACKED", 0.0)
+    assert found == pytest.approx(tracks_side_by_side(layers, layers, (8.7e-3, 0.0)), rel=1e-5)
+    assert sum(pairs[1:]) > 2 * pairs[0]

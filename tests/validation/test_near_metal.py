@@ -227,3 +227,23 @@ def test_layers_of_a_polygon_are_reflected_where_they_lie(half_turn_count, gap):
     copied, _ = reflected_impedance(polyline_spectrum(copies, gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
     if half_turn_count == 1:
         assert abs(copied / exact - 1.0) > 0.2
+
+
+@pytest.mark.parametrize("metal", [Plate(COPPER, 1.0, 0.2e-3), Plate(STEEL), Plate(36e6, 1.0, 20e-6)])
+@pytest.mark.parametrize("gap", [0.2e-3, 1.0e-3])
+def test_one_subspace_serves_metal_about_there(gap, metal):
+    """It is that of a mirror up to an eighth nearer or farther: what it leaves out is as little as in its own."""
+    layers = COILS["crossing"][0]
+    resolution = proximity.suited_resolution(layers, COPPER, 0.03)
+    cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
+    crowding = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.1e-3)
+    frequencies = np.array([1e6, 3e6, 1e7])
+    for distance in gap * np.array([1.0, 1.03, 1.06]):
+        crowding.changes(frequencies, Reflector(distance, (metal,)), None)
+    assert len(crowding.known) <= 2
+    around = Reflector(gap, (metal,))
+    shared = crowding.changes(frequencies, around, None)
+    own = tuple(near_metal._reduced(cut, near_metal._Waves(*middle), True) for cut in crowding.cuts
+                for middle in [[w[0] for w in crowding._waves(np.array([3e6]), around, None)]])  # fmt: skip
+    waves = [np.concatenate([w.real, w.imag]) for w in crowding._waves(frequencies, around, None)]
+    assert shared == pytest.approx(sum(part.changes(frequencies, waves) for part in own), rel=5e-4)

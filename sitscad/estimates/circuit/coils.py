@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from sitscad.layout.board import Coil, Layout
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.stackup import Stackup
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -107,7 +109,12 @@ def _reflections(
 def _leads(coil: Coil, layout: Layout, conductivity: float, spared: Mapping[int, float]) -> LeadEstimate:
     if not coil.series:
         return NO_LEADS
-    return estimate_leads(coil, layout.spec.fpc.stackup, conductivity, spared)
+    return _led_out(coil, layout.spec.fpc.stackup, conductivity, tuple(sorted(spared.items())))
+
+
+@lru_cache(maxsize=8)
+def _led_out(coil: Coil, stackup: Stackup, conductivity: float, spared: tuple[tuple[int, float], ...]) -> LeadEstimate:
+    return estimate_leads(coil, stackup, conductivity, dict(spared))
 
 
 def self_resonance(circuit: CoilCircuit) -> float:

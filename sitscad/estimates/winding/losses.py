@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -80,6 +81,7 @@ def wanted_tolerance(tolerance: float | None) -> float:
     return FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
 
 
+@lru_cache(maxsize=1)
 def losses_near_metal(spirals: tuple[SpiralLayer, ...], conductivity: float, nearest: float,
                       tolerance: float | None = None, is_round: bool = True) -> CrowdingNearMetal:  # fmt: skip
     """What metal no nearer than `nearest` (m) to any mid-plane changes of a winding's eddy currents.

@@ -1,0 +1,42 @@
+"""How many places inside a coil are looked at until its inner vias are found, or known to find no room."""
+
+import numpy as np
+
+from sitscad.layout import inner_vias, lay_out, wound_coils
+from sitscad.spec.load import load_text
+
+RACETRACK = """
+sitscad: 1
+name: inside
+coil: {shape: racetrack, outer_diameter: [7.05, 6.46], turns: 2.5, layers: 6, trace_width: 0.25, trace_spacing: 0.15}
+fpc: {rules: osh-park-flex}
+"""
+
+
+def joins_of(monkeypatch, text):
+    """How many joins were worked out for a spec, and whether all were placed."""
+    looked, join = [], inner_vias._Candidates._join
+
+    def counted(self, place):
+        looked.append(place)
+        return join(self, place)
+
+    wound_coils._inner_joins.cache_clear()
+    monkeypatch.setattr(inner_vias._Candidates, "_join", counted)
+    layout = lay_out(load_text(text, "inside.yaml"))
+    return len(looked), not any("inner via" in finding.message for finding in layout.findings)
+
+
+def test_places_beyond_the_nearest_are_thinned_out_before_they_are_worked_out(monkeypatch):
+    """Every join was worked out at all 726 places, and then a sixth of them compared."""
+    looked, placed = joins_of(monkeypatch, RACETRACK)
+    assert placed
+    assert looked <= 3 * inner_vias.MOST
+
+
+def test_holes_that_find_no_room_are_known_before_their_stubs():
+    far = [0b10, 0b01]
+    assert inner_vias._one_of_each([2, 2], {(0, 1): far}) == ([0, 1], True)
+    assert inner_vias._one_of_each([2, 2, 2], {(0, 1): far, (0, 2): far, (1, 2): far}) == (None, True)
+    line = 1e-3 * np.array([(0.0, 0.0), (0.5, 0.0), (1.0, 0.0)])
+    assert inner_vias._holes_fit(line, 2, 1e-3) and not inner_vias._holes_fit(line, 3, 0.6e-3)
