@@ -262,7 +262,7 @@ class _Halved:
         high = aside * stack >= STACKED * (self.away**2 + stack**2) if aside else np.zeros(len(self.away), dtype=bool)
         kinds = np.stack([self.counts, self.strands, high], axis=1)
         found = []
-        for count, strands, is_high in np.unique(kinds, axis=0).tolist():
+        for count, strands, is_high in sorted(set(map(tuple, kinds.tolist()))):  # unique rows would load masked arrays
             chosen = np.all(kinds == (count, strands, is_high), axis=1)
             for left, share in _offsets(self.pieces.width, strands):
                 where, element = self._points(chosen, count, left, (-aside, aside) if is_high else (0.0,))
