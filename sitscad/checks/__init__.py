@@ -19,6 +19,7 @@ from sitscad.checks.plug import PLUG_RULES
 from sitscad.checks.response import RESPONSE_RULES
 from sitscad.checks.room import ROOM_RULES
 from sitscad.checks.rules import Outcome, Rule, outcomes
+from sitscad.checks.shear import SHEAR_RULES
 from sitscad.checks.step import STEP_RULES
 from sitscad.checks.thin_target import THIN_TARGET_RULES
 from sitscad.checks.timing import TIMING_RULES
@@ -47,7 +48,7 @@ _LOADING = tuple(
 _TABLES = (
     _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, COVERLAY_RULES, ROOM_RULES, DRAWN_FORM_RULES,
     BEND_RULES, PLUG_RULES, STEP_RULES, ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES,
-    TRANSDUCTION_RULES, THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES,
+    SHEAR_RULES, TRANSDUCTION_RULES, THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from sitscad.checks.readings import (
     Reading,
@@ -37,6 +38,7 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     yield from undecided(design, "amplitude")
     if readout.drive_code is None:
         return
+    asides: list[Complaint] = []
     high, optimum = design.family.limit("amplitude_max"), design.family.limit("amplitude_optimum_min")
     stable = design.family.limit("amplitude_stable_min")
     largest, smallest = worst_of(design, "amplitude", max, True), worst_of(design, "amplitude", min, True)
@@ -56,7 +58,7 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     else:
         if largest is not None:
             hint = f"measure the amplitude of the first boards{_other_code(_code(design, largest) - 1, 'weaker')}"
-            yield from near_limit(largest, high, "V", "amplitude", hint, CODE_KEY)
+            asides += near_limit(largest, high, "V", "amplitude", hint, CODE_KEY)
         yield from _cold_amplitude(design)
     if smallest is not None and smallest.value < optimum:
         below = smallest.value < stable
@@ -80,8 +82,22 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
         )
     elif smallest is not None:
         hint = f"measure the amplitude of the first boards{_other_code(_code(design, smallest) + 1, 'stronger')}"
-        yield from near_limit(smallest, optimum, "V", "amplitude", hint, CODE_KEY)
-    yield from _bare_coil_amplitude(design)
+        asides += near_limit(smallest, optimum, "V", "amplitude", hint, CODE_KEY)
+    yield from _as_one([*asides, *_bare_coil_amplitude(design)])
+
+
+def _as_one(asides: list[Complaint]) -> Iterator[Verdict]:
+    """What is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker code
+    and another for a stronger one. Place and figures are those of the gravest.
+    """
+    if not asides:
+        return
+    gravest = min(asides, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
+    yield replace(
+        gravest,
+        message="; ".join(aside.message for aside in asides),
+        hint="; ".join(dict.fromkeys(part for aside in asides for part in aside.hint.split("; "))),
+    )
 
 
 def _cold_amplitude(design: Design) -> Iterator[Verdict]:
@@ -125,7 +141,7 @@ def _careful_code(design: Design, resistance: Reading) -> int:
     return design.family.drive_code(resistance.value + (resistance.sigma or 0.0))
 
 
-def _bare_coil_amplitude(design: Design) -> Iterator[Verdict]:
+def _bare_coil_amplitude(design: Design) -> Iterator[Complaint]:
     """A note for the bench, at room temperature: the coil alone may swing too far with the assembled sensor's code."""
     bare = [r for r in readings_of(design.at_room_temperature, "parallel_resistance") if r.state == FREE]
     worst, swing = _widest(design, bare)
@@ -136,7 +152,8 @@ def _bare_coil_amplitude(design: Design) -> Iterator[Verdict]:
     yield Complaint(
         f"before assembly the bare coil {worst.coil} would swing {show(swing, 'V', 3)} peak with drive code "
         f"{_code(design, worst)}, which is chosen for the assembled sensor",
-        f"to test a bare board, use drive code {_careful_code(design, worst)}",
+        f"to test a bare board, use drive code {_careful_code(design, worst)}, and "
+        f"{_code(design, worst)} once it is assembled",
         "coil",
         swing,
         design.family.limit("amplitude_max"),

@@ -258,9 +258,19 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
 def _distance_advice(design: Design, worst: Reading) -> str:
     if worst.state == FREE:
         return "a higher sensor frequency (smaller capacitor) raises it too"
-    standoff = "a larger mount.standoff (board higher over the metal), a copper shield or"
-    mount = standoff if design.spec.mount is not None else "or"
-    return f"{mount} a thicker elastomer takes less of it away"
+    spec = design.spec
+    ways = ["a larger mount.standoff (board higher over the metal)"] if spec.mount is not None else []
+    if spec.shield is None and spec.mount is not None:
+        ways.append("a copper shield")
+    elif spec.shield is not None and spec.shield.material.relative_permeability < DRAWS_IN:
+        ways.append("a larger shield.gap")
+    if spec.target is not None:
+        ways.append("a thicker elastomer")
+    return f"{', '.join(ways[:-1])}{' or ' * (len(ways) > 1)}{ways[-1]} takes less of it away"
+
+
+DRAWS_IN = 1.5
+"""Relative permeability from which on a shield draws the field in: nearer, it adds inductance."""
 
 
 ELECTRICAL_RULES: tuple[Rule, ...] = (

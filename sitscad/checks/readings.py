@@ -78,7 +78,9 @@ AT_RISK = 1.0
 """Sigmas within which it is worth a warning: of six boards more than one is beyond the limit."""
 
 
-def near_limit(reading: Reading | None, limit: float, unit: str, words: str, hint: str, key: str) -> Iterator[Verdict]:
+def near_limit(
+    reading: Reading | None, limit: float, unit: str, words: str, hint: str, key: str
+) -> Iterator[Complaint]:
     """A note for a reading that keeps its limit by less than two sigma of manufacture, a warning by less than one."""
     if reading is None:
         return

@@ -31,6 +31,9 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
 
     pad, force = pad_of(design), design.spec.requirements.normal_force
     assert force is not None
+    if _is_beside(design):
+        yield from _not_pressed()
+        return
     material = pad.material
     sigma = material.shear_modulus_sigma
     nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
@@ -89,6 +92,9 @@ def _otherwise(nominal: elastomer.Compression) -> str:
 
 def target_rotation(design: Design) -> Iterator[Verdict]:
     """Thickness over width of the pad under the target: slender pads let it tilt."""
+    if _is_beside(design):
+        yield from _not_pressed()
+        return
     pad, face = pad_of(design), _loaded(design)
     width = min(face.width_x, face.width_y)
     ratio = pad.thickness / width
@@ -110,6 +116,9 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
     pad, force, pitch = pad_of(design), design.spec.requirements.shear_force, design.spec.array.pitch
     assert force is not None
+    if _is_beside(design):
+        yield from _not_pressed()
+        return
     strain = elastomer.shear_strain(force, _loaded(design).area, pad.material.shear_modulus)
     yield from _shear_strain(design, force, strain)
     if pitch is None:
@@ -181,6 +190,19 @@ def target_gap(design: Design) -> Iterator[Verdict]:
             None,
             "m",
         )
+
+
+def _is_beside(design: Design) -> bool:
+    """Whether the target stands wholly beside the pad (SIT307 says by how much)."""
+    from sitscad.estimates.states.pressing import rests_on_pad
+
+    return not rests_on_pad(design.spec)
+
+
+def _not_pressed() -> Iterator[Verdict]:
+    from sitscad.estimates.states.pressing import BESIDE_PAD
+
+    yield Undecided(BESIDE_PAD)
 
 
 def _loaded(design: Design) -> elastomer.Face:

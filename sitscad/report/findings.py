@@ -106,6 +106,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 "ok": spec.ok,
                 "findings": [finding_json(finding) for finding in spec.findings],
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
+                "signal": [signal_json(signal) for signal in spec.signals],
             }
             for spec in checked
         ],
@@ -201,6 +202,22 @@ def _in_runs(rules: list[str]) -> list[str]:
         else:
             runs.append([rule])
     return [text for run in runs for text in ([f"{run[0]}-{run[-1]}"] if len(run) > 2 else run)]
+
+
+def signal_json(signal: Signal) -> dict[str, Any]:
+    """What one coil's reading does from rest to the required force, as plain values for JSON."""
+    return {
+        "coil": signal.coil,
+        "force_N": signal.force,
+        "rest_inductance_H": signal.rest,
+        "inductance_H_per_N": signal.per_newton,
+        "sigma_inductance_H_per_N": signal.sigma,
+        "frequency_Hz_per_N": signal.frequency_per_newton,
+        "sigma_frequency_Hz_per_N": signal.frequency_sigma,
+        "share": signal.share,
+        "frequency_share": signal.frequency_share,
+        "steps": signal.steps,
+    }
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:

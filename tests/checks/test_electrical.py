@@ -322,9 +322,18 @@ def test_a_limit_missed_says_by_how_many_sigma(rule, how, sigma, count, judge, d
 def test_amplitude_near_either_end_is_noted(judge, design, estimates) -> None:
     spec = design()
     numbers = scattered(estimates(spec), amplitude=0.15)
-    notes = [f for f in judge("SIT204", spec, None, numbers) if "keeps its limit" in f.message]
-    assert [f.limit for f in notes] == [1.8, 1.2]
-    assert "next weaker" in notes[0].hint and "next stronger" in notes[1].hint
+    (note,) = judge("SIT204", spec, None, numbers)
+    assert note.message.count("keeps its limit") == 2 and note.severity is Severity.WARNING  # within one sigma
+    assert "next weaker" in note.hint and "next stronger" in note.hint
+
+
+def test_one_message_says_what_drives_the_bare_board_and_what_the_assembled_one(judge, design, estimates) -> None:
+    """Two notes named drive codes that pull opposite ways."""
+    spec = design()
+    (note,) = judge("SIT204", spec, None, scattered(estimates(spec), amplitude=0.15))
+    assert "before assembly the bare coil" in note.message and "keeps its limit" in note.message
+    assert "to test a bare board, use drive code" in note.hint and "once it is assembled" in note.hint
+    assert note.hint.count("measure the amplitude of the first boards") == 1
 
 
 def test_a_state_in_which_the_model_fails_is_not_a_pass(design, estimates, verdicts) -> None:
@@ -393,3 +402,18 @@ def test_a_weak_coil_is_told_whether_its_states_or_the_coils_differ(judge, desig
     poor = estimates(spec, resistances={"free": 600.0, "rest": 550.0, "pressed": 540.0}, drive_code=31)
     (found,) = (f for f in judge("SIT204", spec, None, poor) if f.severity is Severity.WARNING)
     assert "too low even for the strongest drive" in found.hint
+
+
+def test_what_takes_less_of_rp_away_is_not_there_already(judge, design, estimates) -> None:
+    """The hint named a copper shield where there was one."""
+    numbers = {"resistances": {"free": 2200.0, "rest": 400.0}}
+    for more, said in (
+        ({"shield": None}, ["a copper shield", "a larger mount.standoff", "a thicker elastomer"]),
+        ({"shield": {"material": "copper", "thickness": 0.1, "gap": 0.3}}, ["a larger shield.gap"]),
+        ({"shield": {"material": "ferrite", "thickness": 0.1, "gap": 0.3}}, ["a larger mount.standoff"]),
+    ):
+        spec = design(**more)
+        (found,) = judge("SIT203", spec, None, estimates(spec, **numbers))
+        assert all(words in found.hint for words in said), found.hint
+        assert ("a copper shield" in found.hint) is (spec.shield is None)
+        assert ("shield.gap" in found.hint) is ("a larger shield.gap" in said)

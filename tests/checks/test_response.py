@@ -9,6 +9,7 @@ from sitscad.checks.own_limits import own_limits
 from sitscad.checks.response import FEWEST_STEPS, LEAST_SHARE, responses
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.report.findings import json_document
 
 FOUR = """
 sitscad: 1
@@ -123,6 +124,20 @@ def test_a_signal_that_warmth_would_hide_is_warned_of(material, small):
         (one,) = found
         assert one.severity is Severity.WARNING and one.measured == pytest.approx(abs(signal.share))
         assert "of full scale" in one.message and "steps of the converter" in one.message
+
+
+def test_json_gives_every_coils_signal():
+    """Programs found neither the change per newton nor the share that SIT217 judges unless it was too small."""
+    spec = sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml")
+    result = sitscad.check(spec)
+    checked = sitscad.checked_spec(spec, result.findings, result.not_checked, result.signals)
+    (entry,) = json_document([checked])["specs"][0]["signal"]
+    (signal,), coil = result.signals, sitscad.estimate(sitscad.lay_out(spec)).as_json("small.yaml")["coils"][0]
+    assert entry["coil"] == "C1" and entry["force_N"] == 2.0 and entry["share"] == signal.share
+    for key in ("inductance_H_per_N", "frequency_Hz_per_N", "sigma_inductance_H_per_N", "sigma_frequency_Hz_per_N"):
+        assert entry[key] == pytest.approx(coil[key])
+    assert entry["rest_inductance_H"] == pytest.approx(coil["states"]["rest"]["inductance_H"])
+    assert entry["steps"] == pytest.approx(signal.steps) and entry["frequency_share"] > 0.0
 
 
 def test_no_force_no_signal_and_no_verdict_on_it():

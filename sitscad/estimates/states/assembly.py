@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.states.pressing import PAD, pressed, pressed_cases
+from sitscad.estimates.states.pressing import BESIDE_PAD, PAD, pressed, pressed_cases, rests_on_pad
 from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.current_spectrum import CurrentSpectrum
 from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
@@ -78,7 +78,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
         thin, thick = _pads(spec.elastomer.thickness, sigmas[PAD])
         ranges[REST, PAD] = (_at_gap(spec, REST, thin, behind), _at_gap(spec, REST, thick, behind))
     compression = None
-    if over is not None and spec.elastomer is not None and spec.requirements.normal_force:
+    if over is not None and spec.requirements.normal_force and rests_on_pad(spec):
         compression = pressed(spec)
         around.append(_at_gap(spec, PRESSED, compression.gap, behind))
         gaps[PRESSED] = compression.gap
@@ -153,6 +153,8 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     notes = []
     if compression is not None and not compression.valid:
         notes.append(f"pressed gap: {compression.note}")
+    if spec.elastomer is not None and not rests_on_pad(spec):
+        notes.append(f"no state pressed: {BESIDE_PAD}")
     if spec.mount is not None and spec.mount.jaw is not None:
         notes.append("the jaw's metal enters as an endless half-space behind the board")
     return notes

@@ -21,6 +21,9 @@ and what the formula of the pad's stiffness is off by."""
 LEAST = 0.05
 """Share of its modulus and of its thickness that a pad has at least, however large one sigma is."""
 
+BESIDE_PAD = "the target stands wholly beside the elastomer, so no force on it presses that"
+"""Why such a design has no state pressed."""
+
 SIGMAS_APART = 2.0
 """One sigma of a cause is half of the difference between its two cases."""
 
@@ -37,6 +40,14 @@ class PressingScatter:
     apparent_modulus: float
     cause: str
     shares: Mapping[str, float] = field(default_factory=dict)
+
+
+def rests_on_pad(spec: SensorSpec) -> bool:
+    """Whether a force on the target, or on the pad where there is none, presses the pad: not where the target stands
+    wholly beside it.
+    """
+    pad, over = elastomer(spec), target(spec)
+    return pad is not None and (over is None or over.footprint.common(pad.footprint) is not None)
 
 
 def pressed(spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0) -> Compression:

@@ -1,0 +1,73 @@
+"""What a target that moves sideways, at its height at rest, changes of the coils' inductances: so arrays tell shear."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sitscad.estimates.states.assembly import assemble, warmed
+from sitscad.estimates.states.finite_target import target_shares
+from sitscad.estimates.winding.methods import reflected_by, winding_geometry
+from sitscad.estimates.winding.solved import LEAST_DISTANCE
+from sitscad.layout.board import Layout
+from sitscad.physics.eddy_target import reflected_inductances
+from sitscad.scene.state import REST
+from sitscad.spec.places import footprint
+from sitscad.spec.sensor import SensorSpec
+
+Move = tuple[float, float]
+
+
+def moved_changes(layout: Layout, moves: Sequence[Move], frequency: float) -> Mapping[str, tuple[float, ...]]:
+    """By coil, the change of inductance (H) at a frequency (Hz) for every move (x, y) of the target (m) from rest; none
+    without a target.
+
+    The target's effect is that of an endless plate times the share that the finite one has at the coil's place
+    (`finite_target`), as in the states themselves; what crowding of the current adds is left out.
+    """
+    spec = warmed(layout.spec, layout.spec.requirements.temperature)
+    states = [around for around in assemble(spec).states if around.name == REST and around.above is not None]
+    if not states:
+        return {}
+    heights = [winding.z for winding in layout.coils[0].windings]
+    shares = target_shares(_seen_from(spec, [(0.0, 0.0), *moves]), heights, states).shares
+    above, below = states[0].above, states[0].below
+    assert above is not None
+    nearest = above.distance - max(heights)
+    if below is not None:
+        nearest = min(nearest, below.distance + min(heights))
+    geometry = winding_geometry(spec.coil, replace(layout.coils[0], series=()))
+    spectrum = reflected_by(geometry, max(nearest, LEAST_DISTANCE))
+    at = np.array([frequency])
+    whole, bare = (reflected_inductances(spectrum, at, plate, below, (0.0,))[0, 0].real for plate in (above, None))
+    return {
+        p.name: tuple(
+            float((shares[_name(p.name, k), REST] - shares[_name(p.name, 0), REST]) * (whole - bare))
+            for k in range(1, len(moves) + 1)
+        )
+        for p in spec.array.placements
+    }
+
+
+def _seen_from(spec: SensorSpec, moves: Sequence[Move]) -> SensorSpec:
+    """The spec with each of its coils as often as there are moves, as far back as the target has moved: so that the
+    shares at all places are solved at once.
+    """
+    target = spec.target
+    assert target is not None
+    array = replace(
+        spec.array,
+        placements=tuple(
+            replace(p, name=_name(p.name, k), centre=(p.centre[0] - dx, p.centre[1] - dy))
+            for k, (dx, dy) in enumerate(moves)
+            for p in spec.array.placements
+        ),
+    )
+    centre, (x, y) = footprint(spec, target).centre, array.middle
+    return replace(spec, array=array, target=replace(target, offset=(centre.x - x, centre.y - y)))
+
+
+def _name(coil: str, move: int) -> str:
+    return f"{coil} {move}"

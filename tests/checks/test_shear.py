@@ -1,0 +1,95 @@
+"""Whether the array feels shear: a target that covers all of it and more tells nothing when it moves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import sitscad
+from sitscad.checks import RULES
+from sitscad.checks.response import FEWEST_STEPS
+from sitscad.checks.rules import apply_rule
+from sitscad.design import Design
+from sitscad.estimates.states.moved_target import moved_changes
+from sitscad.finding import Severity
+
+(SHEAR,) = (rule for rule in RULES if rule.id == "SIT218")
+
+FOUR = """
+sitscad: 1
+name: four
+coil: {shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 0.155, trace_spacing: 0.155}
+array: {pattern: grid, count: [2, 2], pitch: 7}
+target: {shape: square, size: TARGET}
+elastomer: {material: ecoflex-00-50, shape: square, size: 24, thickness: 2}
+requirements: {normal_force: 6 N, shear_force: 3 N}
+"""
+
+
+def judged(text):
+    return apply_rule(SHEAR, Design(sitscad.load_text(text, "four.yaml")))
+
+
+def test_a_target_over_the_whole_array_feels_no_shear():
+    found, skipped = judged(FOUR.replace("TARGET", "24"))
+    assert not skipped and [f.severity for f in found] == [Severity.WARNING] * 2
+    for finding, axis in zip(found, "xy", strict=True):
+        assert f"shear along {axis}" in finding.message and finding.key == "target.size"
+        assert finding.measured < 3 < FEWEST_STEPS <= finding.limit and finding.unit == "steps"
+        assert "one 7 mm long" in finding.hint and "8.5 mm beyond" in finding.hint
+
+
+def test_a_target_that_ends_over_the_coils_feels_it():
+    assert judged(FOUR.replace("TARGET", "7")) == ([], [])
+
+
+def test_only_the_axes_along_which_coils_stand_apart_are_judged():
+    line = FOUR.replace("grid, count: [2, 2]", "line, count: 2").replace("TARGET", "24")
+    found, _ = judged(line)
+    assert len(found) == 1 and "along x" in found[0].message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("array: {pattern: grid, count: [2, 2], pitch: 7}\n", "", "one coil alone"),
+        ("size: TARGET", "size: 6, offset: [16, 0]", "wholly beside the elastomer"),
+        (", shear_force: 3 N", "", "no requirements.shear_force"),
+    ],
+)
+def test_what_cannot_tell_shear_is_not_judged(old, new, reason):
+    found, (skipped,) = judged(FOUR.replace(old, new).replace("TARGET", "7"))
+    assert not found and reason in skipped.reason
+
+
+@pytest.mark.parametrize("shape", ["circle", "square"])
+@pytest.mark.parametrize("mount", ["", "mount: {standoff: 1, jaw: {width: 30, length: 30, height: 8}}\n"])
+def test_the_change_is_that_of_the_sensor_estimated_with_its_target_moved(shape, mount):
+    text = FOUR.replace("shape: circle", f"shape: {shape}").replace("TARGET", "10").replace("size: 24", "size: 14")
+    spec = sitscad.load_text(text + mount, "four.yaml")
+    layout = sitscad.lay_out(spec)
+    before = sitscad.estimate(layout)
+    found = moved_changes(layout, [(0.6e-3, 0.0), (0.0, -0.4e-3)], before.coils[0].states["rest"].frequency)
+    for k, offset in enumerate([(0.6e-3, 0.0), (0.0, -0.4e-3)]):
+        moved = replace(spec, target=replace(spec.target, offset=offset))
+        for one, other in zip(before.coils, sitscad.estimate(replace(layout, spec=moved)).coils, strict=True):
+            change = other.states["rest"].inductance - one.states["rest"].inductance
+            assert found[one.name][k] == pytest.approx(change, rel=0.08)
+
+
+def test_nothing_changes_without_a_target():
+    bare = FOUR.replace("target: {shape: square, size: TARGET}\n", "")
+    assert moved_changes(sitscad.lay_out(sitscad.load_text(bare, "four.yaml")), [(1e-3, 0.0)], 5e6) == {}
+
+
+def test_a_target_beside_its_pad_presses_nothing():
+    """It was computed as if a hair of the pad carried all the force: 96 % of strain, 0 % of the pad loaded."""
+    spec = sitscad.load_text(FOUR.replace("size: TARGET", "size: 6, offset: [16, 0]"), "beside.yaml")
+    estimates = sitscad.estimate(sitscad.lay_out(spec))
+    assert all(set(coil.states) == {"free", "rest"} for coil in estimates.coils) and estimates.compression is None
+    assert any("no state pressed: the target stands wholly beside" in note for note in estimates.notes)
+    result = sitscad.check(spec, estimates=estimates)
+    reasons = {skipped.rule: skipped.reason for skipped in result.not_checked}
+    assert all("wholly beside" in reasons[rule] for rule in ("SIT304", "SIT310", "SIT312", "SIT218"))
+    assert result.signals == () and "SIT307" in {f.rule for f in result.findings if f.severity is Severity.ERROR}
