@@ -1,7 +1,7 @@
 """Mutual inductance of windings that lie side by side: strands sampled as finely as the other winding's distance asks.
 
 Every side, arc or spiral turn is halved until it is no longer than it is far from the other winding, and gets a few
-Gauss points a part. Straight sides that nearly touch are left to `tracks`, where a pair of filaments is closed.
+Gauss points a part.
 """
 
 from __future__ import annotations
@@ -9,20 +9,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.filaments import sampled_mutual_inductance
+from sitscad.physics.clusters import Plans, neumann_sum
+from sitscad.physics.constants import MU0
 from sitscad.physics.legendre import gauss
 from sitscad.physics.spirals import SpiralLayer
 from sitscad.physics.track_strands import Track
-from sitscad.physics.tracks import tracks_mutual_inductance
 from sitscad.record import record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+LONG = 1.5
+"""Largest length of a part over its distance from the other winding: eight points are right to 1e-7 of its pair."""
+
+BEND = 3.2
+"""Largest angle (rad) of a curved part."""
 
 POINTS = 8
 """Gauss points a part at most."""
@@ -33,24 +38,20 @@ SHORT = (0.03, 0.15, 0.4, 0.65, 0.9, 1.2)
 SLIGHT = (0.1, 0.3, 0.7, 1.2, 1.8, 2.5)
 """Angles (rad) of a curved part up to which 2, 3, 4 ... points are."""
 
-LONG = 1.5
-"""Largest length of a part over its distance from the other winding: eight points are right to 1e-7 of its pair."""
-
-BEND = 3.2
-"""Largest angle (rad) of a curved part."""
-
-TOUCHING = 0.06
-"""Distance, in the longest side, below which pairs of straight sides are closed: sampling them would cost more."""
-
 WIDE = 0.003
 """Track width over the winding's radius from which two strands a track are taken: one misses its square."""
 
 NEAR = 0.2
-"""Track width over the least distance of the windings' centre lines from which three strands are taken."""
+"""Track width over a part's distance from the other winding from which three strands are taken."""
 
-STACKED = 5e-3
-"""Spread of the heights through both coppers times the height of the stack, over the least squared distance, from which
-one copper is taken at two heights. Below it the spread's square is added to all squared distances."""
+HEADINGS = 128
+"""Directions in which an outline's reach is told, besides those across its straight sides."""
+
+SAMPLED = math.radians(6.0)
+"""Angle between the points of a curve that tell its reach."""
+
+ALIKE = 1e-10
+"""Plans that differ by less (m, rad) are one."""
 
 DISTANCES = 1 << 16
 """Distances of points and pieces that are worked on at once: a few megabytes."""
@@ -61,16 +62,15 @@ HALVINGS = 14
 
 @record(eq=False)
 class Pieces:
-    """Pieces of one kind of all layers of a winding. Metres and radians.
+    """Pieces of one kind of all plans of a winding's layers. Metres and radians.
 
     Straight (n, 8): start, end, and the mitres by which they move per metre to the left. Curved (n, 7): centre x, y,
-    radius and azimuth at the start, direction (+1 counter-clockwise), angle, fall of the radius per radian. `heights`
-    (n) are mid-planes, `thicknesses` (n) the copper's.
+    radius and azimuth at the start, direction (+1 counter-clockwise), angle, fall of the radius per radian. `owner` (n)
+    are the plans' numbers.
     """
 
     rows: Array
-    heights: Array
-    thicknesses: Array
+    owner: Index
     width: float
 
     @property
@@ -84,6 +84,25 @@ class Pieces:
         if self.is_curved:
             return np.asarray(self.rows[:, 2] * self.rows[:, 5])
         return np.hypot(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 3] - self.rows[:, 1])
+
+    @property
+    def angles(self) -> Array:
+        """Angle (rad) that every piece turns by."""
+        return self.rows[:, 5] if self.is_curved else np.zeros(len(self.rows))
+
+    @property
+    def normals(self) -> Array:
+        """Directions (rad) across the straight pieces."""
+        if self.is_curved:
+            return np.zeros(0)
+        return np.asarray(np.arctan2(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 1] - self.rows[:, 3]))
+
+    def reach(self, headings: Array) -> Array:
+        """How far (m) the centre lines reach from the origin along headings (2, n)."""
+        most = math.ceil(float(self.angles.max()) / SAMPLED)
+        along = np.tile(np.linspace(0.0, 1.0, most + 2), (len(self.rows), 1))
+        points, _ = self.points(np.arange(len(self.rows)), along, 0.0)
+        return np.asarray(np.max(points.reshape(-1, 2) @ headings, axis=0))
 
     def moved(self, dx: float, dy: float) -> Pieces:
         """The pieces moved by (dx, dy) metres."""
@@ -135,16 +154,44 @@ class Pieces:
         return np.where(turned <= angle, beside, np.minimum(*ends))
 
 
-def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces]:
-    """The straight and the curved pieces of a winding's layers; the tracks have one width."""
+Layers = tuple[tuple[int, float, float], ...]
+"""The plan, mid-plane and thickness (m) of every layer."""
+
+
+def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
+    """The straight and the curved pieces of a winding's distinct plans, and its layers; the tracks have one width."""
     sides = [np.concatenate([t.starts, t.ends, t.before, t.after], axis=1) for t in tracks]
     arcs = [np.concatenate([t.arcs, np.zeros((len(t.arcs), 1))], axis=1) for t in tracks]
-    return _joined(sides, tracks), _joined(arcs, tracks)
+    plans = _plans([np.concatenate([a.ravel(), b.ravel()]) for a, b in zip(sides, arcs, strict=True)])
+    return _joined(sides, plans, tracks[0].width), _joined(arcs, plans, tracks[0].width), _layers(plans, tracks)
 
 
-def spiral_pieces(layers: Sequence[SpiralLayer]) -> Pieces:
-    """The half turns of round layers, walked along the current; the layers have one width."""
-    return _joined([_half_turns(layer) for layer in layers], layers)
+def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
+    """The half turns of round layers' distinct plans, walked along the current, and the layers; all of one width."""
+    rows = [_half_turns(layer) for layer in layers]
+    plans = _plans([row.ravel() for row in rows])
+    return _joined(rows, plans, layers[0].width), _layers(plans, layers)
+
+
+def _plans(layers: Sequence[Array]) -> list[int]:
+    # The number of each layer's plan: every other layer repeats.
+    known: list[Array] = []
+    found = []
+    for layer in layers:
+        same = [k for k, one in enumerate(known) if one.shape == layer.shape and np.allclose(one, layer, 0.0, ALIKE)]
+        found += same[:1] or [len(known)]
+        known += [] if same else [layer]
+    return found
+
+
+def _joined(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
+    first = [plans.index(plan) for plan in range(max(plans) + 1)]
+    owner = np.repeat(np.arange(len(first)), [len(rows[k]) for k in first])
+    return Pieces(np.concatenate([rows[k] for k in first]), owner, width)
+
+
+def _layers(plans: Sequence[int], layers: Sequence[Track | SpiralLayer]) -> Layers:
+    return tuple((plan, layer.z, layer.thickness) for plan, layer in zip(plans, layers, strict=True))
 
 
 def _half_turns(layer: SpiralLayer) -> Array:
@@ -159,12 +206,6 @@ def _half_turns(layer: SpiralLayer) -> Array:
                      walk * layer.sense * one, step * one, walk * slope * one], axis=1)  # fmt: skip
 
 
-def _joined(rows: Sequence[Array], layers: Sequence[Track | SpiralLayer]) -> Pieces:
-    heights = np.concatenate([np.full(len(r), layer.z) for r, layer in zip(rows, layers, strict=True)])
-    thicknesses = np.concatenate([np.full(len(r), layer.thickness) for r, layer in zip(rows, layers, strict=True)])
-    return Pieces(np.concatenate(rows), heights, thicknesses, layers[0].width)
-
-
 @record
 class SideBySide:
     """Mutual inductance (H) of two windings, and their tracks' width over the least distance of their centre lines."""
@@ -177,140 +218,119 @@ def spirals_side_by_side(
     first: Sequence[SpiralLayer], second: Sequence[SpiralLayer], displacement: tuple[float, float]
 ) -> SideBySide:
     """Two round windings in one plane, the second one's centre `displacement` (m) from the first one's."""
-    mutual, least = _sampled(spiral_pieces(first), spiral_pieces(second).moved(*displacement))
-    return SideBySide(mutual, first[0].width / least)
+    (one, layers), (other, others) = spiral_pieces(first), spiral_pieces(second)
+    return _side_by_side([one], layers, [other.moved(*displacement)], others)
 
 
 def tracks_side_by_side(
     first: Sequence[Track], second: Sequence[Track], displacement: tuple[float, float]
 ) -> SideBySide:
     """Two windings of sides and arcs in one plane, the second one moved by `displacement` (m)."""
-    sides, arcs = track_pieces(first)
-    other_sides, other_arcs = (pieces.moved(*displacement) for pieces in track_pieces(second))
-    found = [_sampled(arcs, other_arcs), _sampled(arcs, other_sides), _sampled(sides, other_arcs)]
-    least = _least_between_sides(sides, other_sides)
-    if len(sides.rows) and len(other_sides.rows) and least < TOUCHING * _longest(sides, other_sides):
-        found.append((_closed(first, second, displacement), least))
-    else:
-        found.append(_sampled(sides, other_sides))
-    mutual = math.fsum(value for value, _ in found)
-    return SideBySide(mutual, first[0].width / min(least, *(distance for _, distance in found)))
+    (*one, layers), (*other, others) = track_pieces(first), track_pieces(second)
+    moved = [pieces.moved(*displacement) for pieces in other if len(pieces.rows)]
+    return _side_by_side([pieces for pieces in one if len(pieces.rows)], layers, moved, others)
 
 
-def _closed(first: Sequence[Track], second: Sequence[Track], displacement: tuple[float, float]) -> float:
-    one, other = ([replace(t, arcs=t.arcs[:0]) for t in tracks] for tracks in (first, second))
-    return math.fsum(tracks_mutual_inductance(p, q.shifted(*displacement), (2, 2)) for p in one for q in other)
-
-
-def _longest(one: Pieces, other: Pieces) -> float:
-    return max(float(one.lengths.max()), float(other.lengths.max()))
-
-
-def _least_between_sides(one: Pieces, other: Pieces) -> float:
-    # Of two sides that do not cross, one has an end that is nearest.
-    if not len(one.rows) or not len(other.rows):
-        return math.inf
-    ends, other_ends = (np.concatenate([p.rows[:, :2], p.rows[:, 2:4]]) for p in (one, other))
-    return min(float(other.distance(ends).min()), float(one.distance(other_ends).min()))
-
-
-def _sampled(one: Pieces, other: Pieces) -> tuple[float, float]:
-    """Mutual inductance (H) of two sets of pieces, and their least distance (m)."""
-    if not len(one.rows) or not len(other.rows):
-        return 0.0, math.inf
-    halved, other_halved = _halved(one, other), _halved(other, one)
-    aside = math.sqrt(float(np.mean(one.thicknesses**2) + np.mean(other.thicknesses**2)) / 12.0)
-    stack = float(np.ptp(np.concatenate([one.heights, other.heights])))
-    curve, _ = halved.samples(math.inf, 0.0)
-    other_curve, clearances = other_halved.samples(stack, aside)
-    return sampled_mutual_inductance(curve, other_curve, clearances), halved.least
+def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Pieces], others: Layers) -> SideBySide:
+    outline, other_outline = _outline(first), _outline(second)
+    parts = [_parts(pieces, other_outline) for pieces in first]
+    other_parts = [_parts(pieces, outline) for pieces in second]
+    least = min(one.least for one in (*parts, *other_parts))
+    total = neumann_sum(_sampled(parts, layers), _sampled(other_parts, others))
+    return SideBySide(MU0 / (4.0 * math.pi) * total, first[0].width / least)
 
 
 @record(eq=False)
-class _Halved:
-    """Pieces halved into parts: piece, low end and length (as fractions of it) of every part, its distance (m) from the
-    other winding, and how many points and strands it needs; `least` (m) is the least distance that was met.
-    """
+class _Outline:
+    # A winding's reach (m) along headings (2, n) from the origin: what its convex outline is known by.
+    pieces: Sequence[Pieces]
+    headings: Array
+    reach: Array
 
+    def distance(self, where: Array) -> Array:
+        """Distance (m) of points (k, 2) from the outline; from the nearest centre line for points inside it."""
+        found = np.max(where @ self.headings - self.reach, axis=1)
+        inside = found <= 0.0
+        if inside.any():
+            found[inside] = np.min([pieces.distance(where[inside]) for pieces in self.pieces], axis=0)
+        return np.asarray(found)
+
+
+def _outline(winding: Sequence[Pieces]) -> _Outline:
+    angle = 2.0 * math.pi / HEADINGS * np.arange(HEADINGS)
+    across = np.array(sorted({round(normal, 6) for pieces in winding for normal in pieces.normals.tolist()}))
+    angle = np.concatenate([angle, across, across + math.pi])
+    headings = np.stack([np.cos(angle), np.sin(angle)])
+    return _Outline(winding, headings, np.max([pieces.reach(headings) for pieces in winding], axis=0))
+
+
+@record(eq=False)
+class _Parts:
+    # Parts into which pieces are halved: piece, low end and length (as fractions of it), how many points and strands
+    # each one gets; and the least distance (m) of any part's middle from the other winding.
     pieces: Pieces
     index: Index
     low: Array
     step: Array
-    away: Array
+    counts: Index
+    strands: Index
     least: float
 
-    @cached_property
-    def counts(self) -> Index:
-        """Points of every part: fewer the farther it is for its length, and the less it bends."""
-        ratio = self.pieces.lengths[self.index] * self.step / np.maximum(self.away, 1e-300)
-        found = np.searchsorted(SHORT, ratio) + 2
-        if self.pieces.is_curved:
-            found = np.maximum(found, np.searchsorted(SLIGHT, self.pieces.rows[self.index, 5] * self.step) + 2)
-        return np.minimum(found, POINTS)
 
-    @cached_property
-    def strands(self) -> Index:
-        """Strands of every part: as many as its width asks for."""
-        pieces = self.pieces
-        size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
-        return np.where(pieces.width > NEAR * self.away, 3, 2 if pieces.width > WIDE * size else 1)
-
-    def samples(self, stack: float, aside: float) -> tuple[tuple[Array, Array], Array]:
-        """Points (n, 3) and elements (n, 2), and what squared distances from each point are lengthened by (m2): parts
-        so near that it matters in a stack so high (m) are taken at two heights, `aside` (m) of their middle.
-        """
-        high = aside * stack >= STACKED * (self.away**2 + stack**2) if aside else np.zeros(len(self.away), dtype=bool)
-        kinds = np.stack([self.counts, self.strands, high], axis=1)
-        found = []
-        for count, strands, is_high in sorted(set(map(tuple, kinds.tolist()))):  # unique rows would load masked arrays
-            chosen = np.all(kinds == (count, strands, is_high), axis=1)
-            for left, share in _offsets(self.pieces.width, strands):
-                where, element = self._points(chosen, count, left, (-aside, aside) if is_high else (0.0,))
-                found.append((where, share * element, np.full(len(where), 0.0 if is_high else aside**2)))
-        where, elements, clearances = (np.concatenate(column) for column in zip(*found, strict=True))
-        return (where, elements), clearances
-
-    def _points(
-        self, chosen: NDArray[np.bool_], count: int, left: float, lifts: tuple[float, ...]
-    ) -> tuple[Array, Array]:
-        # Points (n, 3) and elements (n, 2), shared out to the heights above and below the mid-planes.
-        index, low, step = self.index[chosen], self.low[chosen], self.step[chosen]
-        nodes, weights = gauss(count)
-        where, slope = self.pieces.points(index, low[:, None] + step[:, None] * 0.5 * (1.0 + nodes), left)
-        element = slope * (0.5 / len(lifts) * step[:, None] * weights)[..., None]
-        height = np.repeat(self.pieces.heights[index], count)[:, None]
-        points = [np.concatenate([where.reshape(-1, 2), height + lift], axis=1) for lift in lifts]
-        return np.concatenate(points), np.tile(element.reshape(-1, 2), (len(lifts), 1))
-
-
-def _offsets(width: float, count: int) -> tuple[tuple[float, float], ...]:
-    """Distances (m) of strands to the left of the centre line, and their shares."""
-    nodes, weights = gauss(count)
-    return tuple((0.5 * width * float(x), 0.5 * float(w)) for x, w in zip(nodes, weights, strict=True))
-
-
-def _halved(own: Pieces, other: Pieces) -> _Halved:
-    """Pieces halved until no part is longer than it is far from another winding."""
+def _parts(own: Pieces, other: _Outline) -> _Parts:
     index = np.arange(len(own.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))
-    lengths = own.lengths
-    kept: list[tuple[Index, Array, Array, Array]] = []
-    least = math.inf
+    kept, least = [], math.inf
     for halving in range(HALVINGS):
         middle, _ = own.points(index, (low + 0.5 * step)[:, None], 0.0)
         away = other.distance(middle[:, 0])
         least = min(least, float(away.min()))
-        long = lengths[index] * step > LONG * np.maximum(away, 0.25 * own.width)
-        if own.is_curved:
-            long |= own.rows[index, 5] * step > BEND
+        ratio, angle = own.lengths[index] * step / np.maximum(away, 0.25 * own.width), own.angles[index] * step
+        long = (ratio > LONG) | (angle > BEND)
         if halving == HALVINGS - 1:
             long[:] = False
-        kept.append((index[~long], low[~long], step[~long], away[~long]))
+        kept.append([table[~long] for table in (index, low, step, _counts(ratio, angle), _strands(own, away))])
         index, half = np.repeat(index[long], 2), np.repeat(0.5 * step[long], 2)
         low = np.repeat(low[long], 2) + np.tile([0.0, 1.0], int(long.sum())) * half
         step = half
         if not index.size:
             break
-    pieces, ends, shares, distances = zip(*kept, strict=True)
-    return _Halved(own, np.concatenate(pieces), np.concatenate(ends), np.concatenate(shares),
-                   np.concatenate(distances), least)  # fmt: skip
+    index, low, step, counts, strands = (np.concatenate(tables) for tables in zip(*kept, strict=True))
+    return _Parts(own, index, low, step, counts, strands, least)
+
+
+def _counts(ratio: Array, angle: Array) -> Index:
+    # Gauss points of parts by their length over their distance from the other winding, and by their angle.
+    found = np.maximum(np.searchsorted(SHORT, ratio), np.where(angle > 0.0, np.searchsorted(SLIGHT, angle), 0)) + 2
+    return np.minimum(found, POINTS)
+
+
+def _strands(pieces: Pieces, away: Array) -> Index:
+    # As many strands as a part's width asks for.
+    size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
+    return np.where(pieces.width > NEAR * away, 3, 2 if pieces.width > WIDE * size else 1)
+
+
+def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
+    # The points of all strands.
+    found = [
+        _points(one, count, strands)
+        for one in parts
+        for count, strands in sorted(set(zip(one.counts.tolist(), one.strands.tolist(), strict=True)))
+    ]
+    places, elements, owners = (np.concatenate(tables) for tables in zip(*found, strict=True))
+    return Plans(places, elements, owners, layers)
+
+
+def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Index]:
+    # Points (n, 2) of the parts that get so many, their elements (n, 2), and whose they are (n).
+    chosen = (parts.counts == count) & (parts.strands == strands)
+    index, low, step = parts.index[chosen], parts.low[chosen, None], parts.step[chosen, None]
+    (nodes, weights), (across, shares) = gauss(count), gauss(strands)
+    found = []
+    for x, share in zip(across.tolist(), shares.tolist(), strict=True):
+        where, slope = parts.pieces.points(index, low + step * 0.5 * (1.0 + nodes), 0.5 * parts.pieces.width * x)
+        element = slope * (0.25 * share * step * weights)[..., None]
+        found.append((where.reshape(-1, 2), element.reshape(-1, 2)))
+    owner = np.tile(np.repeat(parts.pieces.owner[index], count), strands)
+    return np.concatenate([where for where, _ in found]), np.concatenate([element for _, element in found]), owner

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sitscad.physics import side_by_side
+from sitscad.physics import clusters, side_by_side
 from sitscad.physics.constants import MU0
 from sitscad.physics.filaments import sampled_mutual_inductance
 from sitscad.physics.spirals import SpiralLayer
@@ -52,7 +52,7 @@ def square(side, width, thickness=20 * UM):
 def test_distances_of_many_sides_take_little_memory(monkeypatch):
     """All at once took 100 MB for eight layers of 26 square turns."""
     corners = np.random.default_rng(1).uniform(-1e-2, 1e-2, (801, 2))
-    (pieces, _) = side_by_side.track_pieces((track([(tuple(a), tuple(b)) for a, b in pairwise(corners)],
+    (pieces, *_) = side_by_side.track_pieces((track([(tuple(a), tuple(b)) for a, b in pairwise(corners)],
                                                     100 * UM, 20 * UM, 0.0),))  # fmt: skip
     where = corners + 3e-2
     tracemalloc.start()
@@ -159,20 +159,34 @@ def test_nearness_is_the_width_over_the_distance_of_the_centre_lines(made):
 
 def test_only_what_is_near_the_other_winding_is_sampled_finely(monkeypatch):
     """Every part had the strands, heights and points that the nearest one asks for: several times as many pairs."""
-    pairs = []
+    points = []
 
-    def counted(first, second, clearance):
-        pairs.append(len(first[0]) * len(second[0]))
-        return sampled_mutual_inductance(first, second, clearance)
+    def counted(first, second):
+        points.append(len(first.places))
+        return clusters.neumann_sum(first, second)
 
     turns = [square(side, 150 * UM)[0] for side in (8.5e-3, *np.arange(1.5e-3, 5e-3, 0.5e-3))]
     layers = tuple(replace(turn, z=-z) for turn in turns for z in np.arange(4) * 60 * UM)
-    monkeypatch.setattr(side_by_side, "TOUCHING", 0.0)
-    monkeypatch.setattr(side_by_side, "sampled_mutual_inductance", counted)
+    monkeypatch.setattr(side_by_side, "neumann_sum", counted)
     found = tracks_side_by_side(layers, layers, (8.7e-3, 0.0))
-    assert sum(pairs) < 5e7
     monkeypatch.setattr(side_by_side, "SHORT", (0.0,) * 6)
     monkeypatch.setattr(side_by_side, "NEAR", 0.0)
-    monkeypatch.setattr(side_by_side, "STACKED", 0.0)
     assert found == pytest.approx(tracks_side_by_side(layers, layers, (8.7e-3, 0.0)), rel=1e-5)
-    assert sum(pairs[1:]) > 2 * pairs[0]
+    assert points[1] > 1.3 * points[0]
+
+
+def test_layers_that_repeat_a_plan_are_sampled_once(monkeypatch):
+    points = []
+
+    def counted(first, second):
+        points.append((len(first.places), len(first.layers)))
+        return clusters.neumann_sum(first, second)
+
+    monkeypatch.setattr(side_by_side, "neumann_sum", counted)
+    one = square(3e-3, 100 * UM)
+    stack = tuple(replace(one[0], z=-z) for z in np.arange(8) * 60 * UM)
+    found = tracks_side_by_side(stack, stack, (3.4e-3, 0.0))
+    tracks_side_by_side(one, one, (3.4e-3, 0.0))
+    assert points == [(points[1][0], 8), (points[1][0], 1)]
+    single = [tracks_side_by_side([a], [b], (3.4e-3, 0.0)) for a in stack for b in stack]
+    assert found == pytest.approx(math.fsum(single), rel=1e-6)

@@ -1,0 +1,197 @@
+"""Neumann's sum over the points of two windings: near clusters point by point, far ones by Chebyshev interpolation.
+
+1 / distance is smooth where clusters are far apart against their sizes: a polynomial through a few nodes of either box
+stands for it, and each cluster is what its points weigh at its nodes (Fong and Darve, J. Comput. Phys. 228, 2009). So
+the work grows with the number of points, not with its square. Layers that repeat a plan are one set of points: what
+their heights add is a polynomial, too.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Points = tuple[Array, Array]
+
+LEAF = 250
+"""Points up to which a cluster is not divided."""
+
+APART = 2.0
+"""Distance of two clusters' boxes, in the larger half side, from which on they see each other's nodes."""
+
+ORDER = 8
+"""Nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
+
+RIGHT = math.log(3e-8)
+"""Logarithm of what the polynomial in the squared height may be off by."""
+
+
+@record(eq=False)
+class Plans:
+    """Points (n, 2; m) of the distinct plans of a winding's layers, their elements (n, 2; m), and whose they are (n).
+
+    `layers` are the plan, mid-plane and thickness (m) of every layer.
+    """
+
+    places: Array
+    elements: Array
+    owner: Index
+    layers: tuple[tuple[int, float, float], ...]
+
+    @property
+    def count(self) -> int:
+        """Number of plans."""
+        return 1 + max(plan for plan, _, _ in self.layers)
+
+
+@record(eq=False)
+class Cluster:
+    """Points (n, 2; m) with their elements (n, plans, 2; m), in the box of that centre and those half sides (2,)."""
+
+    places: Array
+    elements: Array
+    centre: Array
+    half: Array
+
+    @cached_property
+    def parts(self) -> tuple[Cluster, ...]:
+        """Its halves; none where points are few or all in one place."""
+        axis = int(self.half[1] > self.half[0])
+        left = self.places[:, axis] < self.centre[axis]
+        if len(self.places) <= LEAF or left.all() or not left.any():
+            return ()
+        return _cluster(self.places[left], self.elements[left]), _cluster(self.places[~left], self.elements[~left])
+
+    @cached_property
+    def seen(self) -> Points:
+        """What stands for it from afar: nodes (n, 2) and what the elements weigh there, or its points if fewer."""
+        counts = _node_counts(*self.half.tolist())
+        if counts[0] * counts[1] >= len(self.places):
+            return self.places, self.elements
+        axes = [_chebyshev(count)[0] for count in counts]
+        nodes = self.centre + self.half * np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        at = (self.places - self.centre) / np.maximum(self.half, 1e-300)
+        x, y = (_shares(at[:, k], counts[k]) for k in (0, 1))
+        both = (x[:, :, None] * y[:, None, :]).reshape(len(at), -1)
+        weighed = both.T @ self.elements.reshape(len(at), -1)
+        return nodes, weighed.reshape(-1, *self.elements.shape[1:])
+
+
+def neumann_sum(first: Plans, second: Plans) -> float:
+    """Sum of dp.dq / distance (m) over all pairs of points of two windings on all their layers.
+
+    Right to 1e-6 where they lie side by side. The copper of two layers counts at the two heights that keep the mean and
+    the variance of the distance through both thicknesses.
+    """
+    heights = _Heights(first, second)
+    one, other = (_whole(plans) for plans in (first, second))
+    return math.fsum(heights.sum(*pair) for pair in _pairs(one, other))
+
+
+class _Heights:
+    """The squared heights between all layers of two windings, as few nodes of a polynomial as the distance allows."""
+
+    def __init__(self, first: Plans, second: Plans) -> None:
+        found: dict[tuple[int, int, float], float] = {}
+        for a, z, thickness in first.layers:
+            for b, other, other_thickness in second.layers:
+                spread = math.sqrt((thickness**2 + other_thickness**2) / 12.0)
+                for height in (abs(z - other) - spread, abs(z - other) + spread):
+                    key = a, b, round(height * height, 18)
+                    found[key] = found.get(key, 0.0) + 0.5
+        self.squares = np.array(sorted({square for _, _, square in found}))
+        self.times = np.zeros((self.squares.size, first.count, second.count))
+        for (a, b, square), times in found.items():
+            self.times[np.searchsorted(self.squares, square), a, b] += times
+        self.known: dict[int, tuple[Array, Array]] = {}
+
+    def nodes(self, apart: float) -> tuple[Array, Array]:
+        """Squared heights (k) and how often each pair of plans (k, plans, plans) has them, for points `apart` (m)."""
+        low, high = float(self.squares[0]), float(self.squares[-1])
+        if high > low and apart > 0.0:
+            rate = math.acosh(1.0 + 2.0 * (apart * apart + low) / (high - low))
+            count = math.ceil(-RIGHT / rate)
+            if count < self.squares.size:
+                if count not in self.known:
+                    half, middle = 0.5 * (high - low), 0.5 * (high + low)
+                    shares = _shares((self.squares - middle) / half, count)
+                    self.known[count] = middle + half * _chebyshev(count)[0], np.tensordot(shares.T, self.times, 1)
+                return self.known[count]
+        return self.squares, self.times
+
+    def sum(self, one: Points, other: Points, apart: float) -> float:
+        """The sum over all pairs of some points (n, 2) with elements (n, plans, 2), at least `apart` (m)."""
+        middle = 0.5 * (one[0].mean(axis=0) + other[0].mean(axis=0))
+        p, q, elements, others = one[0] - middle, other[0] - middle, one[1], other[1]
+        elements, others = elements.reshape(len(p), -1), others.reshape(len(q), -1)
+        # Squared distances as one product: (-2 p, p^2, 1) with (q, 1, q^2).
+        own = np.column_stack([-2.0 * p, np.sum(p * p, axis=1), np.ones(len(p))])
+        square = own @ np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1)])
+        inverse, total = np.empty_like(square), 0.0
+        for height, times in zip(*self.nodes(apart), strict=True):
+            np.sqrt(np.add(square, height, out=inverse), out=inverse)
+            np.divide(1.0, inverse, out=inverse)
+            mutual = (elements.T @ (inverse @ others)).reshape(*times.shape[:1], 2, times.shape[1], 2)
+            total += float(np.sum((mutual[:, 0, :, 0] + mutual[:, 1, :, 1]) * times))
+        return total
+
+
+def _whole(plans: Plans) -> Cluster:
+    elements = np.zeros((len(plans.places), plans.count, 2))
+    elements[np.arange(len(plans.places)), plans.owner] = plans.elements
+    return _cluster(plans.places, elements)
+
+
+def _cluster(places: Array, elements: Array) -> Cluster:
+    low, high = places.min(axis=0), places.max(axis=0)
+    return Cluster(places, elements, 0.5 * (low + high), 0.5 * (high - low))
+
+
+def _node_counts(width: float, height: float) -> tuple[int, int]:
+    # Along the shorter side fewer nodes are as good: what is left falls as the powers of how far the other cluster is
+    # outside the side.
+    most = max(width, height, 1e-300)
+    rate = math.acosh(1.0 + APART)
+    along = [math.ceil(ORDER * rate / math.acosh(1.0 + APART * most / max(h, 1e-9 * most))) for h in (width, height)]
+    return along[0], along[1]
+
+
+@lru_cache(maxsize=32)
+def _chebyshev(count: int) -> tuple[Array, Array]:
+    # Roots of the Chebyshev polynomial of that order, and the weights of Lagrange's barycentric formula there.
+    angle = math.pi * (np.arange(count) + 0.5) / count
+    return np.cos(angle), np.where(np.arange(count) % 2, -1.0, 1.0) * np.sin(angle)
+
+
+def _shares(at: Array, count: int) -> Array:
+    # What places (n,) on [-1, 1] weigh at so many nodes (n, count).
+    nodes, weights = _chebyshev(count)
+    away = at[:, None] - nodes
+    away[away == 0.0] = 1e-300
+    shares = weights / away
+    return np.asarray(shares / shares.sum(axis=1, keepdims=True))
+
+
+def _gap(one: Cluster, other: Cluster) -> float:
+    # Distance (m) of two clusters' boxes.
+    away = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
+    return math.hypot(*away.tolist())
+
+
+def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:
+    # Points that stand for pairs of clusters, and how far (m) these are apart at least.
+    size, other_size, gap = float(one.half.max()), float(other.half.max()), _gap(one, other)
+    if gap >= APART * max(size, other_size, 1e-300):
+        return [(one.seen, other.seen, gap)]
+    if not (one.parts or other.parts):
+        return [((one.places, one.elements), (other.places, other.elements), gap)]
+    if one.parts and (size >= other_size or not other.parts):
+        return [pair for part in one.parts for pair in _pairs(part, other)]
+    return [pair for part in other.parts for pair in _pairs(one, part)]
