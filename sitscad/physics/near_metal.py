@@ -44,10 +44,19 @@ PERFECT = 1e18
 
 @record(eq=False)
 class _ReflectedCut:
-    # The modes of one cut and their waves (k, modes) that decay downwards and upwards.
+    # The modes of one cut and their waves (2 k, modes): those that decay downwards, then upwards. In single precision,
+    # for they are most of what an estimate holds.
     system: ModeSystem
-    up: Array
-    down: Array
+    table: NDArray[np.float32]
+
+    def waves(self, vectors: Array) -> tuple[Array, Array]:
+        """Waves (k, ...) up and down of currents (modes, ...)."""
+        found = (self.table @ vectors.astype(np.float32)).astype(np.float64)
+        return found[: len(found) // 2], found[len(found) // 2 :]
+
+    def seen(self, up: Array, down: Array) -> Array:
+        """What waves (k, ...) are to the modes (modes, ...)."""
+        return np.asarray(self.table.T @ np.concatenate([up, down]).astype(np.float32), dtype=np.float64)
 
 
 @record(eq=False)
@@ -106,15 +115,12 @@ class _Waves:
     mixed: NDArray[Any]
     other: NDArray[Any]
 
-    def join(self, one: tuple[Array, Array], other: tuple[Array, Array]) -> NDArray[Any]:
-        # Reflected inductance between currents with waves (k, ...) up and down.
-        up, down = other
+    def returned(self, waves: tuple[Array, Array]) -> tuple[NDArray[Any], NDArray[Any]]:
+        # What comes back of waves (k, ...) up and down.
+        up, down = waves
         shape = (-1, *([1] * (up.ndim - 1)))
-        first = self.both.reshape(shape) * up + self.mixed.reshape(shape) * down
-        second = self.mixed.reshape(shape) * up + self.other.reshape(shape) * down
-        # real and imaginary parts apart: the large tables are real, and are not to be copied as complex ones
-        real = one[0].T @ first.real + one[1].T @ second.real
-        return np.asarray(real + 1j * (one[0].T @ first.imag + one[1].T @ second.imag))
+        both, mixed, other = (part.reshape(shape) for part in (self.both, self.mixed, self.other))
+        return both * up + mixed * down, mixed * up + other * down
 
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
@@ -128,14 +134,14 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
     heights = np.concatenate([one.cut.height for one in cuts])
     levels = float(heights.min()), float(heights.max())
     reflected = [
-        _ReflectedCut(one.system, *_mode_waves(one.cut, k, nearest, levels, conductivity, modes)) for one in cuts
+        _ReflectedCut(one.system, _mode_waves(one.cut, k, nearest, levels, conductivity, modes)) for one in cuts
     ]
     return CrowdingNearMetal(tuple(reflected), k, weights, levels, bends)
 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
-                modes: ModeSet) -> tuple[Array, Array]:  # fmt: skip
-    # Amplitudes (k, modes) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay upwards.
+                modes: ModeSet) -> NDArray[np.float32]:  # fmt: skip
+    # Amplitudes (2 k, modes) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay upwards.
     across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))
     modes = replace(modes, points=(min(across, 64), max(modes.points[1], modes.through + 1)))
     x, z = (table.reshape(-1, *modes.points) for table in points_of(cut, modes))
@@ -144,15 +150,15 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
     a, b = np.array(modes.orders).T
     scale = mode_conductances(cut, conductivity, modes)
     aways = levels[1] - z[:, 0, :], z[:, 0, :] - levels[0]
-    up, down = (np.empty((k.size, r.shape[0] * a.size)) for _ in aways)
+    table = np.empty((2 * k.size, r.shape[0] * a.size), dtype=np.float32)
     block = max(1, AT_ONCE // r.size)
     for first in range(0, k.size, block):
         some = k[first : first + block, None, None]
         waves = ((np.sqrt(r) * j1(some * r)) @ over.T)[:, :, a]
-        for table, away in zip((up, down), aways, strict=True):
+        for begin, away in zip((first, first + k.size), aways, strict=True):
             vertical = np.exp(-some * away) @ through.T
-            table[first : first + block] = (waves * vertical[:, :, b] * scale).reshape(len(some), -1)
-    return up, down
+            table[begin : begin + len(some)] = (waves * vertical[:, :, b] * scale).reshape(len(some), -1)
+    return table
 
 
 AT_ONCE = 100_000
@@ -186,27 +192,23 @@ class _Reduced:
 
 def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool) -> _Reduced:
     system = cut.system
-    source = cut.up @ system.source, cut.down @ system.source
-    image = waves.join((cut.up, cut.down), source)
-    table = np.concatenate([cut.up, cut.down])
-    both, mixed, other = (part.real for part in (waves.both, waves.mixed, waves.other))
-    size = both.size
+    up, down = waves.returned(cut.waves(system.source))
+    image = cut.seen(up.real, down.real), cut.seen(up.imag, down.imag)
+    even = _Waves(waves.both.real, waves.mixed.real, waves.other.real)
 
     def in_metal(vector: Array) -> Array:
-        seen = table @ vector
-        up, down = seen[:size], seen[size:]
-        return system.matrix @ vector + np.concatenate([both * up + mixed * down, mixed * up + other * down]) @ table
+        return np.asarray(system.matrix @ vector + cut.seen(*even.returned(cut.waves(vector))))
 
     def act(vectors: Array) -> Array:
         # One by one: for a few vectors together the linear algebra takes three times as long.
         return system.project(np.stack([in_metal(vector) for vector in np.ascontiguousarray(vectors.T)], axis=1))
 
-    basis = _krylov(system, act, system.project(np.stack([system.coupling, image.real, image.imag], axis=1)))
+    basis = _krylov(system, act, system.project(np.stack([system.coupling, *image], axis=1)))
     values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
     # Points too few for the highest modes leave some that would store less than no energy.
     basis = basis @ vectors
     kept = np.column_stack([basis, system.source, system.shift if bends else 0.0 * system.shift])
-    return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, cut.up @ kept, cut.down @ kept)
+    return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, *cut.waves(kept))
 
 
 def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array) -> Array:

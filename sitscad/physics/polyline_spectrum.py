@@ -36,7 +36,7 @@ ROUND = 48, 1.0
 """Directions over which the waves of such a track are averaged, and how many more for each radian through which a wave
 runs over what it is longer than wide."""
 
-AT_ONCE = 60_000
+AT_ONCE = 12_000
 """Waves at nodes that are worked out at once: as many as stay near the processor."""
 
 ROUNDING = 1e-8

@@ -22,6 +22,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
+import sitscad
+
 SHAPES = ("circle", "circle", "circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 PARTS = {"circle": 4, "square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}
 """Turns are wound in such parts of one."""
@@ -127,7 +129,10 @@ def _mount(pick: random.Random) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class Cost:
-    """What one check cost: processor time (s), that over `import numpy`, most memory (MB), and its verdict."""
+    """What one check cost: processor time (s), that over `import numpy`, most memory (MB), and its verdict.
+
+    `size` is what the design has of copper: all turns of all layers and coils; `shape` that of its coils.
+    """
 
     seed: str
     outcome: str
@@ -135,6 +140,8 @@ class Cost:
     numpies: float
     megabytes: float
     errors: str
+    shape: str = ""
+    size: float = 0.0
 
 
 def measured(command: Sequence[str], limit: float = 900.0) -> tuple[int, float, float, str]:
@@ -170,7 +177,40 @@ def costs(files: Sequence[Path], unit: float, options: Sequence[str]) -> Iterato
         command = [sys.executable, "-m", "sitscad", "check", *options, str(path)]
         code, seconds, megabytes, text = measured(command)
         errors = " ".join(re.findall(r"(SIT\d+) error", text))
-        yield Cost(path.stem, OUTCOMES.get(code, f"exit {code}"), seconds, seconds / unit, megabytes, errors)
+        yield Cost(
+            path.stem, OUTCOMES.get(code, f"exit {code}"), seconds, seconds / unit, megabytes, errors, *_size(path)
+        )
+
+
+def _size(path: Path) -> tuple[str, float]:
+    """Shape of the coils of a spec, and all their turns; nothing of one that cannot be read."""
+    try:
+        spec = sitscad.load(path)
+    except sitscad.SpecError:
+        return "", 0.0
+    return spec.coil.shape, sum(spec.coil.layer_turns) * len(spec.array.placements)
+
+
+def pairs(found: Sequence[Cost]) -> list[tuple[Cost, Cost]]:
+    """Every refused design beside the passed one that is most like it: round or not, and in size within a factor of
+    1.6; without those that have no such partner.
+    """
+    matched = []
+    for refused in (cost for cost in found if cost.outcome == "refused" and cost.size):
+        alike = [c for c in found if c.outcome == "passed" and (c.shape == "circle") == (refused.shape == "circle")]
+        near = min(alike, key=lambda c: abs(math.log(c.size / refused.size)), default=None)
+        if near is not None and 1 / 1.6 < near.size / refused.size < 1.6:
+            matched.append((refused, near))
+    return matched
+
+
+def pairs_table(matched: Sequence[tuple[Cost, Cost]]) -> str:
+    """How many times as much as a passed design of its size a refused one costs: the distribution as Markdown."""
+    if not matched:
+        return "no refused design has a passed one of its size"
+    spread = quantiles([refused.seconds / passed.seconds for refused, passed in matched])
+    head = "| refused over passed of its size | median | 75 % | 90 % | 95 % | largest |\n|---|---|---|---|---|---|\n"
+    return head + f"| {len(matched)} pairs | " + " | ".join(f"{value:.2f}" for value in spread) + " |"
 
 
 def quantiles(values: Sequence[float]) -> list[float]:
@@ -214,6 +254,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             print(f"{cost.seed:>5} {cost.outcome:<9} {cost.seconds:7.2f} s {cost.numpies:7.1f} x "
                   f"{cost.megabytes:6.0f} MB  {cost.errors}", flush=True)  # fmt: skip
     print(table(found))
+    print(pairs_table(pairs(found)))
     if chosen.output:
         with chosen.output.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, [field.name for field in fields(Cost)], lineterminator="\n")
