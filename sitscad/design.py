@@ -16,8 +16,8 @@ from sitscad.spec.source import SpecSource
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
     from sitscad.layout.board import Layout
-    from sitscad.layout.panel import Panel
-    from sitscad.layout.patience import Patience
+    from sitscad.layout.cutting.panel import Panel
+    from sitscad.layout.routing.patience import Patience
     from sitscad.scene.bodies import Body
 
 Kept = TypeVar("Kept")
@@ -82,7 +82,7 @@ class Design:
     @cached_property
     def panel(self) -> Panel | None:
         """The panel in which the boards are ordered; None where they are ordered singly."""
-        from sitscad.layout.panel import plan
+        from sitscad.layout.cutting.panel import plan
 
         return plan(self.layout)
 

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sitscad.checks.bend import BEND_RULES
-from sitscad.checks.clearances import CLEARANCE_RULES
-from sitscad.checks.coverlay import COVERLAY_RULES
-from sitscad.checks.drawn_form import DRAWN_FORM_RULES
-from sitscad.checks.drive import DRIVE_RULES
-from sitscad.checks.electrical import ELECTRICAL_RULES
-from sitscad.checks.fabrication import FABRICATION_RULES
-from sitscad.checks.fit import FIT_RULES
-from sitscad.checks.leads import LEAD_RULES
-from sitscad.checks.overhang import OVERHANG_RULES
-from sitscad.checks.plates import PLATE_RULES
-from sitscad.checks.plug import PLUG_RULES
-from sitscad.checks.response import RESPONSE_RULES
-from sitscad.checks.room import ROOM_RULES
+from sitscad.checks.assembly.fit import FIT_RULES
+from sitscad.checks.assembly.overhang import OVERHANG_RULES
+from sitscad.checks.assembly.plates import PLATE_RULES
+from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
+from sitscad.checks.board.bend import BEND_RULES
+from sitscad.checks.board.clearances import CLEARANCE_RULES
+from sitscad.checks.board.coverlay import COVERLAY_RULES
+from sitscad.checks.board.drawn_form import DRAWN_FORM_RULES
+from sitscad.checks.board.fabrication import FABRICATION_RULES
+from sitscad.checks.board.plug import PLUG_RULES
+from sitscad.checks.board.room import ROOM_RULES
+from sitscad.checks.board.step import STEP_RULES
+from sitscad.checks.board.track_lines import TRACK_RULES
+from sitscad.checks.reading.drive import DRIVE_RULES
+from sitscad.checks.reading.electrical import ELECTRICAL_RULES
+from sitscad.checks.reading.leads import LEAD_RULES
+from sitscad.checks.reading.response import RESPONSE_RULES
+from sitscad.checks.reading.shear import SHEAR_RULES
+from sitscad.checks.reading.thin_target import THIN_TARGET_RULES
+from sitscad.checks.reading.timing import TIMING_RULES
 from sitscad.checks.rules import Outcome, Rule, outcomes
-from sitscad.checks.shear import SHEAR_RULES
-from sitscad.checks.step import STEP_RULES
-from sitscad.checks.thin_target import THIN_TARGET_RULES
-from sitscad.checks.timing import TIMING_RULES
-from sitscad.checks.track_lines import TRACK_RULES
-from sitscad.checks.transduction import TRANSDUCTION_RULES
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity

@@ -13,7 +13,7 @@ from sitscad.checks.rules import Complaint, Outcome, Rule, located, named, outco
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.layout.board import Layout
-from sitscad.layout.patience import Patience
+from sitscad.layout.routing.patience import Patience
 from sitscad.record import record
 from sitscad.remedy.budget import TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
 from sitscad.spec.sensor import SensorSpec

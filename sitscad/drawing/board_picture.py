@@ -14,8 +14,8 @@ from xml.sax.saxutils import escape
 
 from sitscad.geometry.path import Arc, Path, Point, bounding_box
 from sitscad.geometry.region import Region
-from sitscad.layout.bending import Bend, bend_of
 from sitscad.layout.board import Layout
+from sitscad.layout.tail.bending import Bend, bend_of
 from sitscad.units import show
 
 Window = tuple[float, float, float, float]

@@ -33,7 +33,7 @@ from sitscad.estimates.winding.losses import near_metal_notes
 from sitscad.estimates.winding.own_capacitance import metal_notes
 from sitscad.estimates.winding.solved import SolvedWinding, beside_each_other, solve_winding
 from sitscad.layout.board import Coil, Layout
-from sitscad.physics.resistance import conductivity_at
+from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import SensorSpec

@@ -20,10 +20,10 @@ from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
-from sitscad.physics.current_spectrum import CurrentSpectrum, spiral_spectrum
-from sitscad.physics.eddy_target import Reflector, distance_derivative, reflected_impedance
-from sitscad.physics.mean_distance import log_mean_distance
-from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.inductance.mean_distance import log_mean_distance
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
+from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, reflected_impedance
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record

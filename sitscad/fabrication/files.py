@@ -6,7 +6,7 @@ import uuid
 from dataclasses import replace
 
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import has_tail_coverlay, tail_copper
+from sitscad.layout.tail.thickness import has_tail_coverlay, tail_copper
 from sitscad.record import record
 from sitscad.spec.issue import UNNUMBERED, creation_date
 from sitscad.spec.stackup import LayerKind, Stackup

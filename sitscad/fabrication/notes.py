@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.bending import Bend, bend_of, bend_stretch
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad
-from sitscad.layout.thickness import (
+from sitscad.layout.tail.bending import Bend, bend_of, bend_stretch
+from sitscad.layout.tail.thickness import (
     FinishedThickness,
     Where,
     finished_thickness,

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
+from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
 
 _MILLIMETRES = 4
 

@@ -7,7 +7,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
+from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
 
 # A line that drivers take for a vector to follow and not for an area to raster: below 0.001 inch.
 HAIRLINE = 0.01

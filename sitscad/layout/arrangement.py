@@ -6,17 +6,16 @@ import math
 
 from sitscad.finding import Shortfall
 from sitscad.geometry.path import Point, Segment
-from sitscad.layout import room
+from sitscad.layout import shortfalls as room
 from sitscad.layout.axis import about_axis, placed
 from sitscad.layout.board import Capacitor, Coil, Layout
 from sitscad.layout.clearance import Hole, Obstacles, Track
-from sitscad.layout.escape import Escape
-from sitscad.layout.lanes import Bus, bus_for
-from sitscad.layout.openings import chip_openings, contact_openings
 from sitscad.layout.outline import Body, body_of, far_end, outline
-from sitscad.layout.patience import Patience
 from sitscad.layout.pieces import Role, Trace, Via
-from sitscad.layout.routing import (
+from sitscad.layout.routing.escape import Escape
+from sitscad.layout.routing.lanes import Bus, bus_for
+from sitscad.layout.routing.patience import Patience
+from sitscad.layout.routing.routes import (
     Routing,
     boards,
     body_frame,
@@ -26,11 +25,12 @@ from sitscad.layout.routing import (
     route_freely,
     route_in_line,
 )
-from sitscad.layout.stiffening import stiffener
-from sitscad.layout.tail import CORNER_RADIUS, TailFrame, first_via, turn_begin
-from sitscad.layout.tail_tracks import Run, unused_contacts
-from sitscad.layout.turn import course, turned
-from sitscad.layout.wound_coils import WoundCoil, wind_all
+from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame, first_via, turn_begin
+from sitscad.layout.tail.openings import chip_openings, contact_openings
+from sitscad.layout.tail.stiffening import stiffener
+from sitscad.layout.tail.tracks import Run, unused_contacts
+from sitscad.layout.tail.turn import course, turned
+from sitscad.layout.winding.wound_coils import WoundCoil, wind_all
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 

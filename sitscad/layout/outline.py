@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from sitscad.geometry.path import Path, Point, Segment, rounded
 from sitscad.layout.clearance import Breadth, Hole, Track
-from sitscad.layout.ring import Ring
-from sitscad.layout.tail import CORNER_RADIUS, TailFrame
-from sitscad.layout.taper import Taper
+from sitscad.layout.routing.ring import Ring
+from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame
+from sitscad.layout.tail.taper import Taper
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 

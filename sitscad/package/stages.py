@@ -272,7 +272,7 @@ def _kept_name(name: str) -> str:
 
 def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     """The page for a person; its pictures are handed in, because a report must not depend on writers."""
-    from sitscad.layout.contacts import contacts
+    from sitscad.layout.tail.contacts import contacts
     from sitscad.report.page import render
 
     sizes = {name: len(content) for name, content in files.items()}

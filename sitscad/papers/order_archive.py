@@ -15,7 +15,7 @@ from functools import cache
 
 from sitscad.fabrication.files import FOLDER, fabrication_path
 from sitscad.layout.board import Layout
-from sitscad.layout.panel import Panel
+from sitscad.layout.cutting.panel import Panel
 from sitscad.spec.profiles.presets import DATA
 
 _FUNCTION = re.compile(rb"TF\.FileFunction,([^*\r\n]*)")

@@ -37,9 +37,9 @@ from sitscad.fabrication.notes import (
 )
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.layout.contacts import contacts, head
-from sitscad.layout.panel import Panel, is_too_small
-from sitscad.layout.thickness import Where, finished_thickness, tail_copper, tail_layers
+from sitscad.layout.cutting.panel import Panel, is_too_small
+from sitscad.layout.tail.contacts import contacts, head
+from sitscad.layout.tail.thickness import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.spec.profiles.presets import unverified_rows
 from sitscad.spec.unverified import is_unverified

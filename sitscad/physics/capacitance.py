@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import EPSILON0
-from sitscad.physics.elliptic import coaxial_rings
+from sitscad.physics.special.elliptic import coaxial_rings
 from sitscad.record import record
 
 Array = NDArray[np.float64]

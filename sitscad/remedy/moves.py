@@ -9,7 +9,7 @@ from itertools import islice
 from typing import TypeVar
 
 from sitscad.geometry.footprint import Footprint
-from sitscad.layout.closing import least_closing
+from sitscad.layout.routing.closing import least_closing
 from sitscad.remedy.fix import Edit, Fix
 from sitscad.spec.places import footprint
 from sitscad.spec.profiles import presets

@@ -8,7 +8,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from sitscad.finding import Finding, Severity
-from sitscad.layout.contacts import Contact, head
+from sitscad.layout.tail.contacts import Contact, head
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.numbers import (
     CROSS_HEAD,

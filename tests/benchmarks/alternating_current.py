@@ -13,12 +13,12 @@ import numpy as np
 from measure import Growth, Measured, growth, peak, timed
 from windings import MM, UM, bench, coil, four_layers, miniature
 
-from sitscad.physics import proximity
-from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.current_modes import ProximityLoss
-from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
-from sitscad.physics.spirals import spiral_inductance_matrix
-from sitscad.physics.track_modes import ModeSet
+from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.inductance.spirals import spiral_inductance_matrix
+from sitscad.physics.loss import proximity
+from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.physics.loss.current_modes import ProximityLoss
+from sitscad.physics.loss.track_modes import ModeSet
 
 COPPER = 58e6
 FREQUENCIES = (1e4, 1e5, 1e6, 3e6, 10e6)

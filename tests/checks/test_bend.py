@@ -13,8 +13,8 @@ from sitscad.finding import Missing, Severity
 from sitscad.geometry.path import Line, Path, Point, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
-from sitscad.layout.bending import bend_stretch
 from sitscad.layout.pieces import Pad, Role, Trace, Via
+from sitscad.layout.tail.bending import bend_stretch
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing

@@ -10,8 +10,8 @@ import pytest
 
 import sitscad
 from sitscad.checks import RULES, check
-from sitscad.checks.plates import TARGET_LENGTH_TOLERANCE
-from sitscad.checks.transduction import STRAIN_ERROR
+from sitscad.checks.assembly.plates import TARGET_LENGTH_TOLERANCE
+from sitscad.checks.assembly.transduction import STRAIN_ERROR
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity

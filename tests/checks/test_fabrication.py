@@ -13,7 +13,7 @@ from sitscad.geometry.path import Line, Path, Point, bounding_box, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
 from sitscad.layout.board import Stiffener
-from sitscad.layout.bridges import bridges
+from sitscad.layout.cutting.bridges import bridges
 from sitscad.layout.pieces import Pad, Role, Trace, Via
 from sitscad.spec.load import load_text
 

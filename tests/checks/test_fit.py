@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from sitscad.checks.plates import target_proportions
+from sitscad.checks.assembly.plates import target_proportions
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.layout import lay_out

@@ -6,7 +6,7 @@ import pytest
 
 import sitscad
 from sitscad.checks.own_limits import own_limits
-from sitscad.checks.response import FEWEST_STEPS, LEAST_SHARE, responses
+from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.report.findings import json_document

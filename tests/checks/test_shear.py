@@ -8,7 +8,7 @@ import pytest
 
 import sitscad
 from sitscad.checks import RULES
-from sitscad.checks.response import FEWEST_STEPS
+from sitscad.checks.reading.response import FEWEST_STEPS
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.estimates.states.moved_target import moved_changes

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from sitscad.checks.steep_spiral import nearer_by
+from sitscad.checks.board.steep_spiral import nearer_by
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 

@@ -8,7 +8,7 @@ import pytest
 
 import sitscad
 from sitscad.checks.own_limits import own_limits
-from sitscad.checks.thin_target import THICK, skin_depth
+from sitscad.checks.reading.thin_target import THICK, skin_depth
 from sitscad.finding import Severity
 from sitscad.spec.load import load_text
 

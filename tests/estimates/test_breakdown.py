@@ -63,7 +63,7 @@ def test_what_crowding_takes_away_is_the_loss_s_own():
     """It is taken as what is left of the interpolated terminal value; the modes of the tracks say the same."""
     from sitscad.estimates.winding.losses import winding_losses
     from sitscad.estimates.winding.methods import winding_geometry
-    from sitscad.physics.resistance import conductivity_at
+    from sitscad.physics.loss.resistance import conductivity_at
 
     found, layout = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "200 um"))
     coil, spec = found.coils[0], layout.spec

@@ -9,7 +9,7 @@ from sitscad.estimates import estimate
 from sitscad.estimates.circuit import coils
 from sitscad.estimates.winding import solved
 from sitscad.layout import lay_out
-from sitscad.physics import near_metal
+from sitscad.physics.metal import near_metal
 from sitscad.spec.load import load_text
 
 SPEC = """

@@ -10,10 +10,10 @@ import pytest
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.idle import idle_load, idle_neighbours
 from sitscad.layout import lay_out
-from sitscad.physics.current_spectrum import spiral_spectrum
-from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
-from sitscad.physics.filaments import sampled_mutual_inductance
-from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.inductance.filaments import sampled_mutual_inductance
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.metal.current_spectrum import spiral_spectrum
+from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
 from sitscad.spec.load import load_text
 from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import Cable, ReadoutSpec

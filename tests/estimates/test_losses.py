@@ -17,11 +17,11 @@ from sitscad.estimates.winding.resistance_bounds import near_metal_error
 from sitscad.geometry.path import Point, rounded_polyline
 from sitscad.layout import lay_out
 from sitscad.layout.board import Winding
-from sitscad.physics.bent_tracks import bent_winding_loss
-from sitscad.physics.corners import mitred, opened
-from sitscad.physics.proximity import Resolution, winding_loss
-from sitscad.physics.resistance import bend_squares, conductivity_at
-from sitscad.physics.track_modes import ModeSet
+from sitscad.physics.loss.bent_tracks import bent_winding_loss
+from sitscad.physics.loss.corners import mitred, opened
+from sitscad.physics.loss.proximity import Resolution, winding_loss
+from sitscad.physics.loss.resistance import bend_squares, conductivity_at
+from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import CoilSpec
 

@@ -13,8 +13,8 @@ from sitscad.estimates.circuit.neighbours import inductance_matrix
 from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import MU0
-from sitscad.physics.spirals import SpiralLayer
-from sitscad.physics.tracks import track
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.inductance.tracks import track
 
 UM = 1e-6
 

@@ -13,7 +13,7 @@ from sitscad.estimates.states.finite_target import target_shares
 from sitscad.estimates.states.pressing import loaded_face, pressed
 from sitscad.geometry.path import Point
 from sitscad.mechanics import elastomer as mechanics
-from sitscad.physics.finite_plate import CoaxialRings, Plate, plate_share
+from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, plate_share
 from sitscad.spec.load import load_text
 from sitscad.spec.places import footprint
 

@@ -11,8 +11,8 @@ import pytest
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.tank import SmoothCurve, preferred_values
 from sitscad.layout import lay_out
-from sitscad.physics.proximity import winding_loss
-from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.loss.proximity import winding_loss
 from sitscad.readout import ldc161x
 from sitscad.spec.load import load_text
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sitscad.estimates.states import finite_target
-from sitscad.physics.finite_plate import (
+from sitscad.physics.metal.finite_plate import (
     EASED,
     CoaxialRings,
     Plate,

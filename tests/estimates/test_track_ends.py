@@ -11,8 +11,8 @@ import pytest
 import sitscad
 from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.layout.pieces import Role, Trace
-from sitscad.physics.resistance import bend_squares
-from sitscad.physics.track_ends import pad_squares, step_squares
+from sitscad.physics.loss.resistance import bend_squares
+from sitscad.physics.loss.track_ends import pad_squares, step_squares
 
 SPEC = """
 sitscad: 1

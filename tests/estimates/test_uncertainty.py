@@ -28,9 +28,9 @@ from sitscad.estimates.uncertainty import (
 )
 from sitscad.estimates.winding.methods import equivalent_spirals, winding_geometry
 from sitscad.layout import lay_out
-from sitscad.physics.proximity import winding_loss
-from sitscad.physics.resistance import COPPER_CONDUCTIVITY
-from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.loss.proximity import winding_loss
+from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
 from sitscad.report import numbers
 from sitscad.report.quantities import plus_minus
 from sitscad.report.signal import other_rows, signal_rows

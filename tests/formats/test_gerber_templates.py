@@ -16,7 +16,7 @@ from shapely.ops import unary_union
 from sitscad.formats import excellon, ipc356
 from sitscad.formats.gerber import layers as gerber
 from sitscad.layout import lay_out
-from sitscad.layout.panel import plan
+from sitscad.layout.cutting.panel import plan
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.spec.load import load
 

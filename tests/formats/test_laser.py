@@ -17,7 +17,7 @@ import pytest
 
 from sitscad.formats import laser_dxf, laser_svg
 from sitscad.geometry.path import Line, Point, closed_polygon, rounded
-from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, Contour, CutLayer, laser_sheets
+from sitscad.layout.cutting.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, Contour, CutLayer, laser_sheets
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.sensor import ElastomerPad, Target
 

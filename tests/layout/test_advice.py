@@ -13,7 +13,7 @@ from sitscad.design import Design
 from sitscad.finding import Missing
 from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
-from sitscad.layout.patience import Patience
+from sitscad.layout.routing.patience import Patience
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget
 from sitscad.remedy.fix import Fix

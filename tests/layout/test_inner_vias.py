@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from sitscad.layout import inner_vias, lay_out, wound_coils
+from sitscad.finding import Missing
+from sitscad.layout import lay_out
+from sitscad.layout.winding import inner_vias, wound_coils
 from sitscad.spec.load import load_text
 
 RACETRACK = """
@@ -24,7 +26,7 @@ def joins_of(monkeypatch, text):
     wound_coils._inner_joins.cache_clear()
     monkeypatch.setattr(inner_vias._Candidates, "_join", counted)
     layout = lay_out(load_text(text, "inside.yaml"))
-    return len(looked), not any("inner via" in finding.message for finding in layout.findings)
+    return len(looked), not any(short.what is Missing.INNER_ROOM for short in layout.shortfalls)
 
 
 def test_places_beyond_the_nearest_are_thinned_out_before_they_are_worked_out(monkeypatch):

@@ -13,14 +13,14 @@ import pytest
 from sitscad import lay_out
 from sitscad.geometry.path import Line, Point, polyline
 from sitscad.layout.clearance import Breadth, Hole, Track
-from sitscad.layout.lanes import bus_for, rows_of_lanes
-from sitscad.layout.maze import Ground, Lattice, Maze
-from sitscad.layout.patience import BUDGET, Patience
 from sitscad.layout.pieces import Role
-from sitscad.layout.ring import Ring
-from sitscad.layout.routing import front_of, route_freely
-from sitscad.layout.wave import spread
-from sitscad.layout.wound_coils import wind_all
+from sitscad.layout.routing.lanes import bus_for, rows_of_lanes
+from sitscad.layout.routing.maze import Ground, Lattice, Maze
+from sitscad.layout.routing.patience import BUDGET, Patience
+from sitscad.layout.routing.ring import Ring
+from sitscad.layout.routing.routes import front_of, route_freely
+from sitscad.layout.routing.wave import spread
+from sitscad.layout.winding.wound_coils import wind_all
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver import positions
 from sitscad.spec.sensor import CoilPlacement

@@ -10,7 +10,7 @@ import pytest
 from sitscad.checks import check
 from sitscad.geometry.path import Arc, Line, enclosed_area
 from sitscad.layout import lay_out
-from sitscad.layout.taper import Taper
+from sitscad.layout.tail.taper import Taper
 from sitscad.spec.load import load, load_text
 
 MM, UM = 1e-3, 1e-6

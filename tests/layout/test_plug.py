@@ -8,7 +8,7 @@ import pytest
 
 import sitscad
 from sitscad.geometry.path import Point, bounding_box
-from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.spec.profiles import presets
 
 MM = 1e-3

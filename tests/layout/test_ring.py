@@ -12,7 +12,7 @@ from sitscad.design import Design
 from sitscad.geometry.path import Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.pieces import Role
-from sitscad.layout.ring import Ring
+from sitscad.layout.routing.ring import Ring
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import CoilPlacement
 

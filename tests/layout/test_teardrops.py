@@ -100,7 +100,7 @@ def test_templates_have_teardrops_that_keep_the_rules(template):
 
 def test_the_own_check_sees_a_teardrop_that_is_too_near(bench):
     """Held against wider rules than it was made for, a teardrop is found as any copper is."""
-    from sitscad.checks.copper import copper_of, too_near
+    from sitscad.checks.board.copper import copper_of, too_near
     from sitscad.layout.pieces import Teardrop
 
     copper = copper_of(bench)

@@ -16,7 +16,7 @@ import sitscad
 from sitscad.estimates import estimate
 from sitscad.geometry.path import Arc, Line, Point, bounding_box, enclosed_area, polyline
 from sitscad.layout.pieces import Role
-from sitscad.layout.turn import course, turn_length
+from sitscad.layout.tail.turn import course, turn_length
 from sitscad.spec.profiles.presets import connector
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import Tail

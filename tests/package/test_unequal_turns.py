@@ -12,7 +12,7 @@ import pytest
 
 import sitscad
 from sitscad.estimates import estimate
-from sitscad.layout.windings import wind_coil
+from sitscad.layout.winding.windings import wind_coil
 from sitscad.spec.rules import SpecError
 
 COILS = {

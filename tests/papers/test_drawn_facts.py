@@ -23,9 +23,9 @@ from sitscad.finding import Severity
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.geometry.path import Line, bounding_box
 from sitscad.layout import lay_out
-from sitscad.layout.bending import bend_length, bend_of, bend_stretch
-from sitscad.layout.stiffening import tail_thickness
-from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.layout.tail.bending import bend_length, bend_of, bend_stretch
+from sitscad.layout.tail.stiffening import tail_thickness
+from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing

@@ -9,12 +9,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sitscad.physics import arcs, sides, tracks
-from sitscad.physics.arcs import pairs_with_arcs
-from sitscad.physics.far_arcs import far_arcs, far_sides
-from sitscad.physics.legendre import gauss
-from sitscad.physics.sides import sides_with_sides
-from sitscad.physics.track_strands import bundle, track
+from sitscad.physics.inductance import arcs, sides, tracks
+from sitscad.physics.inductance.arcs import pairs_with_arcs
+from sitscad.physics.inductance.far_arcs import far_arcs, far_sides
+from sitscad.physics.inductance.sides import sides_with_sides
+from sitscad.physics.inductance.track_strands import bundle, track
+from sitscad.physics.special.legendre import gauss
 
 MM = 1e-3
 

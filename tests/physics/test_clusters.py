@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from sitscad.physics import clusters
-from sitscad.physics.clusters import Plans, neumann_sum
+from sitscad.physics.inductance import clusters
+from sitscad.physics.inductance.clusters import Plans, neumann_sum
 
 MM = 1e-3
 

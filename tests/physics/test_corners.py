@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from sitscad.geometry.path import Arc, Point, rounded_polyline
-from sitscad.physics.bent_tracks import BentTrack
-from sitscad.physics.corner_excess import OWN, TURNS, moment, own_inductance, points, relaxation
-from sitscad.physics.corners import corner_inductance, direct_resistance, mitred, normal_field, with_corners
-from sitscad.physics.current_modes import ProximityLoss
-from sitscad.physics.resistance import bend_squares
+from sitscad.physics.loss.bent_tracks import BentTrack
+from sitscad.physics.loss.corner_excess import OWN, TURNS, moment, own_inductance, points, relaxation
+from sitscad.physics.loss.corners import corner_inductance, direct_resistance, mitred, normal_field, with_corners
+from sitscad.physics.loss.current_modes import ProximityLoss
+from sitscad.physics.loss.resistance import bend_squares
 
 MM, UM = 1e-3, 1e-6
 MU0 = 4e-7 * math.pi

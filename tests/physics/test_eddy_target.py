@@ -18,8 +18,8 @@ from sitscad.physics.eddy.image import Mirror, image_modes
 from sitscad.physics.eddy.skin import skin
 from sitscad.physics.eddy.target import solve, turned
 from sitscad.physics.eddy.toroidal import toroidal
-from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.filaments import PolylineTrack
+from sitscad.physics.inductance.filaments import PolylineTrack
+from sitscad.physics.special.elliptic import coaxial_rings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
 

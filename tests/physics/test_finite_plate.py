@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from sitscad.physics.bessel import bessel_orders, j0, j1, spherical_bessel_orders
-from sitscad.physics.finite_plate import CoaxialRings, Plate, magnetic_share, plate_loss_share, plate_share
+from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, magnetic_share, plate_loss_share, plate_share
+from sitscad.physics.special.bessel import bessel_orders, j0, j1, spherical_bessel_orders
 
 COIL = CoaxialRings(np.tile(np.linspace(0.9e-3, 1.95e-3, 7), 2), np.repeat([-20e-6, -120e-6], 7), np.ones(14))
 ALONE = CoaxialRings(np.array([2e-3]), np.zeros(1), np.ones(1))

@@ -12,11 +12,16 @@ from bars import bars_exactly
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitscad.physics.bessel import j1
 from sitscad.physics.constants import MU0
-from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.filaments import PolylineTrack, parallel_filaments, track_mutual_inductance, via_inductance
-from sitscad.physics.mean_distance import log_mean_distance, strand_clearance
+from sitscad.physics.inductance.filaments import (
+    PolylineTrack,
+    parallel_filaments,
+    track_mutual_inductance,
+    via_inductance,
+)
+from sitscad.physics.inductance.mean_distance import log_mean_distance, strand_clearance
+from sitscad.physics.special.bessel import j1
+from sitscad.physics.special.elliptic import coaxial_rings
 
 
 def rings_exactly(r1, r2, z):

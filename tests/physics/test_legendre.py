@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre as reference
 
-from sitscad.physics.legendre import gauss, legendre, legendre_integrals
+from sitscad.physics.special.legendre import gauss, legendre, legendre_integrals
 
 X = np.linspace(-1.0, 1.0, 31).reshape(1, 31)
 

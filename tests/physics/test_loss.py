@@ -10,24 +10,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from windings import MM, UM, bench, coil, four_layers, miniature
 
-import sitscad.physics.proximity as proximity
+import sitscad.physics.loss.proximity as proximity
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
-from sitscad.physics.current_spectrum import spiral_spectrum
-from sitscad.physics.eddy_target import (
+from sitscad.physics.inductance.filaments import PolylineTrack
+from sitscad.physics.inductance.mean_distance import log_mean_distance
+from sitscad.physics.inductance.rings import radii_at
+from sitscad.physics.inductance.spirals import spiral_inductance_matrix
+from sitscad.physics.loss.resistance import lone_track_loss, skin_depth, via_resistance
+from sitscad.physics.loss.track_modes import ModeSet
+from sitscad.physics.metal.current_spectrum import spiral_spectrum
+from sitscad.physics.metal.half_spaces import (
     Plate,
     Reflector,
     reflected_impedance,
     reflection,
 )
-from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.filaments import PolylineTrack
-from sitscad.physics.mean_distance import log_mean_distance
-from sitscad.physics.polyline_spectrum import polyline_spectrum
-from sitscad.physics.resistance import lone_track_loss, skin_depth, via_resistance
+from sitscad.physics.metal.polyline_spectrum import polyline_spectrum
 from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
-from sitscad.physics.rings import radii_at
-from sitscad.physics.spirals import spiral_inductance_matrix
-from sitscad.physics.track_modes import ModeSet
+from sitscad.physics.special.elliptic import coaxial_rings
 
 COPPER = 58e6
 

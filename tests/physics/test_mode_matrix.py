@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from windings import coil
 
-from sitscad.physics import mode_matrix, proximity
-from sitscad.physics.eddy_target import Plate, Reflector
-from sitscad.physics.mode_matrix import NearAndFar
-from sitscad.physics.near_metal import crowding_near_metal
-from sitscad.physics.track_modes import Cut, ModeSet
+from sitscad.physics.loss import mode_matrix, proximity
+from sitscad.physics.loss.mode_matrix import NearAndFar
+from sitscad.physics.loss.track_modes import Cut, ModeSet
+from sitscad.physics.metal.half_spaces import Plate, Reflector
+from sitscad.physics.metal.near_metal import crowding_near_metal
 
 COPPER = 58e6
 UM = 1e-6

@@ -7,13 +7,20 @@ import math
 import numpy as np
 import pytest
 
-from sitscad.physics import polyline_spectrum as polyline_spectrum_module
-from sitscad.physics.bent_tracks import BentTrack
-from sitscad.physics.corner_excess import moment
-from sitscad.physics.corners import bend_loops
-from sitscad.physics.eddy_target import Plate, Reflector, reflected_impedance
-from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
-from sitscad.physics.polyline_spectrum import Loops, _beside, _Directions, _figures, _Mitred, chorded, polyline_spectrum
+from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.loss.bent_tracks import BentTrack
+from sitscad.physics.loss.corner_excess import Loops, moment
+from sitscad.physics.loss.corners import bend_loops
+from sitscad.physics.metal import polyline_spectrum as polyline_spectrum_module
+from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_impedance
+from sitscad.physics.metal.polyline_spectrum import (
+    _beside,
+    _Directions,
+    _figures,
+    _Mitred,
+    chorded,
+    polyline_spectrum,
+)
 
 UM, MM = 1e-6, 1e-3
 SQUARE = MM * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -0.7)])

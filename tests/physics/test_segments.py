@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitscad.physics.filaments import (
+from sitscad.physics.inductance.filaments import (
     PolylineTrack,
     curve_segments_mutual,
     grouped_segments_inductance,

@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sitscad.physics import clusters, side_by_side
 from sitscad.physics.constants import MU0
-from sitscad.physics.filaments import sampled_mutual_inductance
-from sitscad.physics.spirals import SpiralLayer
-from sitscad.physics.tracks import track, tracks_mutual_inductance
+from sitscad.physics.inductance import clusters, side_by_side
+from sitscad.physics.inductance.filaments import sampled_mutual_inductance
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
 
 UM = 1e-6
 

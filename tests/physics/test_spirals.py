@@ -11,8 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from windings import MM, UM, bench, coil, four_layers
 
-from sitscad.physics.rings import ring_winding_inductance
-from sitscad.physics.spirals import Resolution, SpiralLayer, spiral_inductance_matrix, spiral_mutual_inductance
+from sitscad.physics.inductance.rings import ring_winding_inductance
+from sitscad.physics.inductance.spirals import (
+    Resolution,
+    SpiralLayer,
+    spiral_inductance_matrix,
+    spiral_mutual_inductance,
+)
 
 
 def test_reference_of_the_bench_coil():

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from sitscad.physics.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares
+from sitscad.physics.loss.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares
 
 QUARTER = 32
 WIDTH = 1e-3
@@ -114,7 +114,7 @@ def test_a_contact_is_a_wide_track_with_a_trapezoid_before_it():
 
 
 def test_the_series_has_converged(monkeypatch):
-    import sitscad.physics.track_ends as ends
+    import sitscad.physics.loss.track_ends as ends
 
     cases = [(1.0, 0.5), (3.0, 1.2), (20.0, 8.0)]
     usual = [ends.pad_squares(*case) for case in cases]

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitscad.physics.filaments import inclined_integral
-from sitscad.physics.tracks import track, track_inductance_matrix, tracks_mutual_inductance
+from sitscad.physics.inductance.filaments import inclined_integral
+from sitscad.physics.inductance.tracks import track, track_inductance_matrix, tracks_mutual_inductance
 
 
 def inclined_exactly(u0, u1, v0, v1, angle, square):

@@ -22,9 +22,7 @@ from bars import bars_exactly
 from windings import MM, UM, coil
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.current_spectrum import _bessel_slopes
-from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.filaments import (
+from sitscad.physics.inductance.filaments import (
     PolylineTrack,
     curve_segments_mutual,
     grouped_segments_inductance,
@@ -32,10 +30,12 @@ from sitscad.physics.filaments import (
     segment_set,
     track_mutual_inductance,
 )
-from sitscad.physics.mean_distance import log_mean_distance
-from sitscad.physics.proximity import smooth_rings
-from sitscad.physics.rings import ring_winding_inductance
-from sitscad.physics.tracks import track, tracks_mutual_inductance
+from sitscad.physics.inductance.mean_distance import log_mean_distance
+from sitscad.physics.inductance.rings import ring_winding_inductance
+from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
+from sitscad.physics.loss.proximity import smooth_rings
+from sitscad.physics.metal.current_spectrum import _bessel_slopes
+from sitscad.physics.special.elliptic import coaxial_rings
 
 
 def rings_exactly(r1, r2, z):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.inductance.spirals import SpiralLayer
 
 MM, UM = 1e-3, 1e-6
 

@@ -12,7 +12,7 @@ import pytest
 import sitscad
 from sitscad.estimates.signal import signals
 from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.layout.contacts import contacts
+from sitscad.layout.tail.contacts import contacts
 from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.report.page import _findings, render

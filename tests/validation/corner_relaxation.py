@@ -28,10 +28,10 @@ from corner_windings import COPPER, RATE, bent, rounded_path  # noqa: E402
 from stream_sheet import sheet, solved  # noqa: E402
 
 from sitscad.estimates.winding.losses import winding_losses  # noqa: E402
-from sitscad.physics.bent_tracks import bent_winding_loss  # noqa: E402
 from sitscad.physics.constants import MU0  # noqa: E402
-from sitscad.physics.corner_excess import relaxation  # noqa: E402
-from sitscad.physics.track_modes import ModeSet  # noqa: E402
+from sitscad.physics.loss.bent_tracks import bent_winding_loss  # noqa: E402
+from sitscad.physics.loss.corner_excess import relaxation  # noqa: E402
+from sitscad.physics.loss.track_modes import ModeSet  # noqa: E402
 
 WIDTH, ARM, CELLS = 300e-6, 5.0, (5, 8)
 REDUCED = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])

@@ -11,9 +11,9 @@ import numpy as np
 from sitscad.estimates.winding.losses import losses_near_metal
 from sitscad.estimates.winding.methods import WindingGeometry, equivalent_spirals, reflected_by
 from sitscad.geometry.path import Arc, Point, rounded_polyline
-from sitscad.physics.bent_tracks import BentTrack
-from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
-from sitscad.physics.filaments import PolylineTrack
+from sitscad.physics.inductance.filaments import PolylineTrack
+from sitscad.physics.loss.bent_tracks import BentTrack
+from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
 from sitscad.spec.sensor import CoilSpec
 
 UM, MM = 1e-6, 1e-3

@@ -18,8 +18,8 @@ from windings import coil
 
 from sitscad.geometry.path import Arc, Path
 from sitscad.geometry.spiral import SpiralDimensions, corner_angle, rounded_corners, wind
-from sitscad.physics.spirals import SpiralLayer
-from sitscad.physics.tracks import Track, track
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.inductance.tracks import Track, track
 from sitscad.spec.sensor import CoilSpec
 
 SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.elliptic import coaxial_rings
-from sitscad.physics.legendre import gauss
-from sitscad.physics.mean_distance import log_mean_distance
+from sitscad.physics.inductance.mean_distance import log_mean_distance
+from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special.legendre import gauss
 
 
 def cosine_cells(count):

@@ -9,7 +9,7 @@ import pytest
 from box_of_loops import box_change, converged_change, endless_change
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.finite_plate import (
+from sitscad.physics.metal.finite_plate import (
     CoaxialRings,
     Plate,
     loss_share_error,

@@ -16,13 +16,14 @@ import pytest
 from half_space_reference import RingFilaments
 from windings import MM, UM, coil, four_layers
 
-from sitscad.physics import near_metal, proximity
-from sitscad.physics.current_spectrum import spiral_spectrum
-from sitscad.physics.eddy_target import Plate, Reflector, reflected_impedance
-from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
-from sitscad.physics.polyline_spectrum import polyline_spectrum
-from sitscad.physics.rings import radii_at
-from sitscad.physics.spirals import spiral_inductance_matrix
+from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.inductance.rings import radii_at
+from sitscad.physics.inductance.spirals import spiral_inductance_matrix
+from sitscad.physics.loss import proximity
+from sitscad.physics.metal import near_metal
+from sitscad.physics.metal.current_spectrum import spiral_spectrum
+from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_impedance
+from sitscad.physics.metal.polyline_spectrum import polyline_spectrum
 
 COPPER, STEEL = 58e6, 1.4e6
 

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from sitscad.estimates.states import finite_target
-from sitscad.physics.bessel import j1
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy_target import Plate, reflection
-from sitscad.physics.finite_plate import CoaxialRings
+from sitscad.physics.metal.finite_plate import CoaxialRings
+from sitscad.physics.metal.half_spaces import Plate, reflection
+from sitscad.physics.special.bessel import j1
 
 pytestmark = pytest.mark.needs("scipy")
 

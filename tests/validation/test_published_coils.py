@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from windings import MM, UM, coil
 
-from sitscad.physics.filaments import PolylineTrack, track_mutual_inductance
-from sitscad.physics.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
-from sitscad.physics.spirals import spiral_inductance_matrix
+from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.inductance.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
+from sitscad.physics.inductance.spirals import spiral_inductance_matrix
 
 HERE = Path(__file__).parent
 CASES = json.loads((HERE / "measured_coils.json").read_text(encoding="utf-8"))["cases"]

@@ -16,7 +16,7 @@ from bars import bars_exactly
 from windings import bench
 
 from sitscad.estimates.winding.methods import METHODS, WindingGeometry
-from sitscad.physics.tracks import tracks_mutual_inductance
+from sitscad.physics.inductance.tracks import tracks_mutual_inductance
 
 EVERY = 12
 """One design in so many is looked at by default, all of them in the slow test."""

@@ -8,7 +8,7 @@ import volume_integral
 
 from sitscad.estimates.winding.methods import METHODS, winding_geometry
 from sitscad.layout.board import Coil
-from sitscad.layout.windings import wind_coil
+from sitscad.layout.winding.windings import wind_coil
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import CoilPlacement
 

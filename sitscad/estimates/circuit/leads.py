@@ -17,16 +17,16 @@ from sitscad.geometry.path import Arc
 from sitscad.layout.board import Coil, Layout
 from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
-from sitscad.physics.corners import direct_resistance
-from sitscad.physics.current_modes import ProximityLoss, joined
-from sitscad.physics.filaments import (
+from sitscad.physics.inductance.filaments import (
     PolylineTrack,
     curve_segments_mutual,
     grouped_segments_inductance,
     segment_set,
     via_inductance,
 )
-from sitscad.physics.resistance import via_resistance
+from sitscad.physics.loss.corners import direct_resistance
+from sitscad.physics.loss.current_modes import ProximityLoss, joined
+from sitscad.physics.loss.resistance import via_resistance
 from sitscad.record import record
 from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
-from sitscad.physics.side_by_side import SideBySide, spirals_side_by_side, tracks_side_by_side
+from sitscad.physics.inductance.side_by_side import SideBySide, spirals_side_by_side, tracks_side_by_side
 from sitscad.spec.sensor import CoilSpec
 
 Array = NDArray[np.float64]

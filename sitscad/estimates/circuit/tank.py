@@ -13,7 +13,7 @@ from sitscad.estimates.circuit.idle import Circuit
 from sitscad.estimates.circuit.leads import LeadEstimate
 from sitscad.estimates.states.assembly import NoReflection, Reflection
 from sitscad.estimates.values import ReadoutEstimate, StateEstimate
-from sitscad.physics.current_modes import ProximityLoss
+from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family

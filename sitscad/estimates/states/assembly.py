@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.states.pressing import BESIDE_PAD, PAD, pressed, pressed_cases, rests_on_pad
 from sitscad.mechanics.elastomer import Compression
-from sitscad.physics.current_spectrum import CurrentSpectrum
-from sitscad.physics.eddy_target import Plate, Reflector, reflected_inductances
-from sitscad.physics.near_metal import CrowdingNearMetal
-from sitscad.physics.resistance import conductivity_at
+from sitscad.physics.loss.resistance import conductivity_at
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum
+from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.near_metal import CrowdingNearMetal
 from sitscad.record import record
 from sitscad.scene.bodies import room_behind, seat_heights, shield_heights, target
 from sitscad.scene.pose import REST_POSE, Pose

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.states.assembly import Surroundings
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy_target import Plate as Layer
-from sitscad.physics.eddy_target import reflection
-from sitscad.physics.finite_plate import (
+from sitscad.physics.metal.finite_plate import (
     EASED,
     CoaxialRings,
     Plate,
@@ -26,6 +24,8 @@ from sitscad.physics.finite_plate import (
     share_error,
     stepped,
 )
+from sitscad.physics.metal.half_spaces import Plate as Layer
+from sitscad.physics.metal.half_spaces import reflection
 from sitscad.record import record
 from sitscad.scene.state import in_words
 from sitscad.spec.places import footprint

@@ -12,7 +12,7 @@ from sitscad.estimates.states.finite_target import target_shares
 from sitscad.estimates.winding.methods import reflected_by, winding_geometry
 from sitscad.estimates.winding.solved import LEAST_DISTANCE
 from sitscad.layout.board import Layout
-from sitscad.physics.eddy_target import reflected_inductances
+from sitscad.physics.metal.half_spaces import reflected_inductances
 from sitscad.scene.state import REST
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec

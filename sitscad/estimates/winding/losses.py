@@ -11,14 +11,14 @@ import numpy as np
 
 from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil
-from sitscad.physics.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.corners import direct_resistance, mitred, opened, with_corners
-from sitscad.physics.current_modes import ProximityLoss, joined
-from sitscad.physics.near_metal import CrowdingNearMetal, crowding_near_metal
-from sitscad.physics.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
-from sitscad.physics.resistance import lone_track_loss, pair_loss
-from sitscad.physics.spirals import SpiralLayer
-from sitscad.physics.track_modes import ModeSet
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.physics.loss.corners import direct_resistance, mitred, opened, with_corners
+from sitscad.physics.loss.current_modes import ProximityLoss, joined
+from sitscad.physics.loss.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
+from sitscad.physics.loss.resistance import lone_track_loss, pair_loss
+from sitscad.physics.loss.track_modes import ModeSet
+from sitscad.physics.metal.near_metal import CrowdingNearMetal, crowding_near_metal
 from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 from sitscad.units import show

@@ -11,15 +11,15 @@ import numpy as np
 from sitscad.estimates.winding.inductance_bounds import FEW_TURNS, Crowding, error_bound
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.layout.board import Coil, Winding
-from sitscad.physics.bent_tracks import BentTrack
-from sitscad.physics.corners import MOST_TURN, bend_loops
-from sitscad.physics.current_spectrum import CurrentSpectrum, spiral_spectrum
-from sitscad.physics.filaments import PolylineTrack
-from sitscad.physics.polyline_spectrum import chorded, polyline_spectrum
-from sitscad.physics.rings import ring_winding_inductance
-from sitscad.physics.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
-from sitscad.physics.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
-from sitscad.physics.tracks import Bend, Side, Track, track, track_inductance_matrix
+from sitscad.physics.inductance.filaments import PolylineTrack
+from sitscad.physics.inductance.rings import ring_winding_inductance
+from sitscad.physics.inductance.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
+from sitscad.physics.inductance.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
+from sitscad.physics.inductance.tracks import Bend, Side, Track, track, track_inductance_matrix
+from sitscad.physics.loss.bent_tracks import BentTrack
+from sitscad.physics.loss.corners import MOST_TURN, bend_loops
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
+from sitscad.physics.metal.polyline_spectrum import chorded, polyline_spectrum
 from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 

@@ -14,9 +14,9 @@ from sitscad.estimates.circuit.tank import CoilCircuit
 from sitscad.estimates.values import StateEstimate
 from sitscad.estimates.winding.losses import ALIKE_ROUNDED, POLYGONS_NEAR_METAL
 from sitscad.layout.board import Coil
-from sitscad.physics.proximity import missed_crossings, suited_resolution
-from sitscad.physics.resistance import skin_depth
-from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.loss.proximity import missed_crossings, suited_resolution
+from sitscad.physics.loss.resistance import skin_depth
 from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 

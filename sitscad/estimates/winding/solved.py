@@ -25,10 +25,10 @@ from sitscad.estimates.winding.methods import (
 )
 from sitscad.estimates.winding.resistance_bounds import ResistanceBound, near_metal_error, resistance_bound, state_error
 from sitscad.layout.board import Coil
-from sitscad.physics.current_modes import ProximityLoss
-from sitscad.physics.current_spectrum import CurrentSpectrum
-from sitscad.physics.near_metal import CrowdingNearMetal
-from sitscad.physics.spirals import SpiralLayer
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.loss.current_modes import ProximityLoss
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum
+from sitscad.physics.metal.near_metal import CrowdingNearMetal
 from sitscad.record import record
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import CoilSpec

@@ -26,7 +26,7 @@ from sitscad.geometry.path import Arc, Path, Point, Segment, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad, Trace, Via
-from sitscad.layout.thickness import lap_start
+from sitscad.layout.tail.thickness import lap_start
 
 UNIT = 1e-9
 """The file's unit in metres: six decimals of a millimetre."""

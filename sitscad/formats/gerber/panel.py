@@ -29,8 +29,8 @@ from sitscad.formats.gerber.repetition import Image, image_of, repeated
 from sitscad.geometry.path import Path, Point, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
-from sitscad.layout.bridges import Bridge, bridge_ends
-from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+from sitscad.layout.cutting.bridges import Bridge, bridge_ends
+from sitscad.layout.cutting.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
 
 TEXT_HEIGHT = 1.5e-3
 TEXT_PEN = 0.2e-3

@@ -38,10 +38,10 @@ from sitscad.formats.kicad.stackup import (
 )
 from sitscad.geometry.clipping import beyond
 from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
-from sitscad.layout.bending import bend_of
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Role, Trace, Via
-from sitscad.layout.thickness import lap_start
+from sitscad.layout.tail.bending import bend_of
+from sitscad.layout.tail.thickness import lap_start
 
 # Board format of KiCad 9.0; later versions read it.
 FORMAT = 20241229

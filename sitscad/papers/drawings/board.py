@@ -53,8 +53,8 @@ from sitscad.fabrication.notes import (
 )
 from sitscad.geometry.clipping import area_inside, parts_inside
 from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
-from sitscad.layout.bending import Bend, bend_of, bend_stretch
 from sitscad.layout.board import Coil, Layout
+from sitscad.layout.tail.bending import Bend, bend_of, bend_stretch
 from sitscad.papers.drawings.contacts import contact_sheet
 from sitscad.units import show
 

@@ -38,8 +38,8 @@ from sitscad.fabrication.notes import (
 from sitscad.geometry.clipping import Box, area_inside, parts_inside
 from sitscad.geometry.path import Path, bounding_box, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.layout.contacts import contacts, head
 from sitscad.layout.pieces import Pad
+from sitscad.layout.tail.contacts import contacts, head
 
 ROOM = (30.0, 54.0, 84.0, 116.0)
 """Room for the contacts on paper: left, low, width, height (mm)."""

@@ -12,7 +12,7 @@ from sitscad.fabrication.fingerprint import board_images, on_drawing
 from sitscad.fabrication.notes import bend_text, bond_texts, finish_text, laminate_text, layer_text, thickness_texts
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import has_tail_coverlay, is_opened, tail_layers
+from sitscad.layout.tail.thickness import has_tail_coverlay, is_opened, tail_layers
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 

@@ -21,7 +21,7 @@ from sitscad.physics.eddy.gaussian_sum import GaussianSum, gaussian_sum
 from sitscad.physics.eddy.graded_line import PARITIES, GradedLine, LineIntegrals, graded_line
 from sitscad.physics.eddy.skin import Skin
 from sitscad.physics.eddy.surface import made_definite
-from sitscad.physics.legendre import gauss
+from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
 
 Array = NDArray[np.float64]

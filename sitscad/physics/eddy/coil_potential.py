@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.graded_line import interpolation
-from sitscad.physics.filaments import PolylineTrack
-from sitscad.physics.legendre import gauss
+from sitscad.physics.inductance.filaments import PolylineTrack
+from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from sitscad.physics.eddy.graded_line import PARITIES, GradedLine, graded_line, 
 from sitscad.physics.eddy.skin import Skin
 from sitscad.physics.eddy.surface import made_definite
 from sitscad.physics.eddy.toroidal import toroidal
-from sitscad.physics.legendre import gauss
+from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
 
 Array = NDArray[np.float64]

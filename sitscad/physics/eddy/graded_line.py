@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.eddy.gaussian_sum import repeated_integrals
-from sitscad.physics.legendre import gauss, legendre
+from sitscad.physics.special.legendre import gauss, legendre
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""SIT3xx: whether pad, target and sensor turn force into signal, and fit the jaw."""

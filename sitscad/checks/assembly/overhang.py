@@ -1,0 +1,193 @@
+"""SIT307: the target lies on the elastomer and that on the board's body, each in its place; and what would do."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.checks.assembly.fit import FIT_RULES, GRAIN, ROUNDING
+from sitscad.checks.assembly.plate_places import (
+    MOST_MARGIN,
+    carried,
+    cut_to_board,
+    film,
+    grown,
+    lies,
+    lowest,
+    more_margin,
+    moved,
+    pair,
+)
+from sitscad.checks.assembly.plates import PROPORTIONS
+from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
+from sitscad.checks.rules import Complaint, Rule, Verdict, apply_rule
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.geometry.convex import beyond
+from sitscad.geometry.path import Path
+from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.search import Left
+from sitscad.scene.bodies import Body, elastomer, target
+from sitscad.scene.stack import ground
+from sitscad.units import show
+
+QUICK = ("SIT301", "SIT302", "SIT303", "SIT304", "SIT312")
+"""Other rules that look at plates or body and need no electrical numbers; and SIT306, which looks at the target."""
+
+TRIES = 3
+"""Margins that are tried: one is enough unless a short jaw keeps the body from growing about the coils."""
+
+ENDS = ("far end", "lower side", "tail's end", "upper side")
+"""The sides of a body in the order of a bounding box."""
+
+
+UNSUPPORTED = "an unsupported edge bends and tilts the target"
+UNBONDED = "what hangs over is neither bonded nor supported"
+
+
+def overhang(design: Design) -> Iterator[Verdict]:
+    """What hangs over what it lies on: the target over the elastomer, the lower of both or its film over the body."""
+    spec, body = design.spec, ground(design.layout)
+    pad, plate, round_it = elastomer(spec), target(spec), film(spec)
+    if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
+        yield Complaint(
+            f"the target overhangs the elastomer by {_length(over)} "
+            f"{_where(plate.footprint.box, pad.footprint.box, 'corners')}",
+            f"{UNSUPPORTED}: {_in_words(design)}",
+            "elastomer.size",
+            over,
+            0.0,
+            "m",
+            _severity(plate, pad.outline()),
+            advice=lambda left: f"{UNSUPPORTED}: {_in_words(design, left)}",
+        )
+    low = lowest(spec)
+    if low is None or low.footprint.hangs_over(body) + round_it <= ROUNDING:
+        return
+    beside = 0.0 if low.footprint.hangs_over(body) > ROUNDING else round_it
+    over = low.footprint.hangs_over(body) + beside
+    yield Complaint(
+        f"the {'encapsulation round the ' if beside else ''}{low.name} hangs over the board's body by {_length(over)} "
+        f"{_where(grown(low.footprint.box, beside), design.layout.body, 'corners')}{_jaw_in_the_way(design)}",
+        f"{UNBONDED}: {_in_words(design)}",
+        f"{low.name}.size",
+        over,
+        0.0,
+        "m",
+        _severity(low, body),
+        advice=lambda left: f"{UNBONDED}: {_in_words(design, left)}",
+    )
+
+
+def _severity(body: Body, carrier: Path) -> Severity:
+    """An error where the middle of a piece lies beside what carries it: it falls off, and no number is that of it."""
+    return Severity.ERROR if beyond(carrier, body.footprint.centre) > 0.0 else Severity.WARNING
+
+
+def _length(over: float) -> str:
+    return show(over, "m", 3)
+
+
+def _where(box: tuple[float, ...], on: tuple[float, ...], corners: str) -> str:
+    """At which sides of what it lies on a box stands out, and how far; at the corners where it does at no side."""
+    out = [sign * (on[i] - box[i]) for i, sign in enumerate((1.0, 1.0, -1.0, -1.0))]
+    sides = [f"{_length(by)} at the {end}" for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
+    if len(sides) < 2:
+        return f"at the {next((e for by, e in zip(out, ENDS, strict=True) if by > ROUNDING), corners)}"
+    return f"({', '.join(sides)})"
+
+
+def _jaw_in_the_way(design: Design) -> str:
+    """That the body stops growing about the coils at the jaw's end or sides, where it does."""
+    (x0, y0, x1, y1), (x, y), mount = design.layout.body, design.spec.array.middle, design.spec.mount
+    beside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
+    if mount is None or mount.jaw is None or max(beside) < GRAIN:
+        return ""
+    word, size = ("long", mount.jaw.length) if beside[0] >= beside[1] else ("wide", mount.jaw.width)
+    return (
+        f"; the body's middle stands {_length(max(beside))} beside the mean of the coils' centres, because the jaw, "
+        f"{show(size, 'm')} {word}, leaves it no room to grow to the other side"
+    )
+
+
+def _in_words(design: Design, left: Left | None = None) -> str:
+    """Changes with which everything lies on what carries it, and what else then complains; with a larger body where
+    that may be drawn.
+    """
+    drawn = "drawn anew" if left else "as it is drawn"
+    return design.once(f"plates on the board {drawn}", lambda: _told(design, left))
+
+
+def _told(design: Design, left: Left | None) -> str:
+    before, body = _other_complaints(design), ground(design.layout)
+    larger = [c for c in carried(design.spec) if lies(c.spec, body)]
+    aside = [c for c in moved(design.spec) if lies(c.spec, body)]
+    cut = [c for c in cut_to_board(design.spec, body) if lies(c.spec, body)]
+    found: list[str] = []
+    broken: list[tuple[tuple[str, ...], Fix]] = []
+    for way in (larger, aside, [] if larger or left is None else list(_widened(design, left)), [] if larger else cut):
+        for change in way:
+            layout = design.drawn(change.spec).layout if left is None else left.drawn(change.spec)
+            if layout is None:
+                continue
+            breaks = tuple(sorted(_other_complaints(Design(change.spec, layout)) - before))
+            if not breaks:
+                found.append(change.words)
+                break
+            broken.append((breaks, change))
+    if found:
+        return f"{'; or '.join(found)} fits on the board's body"
+    if not broken:
+        return "move it onto the body, or make the body larger (fpc.margin)"
+    breaks, change = broken[-1]
+    softer = "; take a stiffer elastomer with it" if {"SIT304", "SIT312"} & set(breaks) else ""
+    larger_body = "; a larger body (fpc.margin) may carry them as they are" if left is None else ""
+    return (
+        f"{change.words} fits on the board's body, but the smaller plates break {', '.join(breaks)}, and none larger "
+        f"lies on it{softer}{larger_body}"
+    )
+
+
+def _widened(design: Design, left: Left) -> Iterator[Fix]:
+    """The body made larger all round until what lies on it has room, the elastomer carrying the target."""
+    changed, also = design.spec, tuple[Edit, ...]()
+    for fix in carried(design.spec):
+        changed, also = fix.spec, fix.edits
+        break
+    layout = design.layout
+    for _ in range(TRIES):
+        margin = more_margin(changed, layout.body)
+        if max(margin) > MOST_MARGIN:
+            return
+        changed = replace(changed, fpc=replace(changed.fpc, margin=margin))
+        wider = left.drawn(changed)
+        if wider is None:
+            return
+        layout = wider
+        if lies(changed, ground(layout)):
+            said = f"{margin[0] * 1e3:.6g}" if margin[0] == margin[1] else pair(margin)
+            yield Fix((Edit("fpc.margin", said), *also), changed)
+            return
+
+
+def _other_complaints(design: Design) -> Counter[str]:
+    """How often those rules complain that look at plates or body and need no electrical numbers."""
+    asked = (rule for rule in (*FIT_RULES, *TRANSDUCTION_RULES) if rule.id in QUICK)
+    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design)[0])
+    return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
+
+
+OVERHANG_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT307", "elastomer-cover", Severity.ERROR,
+        "The elastomer carries the whole target and lies wholly on the board's body, each where it stands; without an "
+        "elastomer the target does. The film of an encapsulation round them counts with them (warnings; an error where "
+        "the middle of a piece lies beside what carries it).",
+        "An unsupported edge bends, and a tilted target reads as shear; what hangs over the board is neither bonded "
+        "nor supported. Body and plates are compared by their outlines, with the body's rounded corners.",
+        "Make the elastomer at least as large as the target and no larger than the body, or the body larger "
+        "(fpc.margin).",
+        "thesis of Jones 6.5: target rotation is the main error", ("plate",), overhang,
+    ),
+)  # fmt: skip

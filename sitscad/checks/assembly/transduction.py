@@ -1,0 +1,318 @@
+"""SIT304, SIT310, SIT312 and SIT313: whether pad and target turn force into signal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+from sitscad.checks.assembly.fit import ROUNDING, pad_of
+from sitscad.checks.own_limits import own_limits
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.mechanics import elastomer
+from sitscad.remedy.moves import stiffer_pad
+from sitscad.remedy.search import Left, tried
+from sitscad.spec.profiles.presets import elastomer as elastomer_preset
+from sitscad.spec.profiles.presets import names
+from sitscad.units import show
+
+STRAIN_ERROR = 0.5
+WHOLE = 0.99
+"""Share of a pad from which on it counts as loaded all over."""
+
+SLENDERNESS = 0.25
+"""Thickness over width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target was seen to stay level."""
+
+
+def elastomer_strain(design: Design) -> Iterator[Verdict]:
+    """How far the required force compresses the pad, with the spread of its modulus."""
+    from sitscad.estimates.states.pressing import pressed
+
+    pad, force = pad_of(design), design.spec.requirements.normal_force
+    assert force is not None
+    if _is_beside(design):
+        yield from _not_pressed()
+        return
+    material = pad.material
+    sigma = material.shear_modulus_sigma
+    nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
+    if most.strain <= elastomer.VALID_STRAIN:
+        return
+    certain = _at_least(design, nominal)
+    is_error = certain > STRAIN_ERROR
+    limit = STRAIN_ERROR if is_error else elastomer.VALID_STRAIN
+    judged = certain if is_error else most.strain
+    case = _judged_case(nominal) if is_error else "The softest case"
+    yield Complaint(
+        f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {material.name} pad by "
+        f"{100.0 * nominal.strain:.0f} % ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
+        f"{show(material.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to "
+        f"{show(nominal.gap, 'm', 3)}; shape factor {nominal.shape_factor:.2f}{_part(nominal)}. "
+        f"{case}, {100.0 * judged:.1f} %, is more than {100.0 * limit:.0f} %"
+        + (
+            f"; beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"
+            if nominal.strain > elastomer.VALID_STRAIN
+            else ""
+        ),
+        _stiffer(design, force) + _otherwise(nominal),
+        "elastomer.material",
+        judged,
+        limit,
+        None,
+        Severity.ERROR if is_error else Severity.WARNING,
+        advice=(lambda left: _stiffer(design, force, left) + _otherwise(nominal)) if is_error else None,
+    )
+
+
+def _at_least(design: Design, nominal: elastomer.Compression) -> float:
+    """The strain that is certain: what lies around a target on a part of its pad makes that stiffer by so much at most,
+    and no pad gives way less than with all of it loaded.
+    """
+    from sitscad.estimates.states.pressing import pressed
+
+    if nominal.loaded_share >= WHOLE:
+        return nominal.strain
+    helped = pressed(design.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
+    return max(helped.strain, nominal.least_strain)
+
+
+def _judged_case(nominal: elastomer.Compression) -> str:
+    """What an error is about: the strain itself, or what is left of it however much the rest of the pad helps."""
+    return "That" if nominal.loaded_share >= WHOLE else "Even helped most by the rest of the pad"
+
+
+def _otherwise(nominal: elastomer.Compression) -> str:
+    """What else makes a pad give way less, and what to be sure of first."""
+    larger = "target" if nominal.loaded_share < WHOLE else "or thinner pad"
+    return (
+        f"a larger {larger} gives way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times"
+    )
+
+
+def target_rotation(design: Design) -> Iterator[Verdict]:
+    """Thickness over width of the pad under the target: slender pads let it tilt."""
+    if _is_beside(design):
+        yield from _not_pressed()
+        return
+    pad, face = pad_of(design), _loaded(design)
+    width = min(face.width_x, face.width_y)
+    ratio = pad.thickness / width
+    if ratio > SLENDERNESS + ROUNDING:
+        yield Complaint(
+            f"the elastomer is {ratio:.2g} times as thick as "
+            f"{'wide' if width == min(pad.size) else 'the target is wide'}: the target tilts easily, and tilt reads "
+            f"as {'force' if len(design.spec.array.placements) == 1 else 'shear'}",
+            f"{show(SLENDERNESS * width, 'm', 3)} is as slender as the bench pad that stayed level (8 x 8 x "
+            "2 mm; Jones, thesis, Leeds); thinner is steadier still",
+            "elastomer.thickness",
+            ratio,
+            SLENDERNESS,
+            None,
+        )
+
+
+def elastomer_shear(design: Design) -> Iterator[Verdict]:
+    """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
+    pad, force, pitch = pad_of(design), design.spec.requirements.shear_force, design.spec.array.pitch
+    assert force is not None
+    if _is_beside(design):
+        yield from _not_pressed()
+        return
+    strain = elastomer.shear_strain(force, _loaded(design).area, pad.material.shear_modulus)
+    yield from _shear_strain(design, force, strain)
+    if pitch is None:
+        yield Undecided("no pitch: the coils have no common distance")
+        return
+    travel = strain * pad.thickness
+    if travel > pitch / 2.0:
+        yield Complaint(
+            f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
+            f"{100.0 * pad.material.shear_modulus_sigma:.0f} % with its modulus; {travel / pad.thickness:.2g} times "
+            f"the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed "
+            "a coil's centre and the signal turns back",
+            f"a shear modulus of {show(pad.material.shear_modulus * 2.0 * travel / pitch, 'Pa', 2)} or more, a larger "
+            "or a thinner pad",
+            "elastomer.material",
+            travel,
+            pitch / 2.0,
+            "m",
+        )
+
+
+def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
+    """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
+    material, area, limit = pad_of(design).material, _loaded(design).area, elastomer.VALID_SHEAR
+    softest = _softest(material.shear_modulus_sigma)
+    if strain / softest <= limit:
+        return
+    beyond = strain > limit
+    enough = _rounded_up(material.shear_modulus * strain / softest / limit)
+    yield Complaint(
+        f"{show(force, 'N')} of shear move the target by {100.0 * strain:.0f} % of the {material.name} pad's thickness "
+        f"({100.0 * strain / softest:.0f} % with a modulus one sigma softer); beyond {100.0 * limit:.0f} % (a "
+        "conservative figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
+        f"a shear modulus of {show(enough, 'Pa', 3)} or more known as well as this one"
+        f"{_larger_area(design, area, area * strain / softest / limit)} keeps the softest case within it"
+        f"{_softest_preset(lambda _: material.shear_modulus * strain / limit)}; a thinner pad shortens the travel, "
+        "not this share",
+        "elastomer.material",
+        strain if beyond else strain / softest,
+        limit,
+        None,
+        Severity.WARNING if beyond else Severity.NOTE,
+        elastomer.SHEAR_SOURCE,
+    )
+
+
+def _larger_area(design: Design, area: float, wanted: float) -> str:
+    """A larger target and pad (m2) as the other way, where the jaw's face has room for them."""
+    mount = design.spec.mount
+    room = mount.jaw.width * mount.jaw.length if mount is not None and mount.jaw is not None else math.inf
+    if wanted > room:
+        return f" (target and pad would have to be {_mm2(wanted)}, the jaw's face has {_mm2(room)})"
+    return f", or a target and pad of {_mm2(wanted)} instead of {_mm2(area)},"
+
+
+def _mm2(area: float) -> str:
+    return f"{show(area * 1e6, '', 3)} mm2"
+
+
+def target_gap(design: Design) -> Iterator[Verdict]:
+    """A target needs something soft to lie on: without an elastomer it lies on the board itself."""
+    if design.spec.elastomer is None:
+        yield Complaint(
+            "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and the numbers "
+            "at rest are those of metal against the coverlay",
+            "add elastomer.thickness (like elastomer: {thickness: 1}): it is the gap between board and target",
+            "elastomer.thickness",
+            0.0,
+            None,
+            "m",
+        )
+
+
+def _is_beside(design: Design) -> bool:
+    """Whether the target stands wholly beside the pad (SIT307 says by how much)."""
+    from sitscad.estimates.states.pressing import rests_on_pad
+
+    return not rests_on_pad(design.spec)
+
+
+def _not_pressed() -> Iterator[Verdict]:
+    from sitscad.estimates.states.pressing import BESIDE_PAD
+
+    yield Undecided(BESIDE_PAD)
+
+
+def _loaded(design: Design) -> elastomer.Face:
+    """The part of the pad that the target loads."""
+    from sitscad.estimates.states.pressing import loaded_face
+
+    return loaded_face(design.spec)[0]
+
+
+def _part(pressed: elastomer.Compression) -> str:
+    """In words, that only part of the pad is loaded."""
+    if pressed.loaded_share >= WHOLE:
+        return ""
+    return (
+        f"; the target loads {100.0 * pressed.loaded_share:.0f} % of the pad, which is taken as cut out (were all of "
+        f"it loaded, {100.0 * pressed.least_strain:.0f} %)"
+    )
+
+
+def _softest(sigma: float) -> float:
+    """The share of its modulus that a material of a relative uncertainty may have in the softest case."""
+    return max(0.05, 1.0 - sigma)
+
+
+def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
+    """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it.
+
+    It follows from the formula in closed form; `left`, which costs another estimate, tells what else it breaks.
+    """
+    pad, face = pad_of(design), _loaded(design)
+    strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
+    size = (face.width_x, face.width_y, pad.thickness)
+    stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, face.round)
+    slope = elastomer.apparent_modulus(elastomer.shape_factor(*size, face.round), 1.0)
+
+    def least(bulk_modulus: float) -> float:
+        # Ea is proportional to G until the bulk modulus counts: 1/Ea = 1/(k G) + 1/B, so G = 1 / (k (1/Ea - 1/B)).
+        compliance = 1.0 / (stiffness * slope) - 1.0 / bulk_modulus
+        return 1.0 / (slope * compliance) if compliance > 0.0 else math.inf
+
+    enough = least(pad.material.bulk_modulus)
+    if enough == math.inf:
+        return ""
+    change = stiffer_pad(design.spec, _rounded_up(enough / _softest(sigma)))
+    known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
+    result = f"keeps the softest case within {100.0 * strain:.0f} %"
+    return f"{change.words}{known} {result}{tried(change, left) if left else ''}{_softest_preset(least)}; "
+
+
+def _softest_preset(least: Callable[[float], float]) -> str:
+    """In words, the softest silicone with a preset that is stiff enough a sigma softer, too: by its bulk modulus (Pa)
+    `least` tells what shear modulus (Pa) is. Nothing where none is.
+    """
+    presets = (elastomer_preset(name) for name in names("elastomer"))
+    enough = [m for m in presets if m.shear_modulus * _softest(m.shear_modulus_sigma) >= least(m.bulk_modulus)]
+    if not enough:
+        return ""
+    found = min(enough, key=lambda material: (material.shear_modulus, material.name))
+    known = f"{show(found.shear_modulus, 'Pa', 3)} +- {100.0 * found.shear_modulus_sigma:.0f} %"
+    return f" (the softest preset that does is {found.name}, {known})"
+
+
+def _rounded_up(value: float) -> float:
+    """The next value of three digits, never below."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return math.ceil(value / step) * step
+
+
+TRANSDUCTION_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT304", "elastomer-strain", Severity.ERROR,
+        "The required normal force compresses the elastomer by 30 % at most, its modulus being one sigma softer (a "
+        "warning beyond), and with its own modulus by 50 % at most (an error beyond). What the target does not cover "
+        "of the pad is taken as not helping; for the error, as helping as much as it can.",
+        "Beyond 30 % the bonded-block formula is extrapolated; beyond 50 % the pad has lost its range, creeps, and "
+        "the target comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) "
+        "would need 57 to 73 % at 4.8 N. A target smaller than its pad presses only what lies under it: the surround "
+        "stiffens that by an unknown share, so the strain is stated as if it were cut away, which errs on the safe "
+        "side.",
+        "A stiffer or thinner elastomer, or a larger pad and target.",
+        elastomer.SOURCE, ("elastomer", "normal force"), elastomer_strain,
+    ),
+    Rule(
+        "SIT310", "target-rotation", Severity.NOTE,
+        "What the target covers of the elastomer is not more slender than the bench pad of Jones (thesis, Leeds): not "
+        "thicker than a quarter of its lesser width.",
+        "A slender pad lets the target tilt; 10 degrees in a scissor jaw gave full-scale shear.",
+        "A thinner elastomer: 1 mm instead of 2 mm also gave nearly ten times the normal range.",
+        "thesis of Jones 6.5, 7.5.1", ("elastomer", "target"), target_rotation,
+    ),
+    Rule(
+        "SIT312", "elastomer-shear", Severity.WARNING,
+        "The required shear force moves the target by no more than the pad is thick (shear strain "
+        f"{100.0 * elastomer.VALID_SHEAR:.0f} %; a note where only a modulus one sigma softer passes that) and by "
+        "less than half the coils' distance, the pad being loaded under the target alone; that distance is not judged "
+        "for arrays without a common one.",
+        "Beyond half the distance the target's middle has passed a coil's, and L1 - L2 turns back: two forces give one "
+        "reading. Beyond the shear strain travel is no longer known, the target comes down as it goes, and the pad's "
+        "bond may peel.",
+        "A stiffer or larger elastomer under a larger target; for the travel also a thinner one.",
+        "F = G A gamma, about linear to large strain (Brown, quoted by GlobalSpec); half the distance is derived here; "
+        + elastomer.SHEAR_SOURCE,
+        ("elastomer", "target", "shear force"), elastomer_shear,
+    ),
+    Rule(
+        "SIT313", "target-gap", Severity.WARNING,
+        "A target lies on an elastomer, not on the board.",
+        "Without a pad the gap is 0 and nothing gives way: the sensor has no signal, and the estimates at rest "
+        "describe a target pressed against the coil. A warning only: boards may be ordered before the pad is chosen.",
+        "Add elastomer.thickness, or leave the target out until its pad is chosen.",
+        "derived here: the gap is the elastomer's thickness", ("target",), target_gap,
+    ),
+)  # fmt: skip

@@ -1,0 +1,242 @@
+"""SIT123: the stretch of the tail that is bent: nothing stiff in it, straight tracks, and length enough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.checks.board.fabrication import ROUNDING, house, source_of
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Place, Severity
+from sitscad.geometry.path import bounding_box
+from sitscad.layout.pieces import Pad, Via
+from sitscad.layout.tail.bending import (
+    bend_figure,
+    bend_length,
+    bend_of,
+    least_bend_radius,
+    longest_straight,
+    unfit_for_bending,
+)
+from sitscad.record import record
+from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.search import Left, tried
+from sitscad.spec.sensor import Tail
+from sitscad.units import show
+
+LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0
+"""A longer tail is named in steps of this (m), after at most so many trials; the spec takes none longer than this (m).
+"""
+
+FIRST_ROOM = 1e-3
+"""By so much (m) a tail without any room to bend is lengthened at least, trial by trial."""
+
+
+@record
+class _Straight:
+    # The longest stretch in the bend zone in which tracks run straight at one width: where it begins and its length
+    # (m), and the first place in the zone where they do not, if any.
+    start: float
+    length: float
+    unfit: Place | None
+
+
+def bend_zone(design: Design) -> Iterator[Verdict]:
+    """Nothing stiff and nothing that starts a crack lies where the tail bends."""
+    zone, tail = design.layout.bend_zone, design.spec.fpc.tail
+    assert tail is not None
+    if tail.bend == "none":
+        yield Undecided("the tail does not bend (fpc.tail.bend: none)")
+        return
+    if zone is not None:
+        yield from _stiff_in_bend(design, zone)
+    yield from _too_short(design)
+    yield from _misplaced(design)
+    yield from _too_sharp(design)
+
+
+def _too_short(design: Design) -> Iterator[Complaint]:
+    straight, needed, fits = _straight(design), bend_length(design.spec), _fits(design)
+    if fits and straight.unfit is None:
+        return
+    have, tail = show(max(0.0, straight.length), "m", 3), design.spec.fpc.tail
+    assert tail is not None
+    if straight.unfit is None:
+        message = f"the tail has {have} free of vias, turns and stiffener for its {tail.bend} bend"
+        message += f"; one by {_degrees(tail)} needs {show(needed, 'm', 3)}" if needed else ""
+    else:
+        message = (
+            f"in the bend zone tracks turn or change their width; they run straight at one width for {have} from "
+            f"x = {show(straight.start, 'm', 4)}"
+        )
+        message += "" if fits else f"; a bend by {_degrees(tail)} needs {show(needed, 'm', 3)}"
+    figure = bend_figure(design.spec)
+    if figure and not fits:
+        field, ratio = figure
+        message += f" at the radius of {ratio:g} thicknesses that {house(design, field)} asks"
+    yield Complaint(
+        message,
+        "bend the tail there and nowhere else" if fits else NO_ROOM,
+        "fpc.tail.bend" if fits else "fpc.tail.length",
+        straight.length,
+        needed,
+        "m",
+        Severity.NOTE if fits else Severity.WARNING,
+        source_of(design, figure[0]) if figure and not fits else None,
+        place=straight.unfit and replace(straight.unfit, x=straight.start),
+        advice=None if fits else lambda left: _longer(design, left),
+    )
+
+
+def _misplaced(design: Design) -> Iterator[Complaint]:
+    """A bend whose place the spec gives, and which reaches beyond what may be bent there."""
+    tail, zone, bend = design.spec.fpc.tail, design.layout.bend_zone, bend_of(design.layout)
+    if tail is None or tail.bend_at is None or zone is None or bend is None:
+        return
+    straight = _straight(design)
+    stretch = straight.start, straight.start + straight.length
+    beyond = max(stretch[0] - bend.start, bend.end - stretch[1])
+    if beyond <= ROUNDING:
+        return
+    low, high = (x - design.layout.body[2] for x in stretch)
+    half = (bend.end - bend.start) / 2
+    room = f"from {show(low + half, 'm', 3)} to {show(high - half, 'm', 3)}" if high - low > 2 * half else "nowhere yet"
+    what = "vias, contacts, stiffener or the body" if max(zone[0] - bend.start, bend.end - zone[1]) > ROUNDING else ""
+    yield Complaint(
+        f"the bend about x = {show(bend.line, 'm', 4)} takes the tail from x = {show(bend.start, 'm', 4)} to "
+        f"{show(bend.end, 'm', 4)} and reaches {show(beyond, 'm', 3)} into {what or 'tracks that are not straight'}",
+        f"fpc.tail.bend.at has room {room}; or leave it out",
+        "fpc.tail.bend.at",
+        beyond,
+        0.0,
+        "m",
+        Severity.ERROR if what else Severity.WARNING,
+        place=Place(bend.line, sum(design.layout.reach_at(bend.line)) / 2),
+    )
+
+
+def _too_sharp(design: Design) -> Iterator[Complaint]:
+    """A bend whose radius the spec gives, and which is sharper than the fabricator's."""
+    tail, least, figure = design.spec.fpc.tail, least_bend_radius(design.spec), bend_figure(design.spec)
+    if tail is None or tail.bend_radius is None or least is None or figure is None:
+        return
+    if tail.bend_radius >= least - ROUNDING:
+        return
+    yield Complaint(
+        f"a {tail.bend} bend of {show(tail.bend_radius, 'm', 3)} inside radius is sharper than the {figure[1]:g} "
+        f"thicknesses that {house(design, figure[0])} asks: {show(least, 'm', 3)}",
+        f"fpc.tail.bend.radius: {math.ceil(least * 1e5 - 1e-6) / 100:.2f} mm or more, or leave it out",
+        "fpc.tail.bend.radius",
+        tail.bend_radius,
+        least,
+        "m",
+        Severity.WARNING,
+        source_of(design, figure[0]),
+    )
+
+
+def _degrees(tail: Tail) -> str:
+    return f"{math.degrees(tail.bend_angle):g} deg"
+
+
+NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
+
+
+def _longer(design: Design, left: Left) -> str:
+    length, tail = _length_that_does(design, left), design.spec.fpc.tail
+    if length is None or tail is None:
+        return NO_ROOM
+    longer = replace(design.spec, fpc=replace(design.spec.fpc, tail=replace(tail, length=length)))
+    fix = Fix((Edit("fpc.tail.length", f"{length * 1e3:.1f} mm"),), longer)
+    return f"{fix.words} is long enough{tried(fix, left)}, or fpc.tail.bend: none"
+
+
+def _length_that_does(design: Design, left: Left) -> float | None:
+    """A length (m) of the tail with which its bend has room, found by laying the board out with it; None if none, or
+    where leads or vias found no room: that search is long, and as vain with any tail.
+    """
+    if design.layout.shortfalls:
+        return None
+    spec, tail = design.spec, design.spec.fpc.tail
+    assert tail is not None
+    shorter, length = design, design.layout.tail_length
+    for _ in range(TRIALS):
+        missing = bend_length(shorter.spec) - max(0.0, _straight(shorter).length)
+        if shorter.layout.bend_zone is None:
+            missing = max(missing, FIRST_ROOM)
+        length = LENGTH_GRAIN * math.ceil((length + missing) / LENGTH_GRAIN - 1e-6)
+        if length > LONGEST:
+            return None
+        longer = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, length=length)))
+        layout = left.drawn(longer)
+        if layout is None:
+            return None
+        shorter = Design(longer, layout)
+        if _fits(shorter):
+            return length
+    return None
+
+
+def _fits(design: Design) -> bool:
+    """Whether there is somewhere to bend, and straight tracks along all of its bend."""
+    return design.layout.bend_zone is not None and _straight(design).length >= bend_length(design.spec) - ROUNDING
+
+
+def _straight(design: Design) -> _Straight:
+    zone = design.layout.bend_zone
+    if zone is None:
+        return _Straight(0.0, 0.0, None)
+    unfit = unfit_for_bending(design.layout)
+    longest = longest_straight(zone, unfit)
+    first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
+    return _Straight(longest.start, longest.length, first)
+
+
+def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Complaint]:
+    layout = design.layout
+    for via in layout.vias:
+        if _overlap(via.centre.x, via.pad / 2, zone) > ROUNDING:
+            yield _in_bend(f"a via of {via.net}", _overlap(via.centre.x, via.pad / 2, zone), _place_of(via))
+    for pad in layout.all_pads:
+        if _overlap(pad.centre.x, pad.size[0] / 2, zone) > ROUNDING:
+            yield _in_bend(f"contact {pad.name}", _overlap(pad.centre.x, pad.size[0] / 2, zone), _place_of(pad))
+    if layout.stiffener is not None:
+        x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
+        inside = _overlap((x0 + x1) / 2, (x1 - x0) / 2, zone)
+        if inside > ROUNDING:
+            yield _in_bend("the stiffener", inside, Place(max(x0, zone[0]), (y0 + y1) / 2))
+
+
+def _in_bend(what: str, inside: float, place: Place) -> Complaint:
+    return Complaint(
+        f"{what} reaches {show(inside, 'm', 3)} into the bend zone",
+        "lengthen the tail, so that it lies outside the bend, or do without a bend (fpc.tail.bend: none)",
+        "fpc.tail.bend",
+        inside,
+        0.0,
+        "m",
+        place=place,
+    )
+
+
+def _overlap(middle: float, half: float, zone: tuple[float, float]) -> float:
+    return min(middle + half, zone[1]) - max(middle - half, zone[0])
+
+
+def _place_of(item: Via | Pad) -> Place:
+    return Place(*item.centre, item.layer if isinstance(item, Pad) else None, (item.net,))
+
+
+BEND_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT123", "bend-zone", Severity.ERROR,
+        "Where the tail bends there are no vias, no contacts, no stiffener, tracks run straight at one width, and the "
+        "radius is the fabricator's or larger.",
+        "Plated holes and stiffener edges crack the copper beside them at the first bend; a corner or step gathers the "
+        "strain. Tracks that turn or change their width there are a note that says where to bend instead.",
+        "Lengthen the tail, so that everything lies outside the bend.",
+        "IPC-2223, 5.2.4 (unverified: quoted from memory)", ("tail",), bend_zone,
+    ),
+)  # fmt: skip

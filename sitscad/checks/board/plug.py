@@ -1,0 +1,253 @@
+"""SIT117, SIT124 and SIT126 to SIT129: the tail's end against what the connector takes, and the contacts' finish."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.checks.board.coverlay import crossings
+from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Place, Severity
+from sitscad.layout.board import Layout
+from sitscad.layout.pieces import Pad
+from sitscad.layout.tail.frame import contact_row
+from sitscad.layout.tail.thickness import Where, finished_thickness
+from sitscad.spec.materials import Finish
+from sitscad.spec.profiles.presets import finish, stock_stiffeners
+from sitscad.spec.sensor import Connector
+
+LONGEST_BAR = 1.5e-3
+"""From a contact's tip to the board's edge (m): as far as a plating bar is taken to be drawn without a look at it."""
+
+
+def insertion_thickness(design: Design) -> Iterator[Verdict]:
+    """What is there at the contacts, coverlay that is left and stiffener included, against what the connector takes."""
+    connector = _connector(design)
+    if connector.insertion_thickness <= 0.0:
+        yield Undecided("the tail ends in solder pads: no connector takes it")
+        return
+    have = finished_thickness(design.layout, Where.CONTACT).nominal
+    wrong = abs(have - connector.insertion_thickness)
+    if wrong > connector.insertion_thickness_tolerance + ROUNDING:
+        yield Complaint(
+            f"the tail's end, with its stiffener, is {um(have)} thick; "
+            f"{connector.name} takes {um(connector.insertion_thickness)} "
+            f"+- {um(connector.insertion_thickness_tolerance)}{plug_mark(connector)}",
+            f"choose a stiffener {um(wrong)} {'thinner' if have > connector.insertion_thickness else 'thicker'} "
+            "(fpc.tail.stiffener), or another connector",
+            "fpc.tail.connector",
+            have,
+            connector.insertion_thickness,
+            "m",
+            source=connector.source,
+        )
+
+
+def contact_worst_case(design: Design) -> Iterator[Verdict]:
+    """The finished thickness at the contacts with the fabricator's tolerance against what the connector takes."""
+    tail = design.spec.fpc.tail
+    assert tail is not None
+    connector = tail.connector
+    if connector.insertion_thickness <= 0.0:
+        yield Undecided("the tail ends in solder pads: no connector takes it")
+        return
+    band = finished_thickness(design.layout, Where.CONTACT)
+    allowed = connector.insertion_thickness_tolerance
+    low, high = connector.insertion_thickness - allowed, connector.insertion_thickness + allowed
+    worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
+    if worst[0] > ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
+        yield Complaint(
+            f"the contacts come out {um(band.minimum)} to {um(band.maximum)} thick with the fabricator's tolerance; "
+            f"{connector.name} takes {um(low)} to {um(high)}{plug_mark(connector)}",
+            f"write the connector's band on the order ({um(connector.insertion_thickness)} +- {um(allowed)}) and have "
+            "it confirmed, or measure the parts before they are plugged in",
+            "fpc.tail.connector",
+            worst[1],
+            high if worst[1] == band.maximum else low,
+            "m",
+            source=band.source,
+            place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
+        )
+
+
+def stiffener_stock(design: Design) -> Iterator[Verdict]:
+    """A stiffener that is not made of a film and an adhesive that are in stock."""
+    tail, plate = design.spec.fpc.tail, design.layout.stiffener
+    if tail is None or plate is None or plate.adhesive > 0.0:
+        return
+    written = tail.stiffener is not None
+    totals = sorted({film + adhesive for film, adhesive in stock_stiffeners()})
+    near = sorted(totals, key=lambda total: (abs(total - plate.thickness), total))[:2]
+    yield Complaint(
+        f"the stiffener is {um(plate.thickness)} thick with its adhesive; none of the films and adhesives that are "
+        f"commonly in stock makes it ({um(totals[0])} to {um(totals[-1])}, near it {' and '.join(map(um, near))})",
+        "ask the fabricator which thickness is in stock, and write it as fpc.tail.stiffener",
+        "fpc.tail.stiffener" if written else "fpc.tail.connector",
+        plate.thickness,
+        near[0],
+        "m",
+        Severity.NOTE if written else Severity.WARNING,
+        "sitscad/data/stiffeners.csv",
+    )
+
+
+def plug_width(design: Design) -> Iterator[Verdict]:
+    """The tolerance of the outline against that which the connector asks of the tail's width."""
+    connector, rules = _connector(design), design.spec.fpc.rules
+    if connector.width_tolerance <= 0.0:
+        yield Undecided("the tail ends in solder pads: nothing guides its sides")
+        return
+    if rules.outline_tolerance > connector.width_tolerance + ROUNDING:
+        width = connector.width(contact_row(design.spec, connector).count)
+        mark = plug_mark(connector, "width_tolerance")
+        yield Complaint(
+            f"the tail's end is {um(width)} wide, +- {um(rules.outline_tolerance)} by "
+            f"{house(design, 'outline_tolerance')}; {connector.name} guides it by its sides and takes "
+            f"+- {um(connector.width_tolerance)}{mark}",
+            f"order and drawing ask for +- {um(connector.width_tolerance)} there: have it confirmed (cut by laser, or "
+            "by a punch of its own), or measure the parts before they are plugged in",
+            "fpc.tail.connector",
+            rules.outline_tolerance,
+            connector.width_tolerance,
+            "m",
+            source=source_of(design, "outline_tolerance"),
+            place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
+        )
+
+
+def connector_positions(design: Design) -> Iterator[Verdict]:
+    """The number of contacts against those that the connector is made with, and whether some lead nowhere."""
+    connector, tail = _connector(design), design.spec.fpc.tail
+    row = contact_row(design.spec, connector)
+    if not connector.positions:
+        return
+    mark = plug_mark(connector, "positions")
+    if row.count not in connector.positions:
+        written = tail is not None and tail.contacts is not None
+        yield Complaint(
+            f"{connector.name} is not known to be made with {row.count} contacts (its list has "
+            f"{connector.positions[0]} to {connector.positions[-1]}){mark}",
+            "compare with the drawing of what you buy" if written else "another connector, or fewer coils",
+            "fpc.tail.contacts" if written else "fpc.tail.connector",
+            float(row.count),
+            float(connector.positions[-1]),
+            None,
+            Severity.NOTE if written else Severity.ERROR,
+            connector.source,
+        )
+    elif row.count > row.used:
+        spare = row.count - row.used
+        yield Complaint(
+            f"the coils need {row.used} contacts and {connector.name} has {row.count}{mark}: {spare} lead nowhere, the "
+            f"coils have {row.first} to {row.first + row.used - 1}",
+            "wire the converter's board to those; a connector with another number is written as fpc.tail.contacts",
+            "fpc.tail.connector",
+            float(row.used),
+            float(row.count),
+            None,
+            Severity.NOTE,
+            connector.source,
+        )
+
+
+def plug_mark(connector: Connector, *fields: str) -> str:
+    """A warning in brackets where what a connector takes was not read in its drawing."""
+    fields = fields or ("insertion_thickness", "insertion_thickness_tolerance")
+    is_unverified = any(f"{field}: unverified" in connector.source for field in fields)
+    return " (unverified: compare with its drawing)" if is_unverified else ""
+
+
+def _connector(design: Design) -> Connector:
+    assert design.spec.fpc.tail is not None
+    return design.spec.fpc.tail.connector
+
+
+def contact_finish(design: Design) -> Iterator[Verdict]:
+    """The finish against what is done with the contacts, and against what it takes to plate it."""
+    layout, fpc = design.layout, design.spec.fpc
+    chosen = finish(fpc.finish)
+    is_plugged = fpc.tail is not None and fpc.tail.connector.kind != "pads"
+    if not (chosen.is_for_plugs if is_plugged else chosen.is_for_solder):
+        use = "plugged in: it wears off" if is_plugged else "soldered to: so much gold makes the joints brittle"
+        yield _about_finish(f"{fpc.finish} is not for contacts that are {use}", "finish: enig serves both", chosen)
+    if chosen.is_electrolytic and layout.pads:
+        apart = max(_to_the_edge(layout, pad) for pad in layout.pads)
+        is_reached = apart <= LONGEST_BAR + ROUNDING
+        yield _about_finish(
+            f"{chosen.words} is plated by a current, for which all {len(layout.pads)} contacts have to be joined to "
+            f"the panel: plating bars are not drawn; the contacts end {um(apart)} before the board's edge",
+            "order and drawing ask the fabricator to add bars there and to cut them off with the outline: have it "
+            "confirmed; finish: enig needs none and serves a socket that is mated seldom"
+            if is_reached
+            else f"bars of more than {um(LONGEST_BAR)} leave copper at the cut: finish: enig needs none",
+            chosen,
+            Severity.WARNING if is_reached else Severity.ERROR,
+            Place(*layout.pads[0].centre, 1),
+        )
+
+
+def _about_finish(
+    message: str, hint: str, chosen: Finish, severity: Severity = Severity.WARNING, place: Place | None = None
+) -> Complaint:
+    return Complaint(message, hint, "fpc.finish", severity=severity, source=chosen.source, place=place)
+
+
+def _to_the_edge(layout: Layout, pad: Pad) -> float:
+    """From a contact's end straight on to the outline (m), in the nearer direction along the contact."""
+    half, way = max(pad.size) / 2, 1.0
+    dx, dy = (1.0, 0.0) if pad.size[0] >= pad.size[1] else (0.0, 1.0)
+    corners, found = layout.outline.flattened(1e-6), [math.inf]
+    for sign in (-1.0, 1.0):
+        end = pad.centre.shifted(sign * half * dx, sign * half * dy)
+        found += [way * share for share in crossings(end, end.shifted(sign * way * dx, sign * way * dy), corners)]
+    return min(found)
+
+
+PLUG_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT117", "insertion-thickness", Severity.ERROR,
+        "Bare contacts and stiffener have the thickness that the connector takes.",
+        "Too thick does not go in, too thin makes no contact.",
+        "Choose the stiffener so that the whole comes to the connector's thickness.",
+        "the connector's data sheet (fpc.tail.connector)", ("tail",), insertion_thickness,
+    ),
+    Rule(
+        "SIT124", "contact-worst-case", Severity.NOTE,
+        "The contacts' thickness stays in the connector's band with the fabricator's tolerance of finished thickness.",
+        "The sum of the layers may be right and the part still too thick to go in, or too thin to make contact.",
+        "Agree on the band with the fabricator, or choose a connector that takes more.",
+        FABRICATOR, ("tail",), contact_worst_case,
+    ),
+    Rule(
+        "SIT126", "plug-width", Severity.NOTE,
+        "The fabricator's tolerance of the outline keeps the width that the connector asks at its contacts.",
+        "The housing guides the tail by its sides: too wide does not go in, too narrow lets contacts meet neighbours.",
+        "Agree on the width there with the fabricator, who cuts it by laser or with a punch of its own.",
+        "the connector's data sheet (fpc.tail.connector)", ("tail",), plug_width,
+    ),
+    Rule(
+        "SIT127", "connector-positions", Severity.ERROR,
+        "The connector is made with as many contacts as the tail has.",
+        "Connectors are made with certain numbers of contacts only. Contacts that no coil needs are drawn all the "
+        "same, since the housing holds the tail over its whole width (a note says which lead nowhere).",
+        "Take a connector of another pitch, or write how many contacts the one that you buy has (fpc.tail.contacts).",
+        "the connector's data sheet (fpc.tail.connector)", ("tail",), connector_positions,
+    ),
+    Rule(
+        "SIT129", "stiffener-stock", Severity.WARNING,
+        "The stiffener is made of a film and an adhesive that fabricators have in stock.",
+        "Films are made in certain thicknesses: any other is refused, or replaced by what is at hand.",
+        "Ask for the fabricator's thicknesses and write the one that fits (fpc.tail.stiffener).",
+        "sitscad/data/stiffeners.csv", ("tail",), stiffener_stock,
+    ),
+    Rule(
+        "SIT128", "contact-finish", Severity.WARNING,
+        "The finish suits what is done with the contacts, and can be plated on them.",
+        "Hard gold is plated by a current: a contact that no bar joins to the panel's edge stays bare copper. OSP "
+        "wears off in a socket, and much gold makes solder joints brittle.",
+        "Take ENIG, or agree with the fabricator on plating bars from the contacts' tips, which the outline cuts off.",
+        "sitscad/data/finishes.csv", apply=contact_finish,
+    ),
+)  # fmt: skip

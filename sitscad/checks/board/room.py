@@ -1,0 +1,214 @@
+"""SIT111 to SIT113, SIT118 and SIT119: what found no room on the board, and what gives it some."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import islice
+
+from sitscad.checks.board.clearances import drawn_rule
+from sitscad.checks.board.fabrication import FABRICATOR
+from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.design import Design
+from sitscad.finding import Missing, Place, Severity, Shortfall
+from sitscad.remedy import room
+from sitscad.remedy.budget import winding_work
+from sitscad.remedy.fix import Fix
+from sitscad.remedy.moves import fewer_turns
+from sitscad.remedy.search import Left, first_that_mends, tried
+from sitscad.spec.sensor import SensorSpec
+
+MOST_STEPS = 16
+"""Parts of a turn less that are tried to make room inside."""
+
+
+def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
+    """What the layout itself reported of one kind: it says what found no room."""
+
+    def reported(design: Design) -> Iterator[Verdict]:
+        return (_complaint(design, lack) for lack in design.layout.shortfalls if lack.what is what)
+
+    return reported
+
+
+def _complaint(design: Design, lack: Shortfall) -> Complaint:
+    """What a shortfall is under its rule; what is advised makes room, and is held against all other rules too."""
+    hint, key, source = _SAID[lack.what](design.spec, lack)
+    plain = Complaint(lack.message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place)
+    find = _ROOM.get(lack.what)
+    return plain if find is None else replace(plain, advice=lambda left: find(design, plain, left))
+
+
+def _no_layer(spec: SensorSpec, _: Shortfall) -> tuple[str, str, str]:
+    more = len(spec.coil.layers) + 1
+    return f"take {more} layers, or a stack-up with one more copper layer", "coil.layers", ""
+
+
+def _no_inner_room(spec: SensorSpec, _: Shortfall) -> tuple[str, str, str]:
+    return "take fewer turns, fewer layers or finer rules", "coil.turns", _of_rules(spec, "via pad")
+
+
+def _no_lead_room(spec: SensorSpec, _: Shortfall) -> tuple[str, str, str]:
+    hint = "change coil.start_angle or the number of turns, so that the layers end at other angles"
+    return hint, "coil.start_angle", _of_rules(spec, "via pad")
+
+
+def _no_tail_layers(_: SensorSpec, __: Shortfall) -> tuple[str, str, str]:
+    return "give the tail two layers (fpc.tail.layers: 2), or take pattern line", "fpc.tail.layers", ""
+
+
+def _no_tail_room(spec: SensorSpec, lack: Shortfall) -> tuple[str, str, str]:
+    hint = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
+    return hint, "fpc.tail.connector" if spec.fpc.tail else "fpc", _of_rules(spec, "trace" if lack.need else "via pad")
+
+
+def _of_rules(spec: SensorSpec, what: str) -> str:
+    return f"{what} and spacing of the rules {spec.fpc.rules.name}"
+
+
+_SAID: dict[Missing, Callable[[SensorSpec, Shortfall], tuple[str, str, str]]] = {
+    Missing.WAY_OUT: _no_layer,
+    Missing.INNER_ROOM: _no_inner_room,
+    Missing.LEAD_ROOM: _no_lead_room,
+    Missing.TAIL_LAYERS: _no_tail_layers,
+    Missing.TAIL_ROOM: _no_tail_room,
+}
+"""The hint, the key and the source (empty: the rule's) of every shortfall."""
+
+
+def no_way_out(design: Design) -> Iterator[Verdict]:
+    """Every coil must begin and end at a contact."""
+    yield from no_room(Missing.WAY_OUT)(design)
+    open_coils = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
+    if open_coils and not design.layout.shortfalls:
+        names = ", ".join(coil.name for coil in open_coils)
+        yield Complaint(
+            f"coil {names} does not reach both of its contacts: it cannot be driven",
+            key="coil.layers",
+            place=Place(*open_coils[0].centre),
+        )
+
+
+def _room_inside(design: Design, plain: Complaint, left: Left) -> Complaint:
+    """Fewer turns, then a larger coil with as much more room inside as its vias need."""
+    spec = design.spec
+    steps = fewer_turns(spec, spec.coil.turns, MOST_STEPS)
+    fewer = first_that_mends(islice((fix for fix in steps if _vias_fit(fix.spec, left)), 2), left)
+    if fewer is not None:
+        hint = f"{fewer.words} leaves room for them (it was tried); or take fewer layers or finer rules"
+        plain = replace(plain, hint=hint)
+    if fewer is not None and not left.wants_another():
+        return plain
+    assert plain.measured is not None and plain.limit is not None
+    first = max(plain.limit - plain.measured, 0.5 * spec.fpc.rules.via_pad)
+    found = room.least(spec, room.larger_coils, lambda changed: _vias_fit(changed, left), first, left.wants_another)
+    if found is None:
+        return plain
+    more, fix = found
+    return replace(
+        plain,
+        message=f"{plain.message}: at most {more * 1e6:.0f} um are missing",
+        hint=f"{fix.words} makes room{tried(fix, left)}; or {plain.hint}",
+        limit=plain.measured + more,
+    )
+
+
+def _vias_fit(spec: SensorSpec, left: Left) -> bool:
+    return left.affords(winding_work(spec)) and room.inner_vias_fit(spec)
+
+
+def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | str:
+    """Coils farther apart, else other start angles, else both."""
+    spec = design.spec
+
+    def routes(changed: SensorSpec) -> bool:
+        layout = left.drawn(changed)  # contacts too near each other are a finding of their own
+        return layout is not None and {lack.what for lack in layout.shortfalls} <= {Missing.TAIL_ROOM}
+
+    def angle(of: SensorSpec) -> Fix | None:
+        return next((fix for fix in room.other_start_angles(of) if routes(fix.spec)), None)
+
+    near, first = room.nearest_distance(spec), room.lead_room(spec)
+    found = None if near is None else room.least(spec, room.coils_apart, routes, first, left.wants_another)
+    if near is not None and found is not None:
+        more, fix = found
+        words = f"{fix.words} lets them pass{tried(fix, left)}, or perhaps another coil.start_angle"
+        return _too_near(design, plain, near, more, words)
+    turned = angle(spec)
+    if turned is not None:
+        return f"{turned.words} gives them one{tried(turned, left)}"
+    if near is None:
+        return ""
+    more = room.GROWTH * first
+    apart = room.coils_apart(spec, more)
+    turned = angle(apart.spec)
+    if turned is None:
+        return ""
+    both = f"{apart.words} together with {turned.words} lets them pass{tried(turned, left)}"
+    return _too_near(design, plain, near, more, both)
+
+
+def _too_near(design: Design, plain: Complaint, near: float, more: float, hint: str) -> Complaint:
+    return replace(
+        plain,
+        message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: "
+        f"at most {more * 1e6:.0f} um are missing",
+        hint=hint,
+        key="array.centres" if design.spec.array.pattern == "explicit" else "array.pitch",
+        measured=near,
+        limit=near + more,
+        unit="m",
+    )
+
+
+def _room_at_contacts(design: Design, plain: Complaint, left: Left) -> Complaint | str:
+    """The connector of the next wider pitch with which the tracks keep their distance."""
+    for fix in room.wider_connectors(design.spec):
+        layout = left.drawn(fix.spec)
+        if layout is not None and not layout.shortfalls:
+            pitch = fix.spec.fpc.tail.connector.pitch if fix.spec.fpc.tail is not None else 0.0
+            hint = (
+                f"{fix.words} gives them room{tried(fix, left)}: {(pitch - (plain.measured or 0.0)) * 1e6:.0f} um more "
+                "from contact to contact; or fewer coils on one tail"
+            )
+            return replace(plain, hint=hint, limit=pitch)
+    return ""
+
+
+_ROOM: dict[Missing, Callable[[Design, Complaint, Left], Complaint | str]] = {
+    Missing.INNER_ROOM: _room_inside,
+    Missing.LEAD_ROOM: _room_between,
+    Missing.TAIL_ROOM: _room_at_contacts,
+}
+"""What gives room, by what lacks it."""
+
+
+ROOM_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT111", "no-way-out", Severity.ERROR,
+        "Every coil leads from one contact to the other.",
+        "An odd number of layers ends inside the innermost turn; without a way out the converter sees no coil at all.",
+        "Wind an even number of layers, or give the stack-up one more copper layer.",
+        "docs/coil.md", apply=no_way_out,
+    ),
+    drawn_rule(112, "inner-via-room", (
+        "The innermost turn leaves room for the vias that join the layers inside it.",
+        "One inner via needs about a pad and two spacings, two need about two pads and three spacings.",
+        "Wind fewer turns, make the pitch narrower or the coil larger, or use fewer layers.",
+    ), "geometry; " + FABRICATOR, no_room(Missing.INNER_ROOM)),
+    drawn_rule(113, "lead-room", (
+        "Every lead, stub and outer via found its place between and beside the coils.",
+        "What found no room is missing in the layout; the finding says how much is missing.",
+        "Follow the finding: it names the missing length, mostly in array.pitch.",
+    ), "geometry; " + FABRICATOR, no_room(Missing.LEAD_ROOM)),
+    drawn_rule(118, "array-not-routed", (
+        "Coils that do not stand in one line have two copper layers in the tail for their pairs.",
+        "Without them the coils are laid out and estimated, but not led to contacts: such a board is no use.",
+        "Give the tail two layers, or take pattern single or line.",
+    ), "docs/limits.md", no_room(Missing.TAIL_LAYERS)),
+    drawn_rule(119, "tail-room", (
+        "On their way to the contacts the tracks of different coils keep the fabricator's spacing.",
+        "Many coils on a narrow connector or a short tail leave no room for their tracks and vias.",
+        "Take a connector of wider pitch, fewer coils, or a longer tail.",
+    ), "geometry; " + FABRICATOR, no_room(Missing.TAIL_ROOM)),
+)  # fmt: skip

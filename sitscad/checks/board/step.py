@@ -1,0 +1,88 @@
+"""SIT130: where a tail has fewer layers than the body: what lies near the step at the body's end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
+from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.design import Design
+from sitscad.finding import Place, Severity
+from sitscad.layout.tail.thickness import has_tail_coverlay, step_height, tail_copper
+from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.search import Left, tried
+
+GRAIN = 0.05e-3
+"""Margins are named in steps of this (m)."""
+
+
+def step(design: Design) -> Iterator[Verdict]:
+    """Holes and turns beside the place where the lower layers end and the tail's own coverlay laps in between."""
+    layout, rules = design.layout, design.spec.fpc.rules
+    if tail_copper(layout) == layout.copper_layers:
+        return
+    end = layout.body[2]
+    through = [via for via in layout.vias if via.lowest is None]
+    near = max(through, key=lambda via: via.centre.x + via.drill / 2.0, default=None)
+    gap = math.inf if near is None else end - near.centre.x - near.drill / 2.0
+    if near is not None and gap < rules.hole_to_step - ROUNDING:
+        yield _too_near(
+            design,
+            f"a hole of {near.net} stands {um(gap)} from the body's end, where copper {tail_copper(layout) + 1} and "
+            f"what is below it end; {house(design, 'hole_to_step')} asks {um(rules.hole_to_step)}",
+            gap,
+            rules.hole_to_step,
+            "hole_to_step",
+            Place(*near.centre, nets=(near.net,)),
+        )
+    asked = rules.coverlay_lap + rules.registration
+    coil = max(layout.coils, key=lambda coil: coil.centre.x)
+    gap = end - coil.centre.x - design.spec.coil.size[0] / 2.0
+    if has_tail_coverlay(layout) and gap < asked - ROUNDING:
+        yield _too_near(
+            design,
+            f"the turns of {coil.name} begin {um(gap)} from the body's end, into which the tail's own coverlay laps "
+            f"{um(rules.coverlay_lap)}, laid within {um(rules.registration)}: layers lie farther apart there",
+            gap,
+            asked,
+            "coverlay_lap",
+            Place(*coil.centre, nets=(coil.net,)),
+        )
+
+
+def _too_near(design: Design, message: str, gap: float, asked: float, field: str, place: Place) -> Complaint:
+    missing, margin = asked - gap, design.spec.fpc.margin
+    longer = GRAIN * math.ceil((margin[0] + missing) / GRAIN - 1e-6)
+    other = f"or as many layers in the tail (the step is {um(step_height(design.layout))} high)"
+
+    changed = replace(design.spec, fpc=replace(design.spec.fpc, margin=(longer, margin[1])))
+    fix = Fix((Edit("fpc.margin", f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]"),), changed)
+
+    def advice(left: Left) -> str:
+        return f"{um(missing)} are missing: {fix.words} makes the body longer{tried(fix, left)}, {other}"
+
+    return Complaint(
+        message,
+        f"{um(missing)} are missing: {fix.words} makes the body longer, {other}",
+        "fpc.tail.layers",
+        gap,
+        asked,
+        "m",
+        source=source_of(design, field),
+        place=place,
+        advice=advice,
+    )
+
+
+STEP_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT130", "step", Severity.WARNING,
+        "Holes and turns keep their distance from the step where a tail of fewer layers leaves the body.",
+        "Resin is drawn away from the step, and barrels near it crack when the tail is bent; the tail's own coverlay "
+        "lies between the body's layers there.",
+        "Make the body longer (fpc.margin), or run all layers down the tail.",
+        FABRICATOR, ("tail",), step,
+    ),
+)  # fmt: skip

@@ -1,0 +1,172 @@
+"""SIT101 to SIT103: the coil's tracks and gaps against what the fabricator makes, in coils and elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Place, Severity
+from sitscad.remedy.moves import wider
+from sitscad.remedy.search import Left, first_that_mends, in_vain, untried
+
+WIDEN = "widen tracks and gaps and wind fewer turns, or choose a finer fabricator"
+WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
+
+
+def trace_width(design: Design) -> Iterator[Verdict]:
+    """The coil's track against the fabricator's smallest track."""
+    yield from _too_fine(design, "trace_width", "tracks are {} wide", "wider")
+    yield from _thicker_foil(design, "trace_width", "tracks")
+    yield from _drawn_width(design)
+
+
+def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Complaint]:
+    """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
+    value, least = getattr(design.spec.coil, field), getattr(design.spec.fpc.rules, field)
+    if value < least - ROUNDING:
+        yield Complaint(
+            f"{asked.format(um(value))}; {house(design, field)} makes {um(least)} and {more}",
+            WIDEN,
+            f"coil.{field}",
+            value,
+            least,
+            "m",
+            source=source_of(design, field),
+            advice=lambda left: _widened(design, left),
+        )
+
+
+def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
+    """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
+    spec = design.spec
+    rules, foil = spec.fpc.rules, spec.fpc.stackup.foil_thickness(spec.coil.layers)
+    stated = rules.beyond.get(field)
+    if stated is not None:
+        yield Complaint(
+            f"{house(design, field)} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
+            f"{um(stated)}",
+            f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
+            "fpc.rules",
+            foil,
+            stated,
+            "m",
+            severity,
+            source_of(design, field),
+        )
+
+
+def _drawn_width(design: Design) -> Iterator[Complaint]:
+    """Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason."""
+    rules, coil = design.spec.fpc.rules, design.spec.coil
+    for trace in design.layout.traces:
+        if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
+            yield Complaint(
+                f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {um(trace.width)} wide; "
+                f"{house(design, 'trace_width')} makes {um(rules.trace_width)} and wider",
+                key="fpc.rules",
+                measured=trace.width,
+                limit=rules.trace_width,
+                unit="m",
+                source=source_of(design, "trace_width"),
+                place=Place(*trace.path.start, trace.layer, (trace.net,)),
+            )
+
+
+def trace_spacing(design: Design) -> Iterator[Verdict]:
+    """The asked spacing against the fabricator's smallest spacing."""
+    yield from _too_fine(design, "trace_spacing", "turns stand {} apart", "more")
+    yield from _thicker_foil(design, "trace_spacing", "spacings")
+
+
+def loop_lines(design: Design) -> Iterator[Verdict]:
+    """Track and spacing of the turns against the fabricator's own minimum for coils ("loop lines")."""
+    coil, rules = design.spec.coil, design.spec.fpc.rules
+    pairs = (
+        ("trace_width", "track", coil.trace_width, rules.coil_trace_width),
+        ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing),
+    )
+    if all(smallest is None for *_, smallest in pairs):
+        yield Undecided(f"{rules.name} states no minimum of its own for coils")
+    copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
+    for field, word, value, smallest in pairs:
+        if smallest is not None and value < smallest - ROUNDING:
+            binds = rules.binds(f"coil_{field}")
+            why = "" if binds else f"; this only warns: {_not_binding(design)}"
+            yield Complaint(
+                f"{word} in the coil is {um(value)}; for coiled tracks {house(design, f'coil_{field}')} asks "
+                f"{um(smallest)}{copper}{why}",
+                f"{WAIVER}, or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)",
+                f"coil.{field}",
+                value,
+                smallest,
+                "m",
+                Severity.ERROR if binds else Severity.WARNING,
+                source_of(design, f"coil_{field}"),
+                advice=(lambda left: _waived_or_widened(design, left)) if binds else None,
+            )
+    unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
+    if unknown is not None:
+        severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
+        yield from _thicker_foil(design, unknown, "coiled tracks", severity)
+
+
+def _widened(design: Design, left: Left) -> str:
+    """Tracks and gaps as wide as all binding rules ask, together, with as many turns as then do: found by trying."""
+    rules = design.spec.fpc.rules
+    width, spacing = (
+        max(getattr(rules, field), (getattr(rules, f"coil_{field}") or 0.0) if rules.binds(f"coil_{field}") else 0.0)
+        for field in ("trace_width", "trace_spacing")
+    )
+    changes = list(wider(design.spec, width, spacing))
+    found = first_that_mends(changes, left)
+    if found is not None:
+        return f"{found.words} (it was tried), or choose a finer fabricator"
+    if left.is_cut_short:
+        perhaps = untried(changes, left)
+        return f"{perhaps}, or choose a finer fabricator" if perhaps else ""
+    vain = f" (tried in vain: {in_vain(changes, left)})" if changes else ""
+    return f"choose a finer fabricator, or a larger coil with wider tracks and gaps{vain}"
+
+
+def _waived_or_widened(design: Design, left: Left) -> str:
+    widened = _widened(design, left)
+    return f"{WAIVER}, or {widened}" if widened else ""
+
+
+def _not_binding(design: Design) -> str:
+    """Why a fabricator's minimum for coils only warns: not every house has it."""
+    rules = design.spec.fpc.rules
+    if rules.unbound:
+        return "it comes from the profile that yours is based on, which does not make it binding"
+    holder = rules.holders.get("coil_rule_binding", rules.name)
+    return f"{holder} does not make it binding (coil_rule_binding: no)"
+
+
+TRACK_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT101", "trace-width", Severity.ERROR,
+        "The coil's track, and every other one, is at least as wide as the fabricator makes.",
+        "A narrower track is over-etched: it breaks, or its resistance is anybody's guess.",
+        "Widen coil.trace_width (fewer turns fit), or name a finer fabricator in fpc.rules.",
+        FABRICATOR, apply=trace_width,
+    ),
+    Rule(
+        "SIT102", "trace-spacing", Severity.ERROR,
+        "Neighbouring turns stand at least as far apart as the fabricator makes.",
+        "Turns that touch are one net: no electrical test and no netlist sees the short, and the inductance is gone.",
+        "Widen coil.trace_spacing (fewer turns fit), or name a finer fabricator in fpc.rules.",
+        FABRICATOR, apply=trace_spacing,
+    ),
+    Rule(
+        "SIT103", "coil-trace", Severity.ERROR,
+        "Coiled tracks keep the fabricator's own minimum for coils (loop lines), often twice the ordinary one.",
+        "Several flex houses list a larger minimum for coils, because their test cannot see a short between turns; a "
+        "coil at the ordinary minimum is queried or refused. An error where the rule binds, else a warning.",
+        "Ask for a waiver before ordering, widen the pitch, or name another fabricator.",
+        "hkgalaxy and jselectronic: loop lines 6/6 mil at 18 um copper, 8/8 mil at 35 um; JLCPCB 2023-09-05: coils "
+        "0.254 mm, limit 0.15 mm",
+        apply=loop_lines,
+    ),
+)  # fmt: skip

@@ -1,0 +1,242 @@
+"""SIT204: the amplitude that the drive current gives every coil, against the window in which it is read well."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.checks.reading.readings import (
+    Reading,
+    in_sigmas,
+    is_assembled,
+    near_limit,
+    readings_of,
+    sigmas_between,
+    source_of_limit,
+    undecided,
+    where,
+    worst_of,
+)
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.scene.state import FREE
+from sitscad.units import show
+
+CODE_KEY = "readout.drive_code"
+"""Where a finding points that another drive code mends; where the code is chosen and too weak, it points at the turns,
+which decide R_P.
+"""
+
+
+def drive_amplitude(design: Design) -> Iterator[Verdict]:
+    """The amplitude with the chosen drive code, in the states in which the sensor works."""
+    readout = design.estimates.readout
+    if readout.high_current:
+        yield from _high_current_amplitude(design)
+        return
+    yield from undecided(design, "amplitude")
+    if readout.drive_code is None:
+        return
+    asides: list[Complaint] = []
+    high, optimum = design.family.limit("amplitude_max"), design.family.limit("amplitude_optimum_min")
+    stable = design.family.limit("amplitude_stable_min")
+    largest, smallest = worst_of(design, "amplitude", max, True), worst_of(design, "amplitude", min, True)
+    if largest is not None and largest.value > high * (1.0 + 1e-9):
+        yield Complaint(
+            f"with drive code {_code(design, largest)} the tank of {where(largest)} swings "
+            f"{show(largest.value, 'V', 3)} peak; above {show(high, 'V')} the input clamps and shifts the frequency"
+            f"{in_sigmas(largest, high, 'V')}",
+            _clamp_advice(_code(design, largest), design.spec.readout.drive_code is not None),
+            CODE_KEY,
+            largest.value,
+            high,
+            "V",
+            source=design.family.limits()["amplitude_max"].source,
+            sigma=sigmas_between(largest, high),
+        )
+    else:
+        if largest is not None:
+            hint = f"measure the amplitude of the first boards{_other_code(_code(design, largest) - 1, 'weaker')}"
+            asides += near_limit(largest, high, "V", "amplitude", hint, CODE_KEY)
+        yield from _cold_amplitude(design)
+    if smallest is not None and smallest.value < optimum:
+        below = smallest.value < stable
+        yield Complaint(
+            f"with drive code {_code(design, smallest)} the tank of {where(smallest)} swings only "
+            f"{show(smallest.value, 'V', 3)} peak; "
+            + (
+                f"below {show(stable, 'V')} the oscillation may stop"
+                if below
+                else f"{show(optimum, 'V')} to {show(high, 'V')} is the low-noise window"
+            )
+            + in_sigmas(smallest, stable if below else optimum, "V"),
+            _weak_advice(design, smallest),
+            "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY,
+            smallest.value,
+            stable if below else optimum,
+            "V",
+            Severity.ERROR if below else Severity.WARNING,
+            design.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
+            sigma=sigmas_between(smallest, stable if below else optimum),
+        )
+    elif smallest is not None:
+        hint = f"measure the amplitude of the first boards{_other_code(_code(design, smallest) + 1, 'stronger')}"
+        asides += near_limit(smallest, optimum, "V", "amplitude", hint, CODE_KEY)
+    yield from _as_one([*asides, *_bare_coil_amplitude(design)])
+
+
+def _as_one(asides: list[Complaint]) -> Iterator[Verdict]:
+    """What is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker code
+    and another for a stronger one. Place and figures are those of the gravest.
+    """
+    if not asides:
+        return
+    gravest = min(asides, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
+    yield replace(
+        gravest,
+        message="; ".join(aside.message for aside in asides),
+        hint="; ".join(dict.fromkeys(part for aside in asides for part in aside.hint.split("; "))),
+    )
+
+
+def _cold_amplitude(design: Design) -> Iterator[Verdict]:
+    """The same drive code when the sensor is switched on at room temperature."""
+    cold, high = design.at_room_temperature, design.family.limit("amplitude_max")
+    if cold is design:
+        return
+    largest, swing = _widest(design, readings_of(cold, "parallel_resistance", True))
+    if largest is not None and swing > high:
+        yield Complaint(
+            f"switched on at 20 degC, the tank of {where(largest)} swings {show(swing, 'V', 3)} peak with drive code "
+            f"{_code(design, largest)}, which is chosen for {design.estimates.temperature:g} degC; "
+            f"above {show(high, 'V')} the input clamps and shifts the frequency",
+            f"begin with drive code {_careful_code(design, largest)}, and change when the sensor is warm",
+            "requirements.temperature",
+            swing,
+            high,
+            "V",
+            Severity.WARNING,
+            design.family.limits()["amplitude_max"].source,
+        )
+
+
+def _code(design: Design, reading: Reading) -> int:
+    """The drive code of a reading's coil."""
+    names = [coil.name for coil in design.estimates.coils]
+    code = design.estimates.readout.code_of(names.index(reading.coil))
+    assert code is not None
+    return code
+
+
+def _widest(design: Design, resistances: list[Reading]) -> tuple[Reading | None, float]:
+    """Of some parallel resistances the one that swings widest with its coil's drive code, and that amplitude (V)."""
+    swings = [(design.family.amplitude(r.value, _code(design, r)), r) for r in resistances]
+    swing, found = max(swings, key=lambda pair: pair[0], default=(0.0, None))
+    return found, swing
+
+
+def _careful_code(design: Design, resistance: Reading) -> int:
+    """The strongest drive code that keeps a parallel resistance one sigma below 1.8 V."""
+    return design.family.drive_code(resistance.value + (resistance.sigma or 0.0))
+
+
+def _bare_coil_amplitude(design: Design) -> Iterator[Complaint]:
+    """A note for the bench, at room temperature: the coil alone may swing too far with the assembled sensor's code."""
+    bare = [r for r in readings_of(design.at_room_temperature, "parallel_resistance") if r.state == FREE]
+    worst, swing = _widest(design, bare)
+    if worst is None or not is_assembled(design):
+        return
+    if swing <= design.family.limit("amplitude_max"):
+        return
+    yield Complaint(
+        f"before assembly the bare coil {worst.coil} would swing {show(swing, 'V', 3)} peak with drive code "
+        f"{_code(design, worst)}, which is chosen for the assembled sensor",
+        f"to test a bare board, use drive code {_careful_code(design, worst)}, and "
+        f"{_code(design, worst)} once it is assembled",
+        "coil",
+        swing,
+        design.family.limit("amplitude_max"),
+        "V",
+        Severity.NOTE,
+    )
+
+
+def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
+    """TI's texts disagree on the high-current drive: say which amplitudes they lead to, and judge what is certain."""
+    low_current, high_current = design.family.high_current_range()
+    values = [r for r in readings_of(design, "parallel_resistance", True)]
+    if not values:
+        yield Undecided("no parallel resistance was estimated")
+        return
+    least = design.family.amplitude_at(min(r.value for r in values), low_current)
+    most = design.family.amplitude_at(max(r.value for r in values), high_current)
+    too_weak = least < design.family.limit("amplitude_optimum_min")
+    if too_weak or most > design.family.limit("amplitude_max"):
+        yield Complaint(
+            f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
+            f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
+            "measure the amplitude at the converter's pins before trusting a reading",
+            "coil.turns",
+            least if too_weak else most,
+            design.family.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
+            "V",
+            Severity.WARNING,
+            design.family.limits()["high_current_max"].source,
+        )
+
+
+# -------------------------------------------------------------------------------------------------------------- advice
+
+
+def _other_code(code: int, how: str) -> str:
+    return f"; drive code {code} is the next {how}" if 0 <= code <= 31 else f"; there is no {how} drive"
+
+
+def _weak_advice(design: Design, smallest: Reading) -> str:
+    """Why a coil swings too little: its own states differ, the coils do, or its R_P is low for any drive."""
+    if design.spec.readout.drive_code is not None:
+        return "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
+    distance = "more distance from target and jaw, or more turns"
+    values = readings_of(design, "parallel_resistance", True)
+    own = [r.value for r in values if r.coil == smallest.coil]
+    most = max(values, key=lambda r: r.value)
+    if _code(design, smallest) == 31:
+        return f"R_P, {show(min(own), 'ohm', 3)}, is too low even for the strongest drive: {distance}"
+    within, between = max(own) / min(own), most.value / max(own)
+    if between <= within:
+        return (
+            f"R_P of coil {smallest.coil} changes too much between its states ({show(max(own), 'ohm', 3)} to "
+            f"{show(min(own), 'ohm', 3)}): {distance}"
+        )
+    return (
+        f"the coils differ: R_P is {show(most.value, 'ohm', 3)} in coil {most.coil} and at most "
+        f"{show(max(own), 'ohm', 3)} in {smallest.coil}, and a drive code for each channel does not bring all of them "
+        f"into the window either; place the coils alike under the target, or {distance}"
+    )
+
+
+def _clamp_advice(code: int, is_wanted: bool) -> str:
+    if is_wanted:
+        return "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
+    if code == 0:
+        return "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
+    return f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
+
+
+DRIVE_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT204", "drive-amplitude", Severity.ERROR,
+        "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works: an "
+        "error above 1.8 V and below 0.6 V, a warning below 1.2 V, a note where a limit is kept by less than two "
+        "sigma of manufacture. A warning, too, if a sensor made for the heat swings beyond 1.8 V when switched on at "
+        "20 degC, and in the high-current mode where TI's figures for its current leave the window open.",
+        "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
+        "stop. The code is the strongest that stays one sigma below 1.8 V with the target at its farthest; where one "
+        "for all coils leaves a coil below 1.2 V and codes for every channel do not, every channel has its own. For an "
+        "assembled sensor the bare coil is not a working state and earns a note only.",
+        "A coil whose R_P changes less between rest and pressed, coils placed alike; or a code of your own "
+        "(readout.drive_code).",
+        source_of_limit("amplitude_optimum_min"), apply=drive_amplitude,
+    ),
+)  # fmt: skip

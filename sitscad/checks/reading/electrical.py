@@ -1,0 +1,332 @@
+"""SIT201 to SIT203, SIT205, SIT206, SIT214: what the converter sees in every state, against what it can drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.checks.reading.more_copper import larger_capacitor, more_copper
+from sitscad.checks.reading.readings import (
+    Reading,
+    failed_states,
+    in_sigmas,
+    near_limit,
+    nothing_estimated,
+    other_states,
+    overdamped_tank,
+    readings_of,
+    sigmas_between,
+    source_of_limit,
+    undecided,
+    where,
+    worst_of,
+)
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.remedy.moves import capacitor
+from sitscad.scene.state import FREE
+from sitscad.units import show
+
+
+def inductance_floor(design: Design) -> Iterator[Verdict]:
+    """The smallest inductance over all coils and states."""
+    floor = design.family.limit("inductance_min")
+    yield from undecided(design, "inductance")
+    worst = worst_of(design, "inductance", min)
+    if worst is None:
+        yield from nothing_estimated(design)
+        return
+    if worst.value >= floor:
+        yield from near_limit(
+            worst,
+            floor,
+            "H",
+            "inductance",
+            "a few more turns make it safe, where the coil has room for them",
+            "coil.turns",
+        )
+        return
+    growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
+    refused = _cannot_be_driven(design, worst)
+    yield Complaint(
+        f"the inductance of {where(worst)} is "
+        f"{show(worst.value, 'H')}{other_states(design, worst, 'inductance', 'H', 4)}; below {show(floor, 'H')} the "
+        f"converter {'cannot measure it' if refused else _SMALL_BUT_DRIVEN}{in_sigmas(worst, floor, 'H')}",
+        "inductance grows with the square of turns and layers: more of them, a larger coil, or more distance from "
+        "target and jaw",
+        "coil.turns",
+        worst.value,
+        floor,
+        "H",
+        None if refused else Severity.WARNING,
+        sigma=sigmas_between(worst, floor),
+        advice=lambda left: more_copper(
+            design.spec,
+            growth**0.5,
+            left,
+            "inductance grows with the square of turns and layers: {}; more distance from target and jaw takes less of "
+            "it away",
+        ),
+    )
+
+
+_SMALL_BUT_DRIVEN = (
+    "was found wanting (a figure for 0.25 kohm at 10 MHz); here frequency and parallel resistance keep their limits, "
+    "and leads and contacts are a good part of so small an inductance"
+)
+
+
+def _cannot_be_driven(design: Design, reading: Reading) -> bool:
+    """Whether the tank in a reading's state is too fast or too lossy for the converter: what a small inductance means
+    where it matters, and what is estimated itself.
+    """
+    state = next(coil.states[reading.state] for coil in design.estimates.coils if coil.name == reading.coil)
+    slow = state.frequency <= design.family.limit("sensor_frequency_max")
+    driven = state.parallel_resistance >= design.family.limit(_resistance_floor(design))
+    return not (reading.value > 0.0 and slow and driven)
+
+
+def _resistance_floor(design: Design) -> str:
+    """The name of the least parallel resistance that the drive of this sensor sustains."""
+    strong = design.estimates.readout.high_current and len(design.estimates.coils) == 1
+    return "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
+
+
+def frequency_ceiling(design: Design) -> Iterator[Verdict]:
+    """Highest and lowest sensor frequency over all coils and states."""
+    low, high = design.family.limit("sensor_frequency_min"), design.family.limit("sensor_frequency_max")
+    yield from undecided(design, "frequency")
+    worst = worst_of(design, "frequency", max)
+    if worst is not None and worst.value > high:
+        from sitscad.estimates.circuit.tank import preferred_values  # only where a tank is too fast
+
+        now = design.estimates.readout.capacitance
+        whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
+        wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
+        fitting = [value for value in preferred_values(design.family) if value >= wanted]
+        larger = list(capacitor(design.spec, fitting[:3]))
+        yield Complaint(
+            f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}"
+            f"{other_states(design, worst, 'frequency', 'Hz', 4)}; the converter stops at {show(high, 'Hz')}"
+            f"{in_sigmas(worst, high, 'Hz')}",
+            "a larger capacitor, or more inductance",
+            "readout.capacitance",
+            worst.value,
+            high,
+            "Hz",
+            sigma=sigmas_between(worst, high),
+            advice=lambda left: larger_capacitor(larger, now, left),
+        )
+    else:
+        hint = "the next larger capacitor of the series, or one of a closer tolerance"
+        yield from near_limit(worst, high, "Hz", "frequency", hint, "readout.capacitance")
+    lowest = worst_of(design, "frequency", min)
+    if lowest is not None and lowest.value < low:
+        yield Complaint(
+            f"the tank of {where(lowest)} runs at {show(lowest.value, 'Hz')}; the converter begins at "
+            f"{show(low, 'Hz')}",
+            "a smaller capacitor",
+            "readout.capacitance",
+            lowest.value,
+            low,
+            "Hz",
+        )
+
+
+def parallel_resistance(design: Design) -> Iterator[Verdict]:
+    """The smallest R_P over all coils and states: what the driver can sustain, and what the data sheet specifies."""
+    yield from undecided(design, "parallel_resistance")
+    yield from overdamped_tank(design)
+    worst = worst_of(design, "parallel_resistance", min)
+    if worst is None:
+        return
+    floor_name = _resistance_floor(design)
+    strong = floor_name == "parallel_resistance_high_current"
+    floor, specified = design.family.limit(floor_name), design.family.limit("parallel_resistance_min")
+    if worst.value >= specified:
+        hint = (
+            "measure the first boards; a little more distance from target and jaw makes it safe, or more turns where "
+            "the coil has room for them"
+        )
+        yield from near_limit(worst, specified, "ohm", "parallel resistance", hint, "coil.layers")
+        return
+    is_error = worst.value < floor
+    asked = floor if is_error else specified
+    growth = (specified / worst.value) ** (1.0 / 3.0)
+    why = (
+        f"the strongest {'high-current ' if strong else ''}drive needs {show(floor, 'ohm')}"
+        if is_error
+        else f"the data sheet specifies from {show(specified, 'ohm')} up"
+    )
+    yield Complaint(
+        f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}"
+        f"{other_states(design, worst, 'parallel_resistance', 'ohm')}; {why}"
+        f"{in_sigmas(worst, asked, 'ohm')}",
+        f"R_P = (omega L)^2 / R grows with about the cube of turns and layers: more of them, a larger coil or a finer "
+        f"pitch; {_distance_advice(design, worst)}",
+        "coil.layers",
+        worst.value,
+        asked,
+        "ohm",
+        Severity.ERROR if is_error else Severity.WARNING,
+        design.family.limits()[floor_name if is_error else "parallel_resistance_min"].source,
+        sigma=sigmas_between(worst, asked),
+        advice=lambda left: more_copper(
+            design.spec,
+            growth,
+            left,
+            "R_P = (omega L)^2 / R grows with about the cube of turns and layers: {}; "
+            + _distance_advice(design, worst),
+        ),
+    )
+
+
+def quality_factor(design: Design) -> Iterator[Verdict]:
+    """The smallest Q over all coils and states."""
+    yield from undecided(design, "quality_factor")
+    floor = design.family.limit("quality_factor_min")
+    worst = worst_of(design, "quality_factor", min)
+    if worst is not None and worst.value < floor:
+        yield Complaint(
+            f"the quality factor of {where(worst)} is "
+            f"{worst.value:.3g}{other_states(design, worst, 'quality_factor', '')}; below {floor:g} (a rule of "
+            "thumb, unverified) the frequency follows the losses as well as the inductance",
+            f"a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; "
+            f"{_distance_advice(design, worst)}",
+            "coil.trace_width",
+            worst.value,
+            floor,
+            None,
+        )
+
+
+def self_resonance(design: Design) -> Iterator[Verdict]:
+    """The sensor frequency as a share of the coil's own resonance."""
+    shares = [
+        (r.value / coil.self_resonance, r, coil.self_resonance)
+        for coil in design.estimates.coils
+        for r in readings_of(design, "frequency")
+        if r.coil == coil.name and coil.self_resonance and math.isfinite(coil.self_resonance)
+    ]
+    yield from failed_states(design, "share of the self-resonance")
+    if not shares:
+        yield Undecided("no self-resonance was estimated")
+        return
+    share, worst, resonance = max(shares, key=lambda entry: entry[0])
+    limit = design.family.limit
+    binding, strict = limit("self_resonance_fraction"), limit("self_resonance_fraction_strict")
+    if share <= strict:
+        return
+    is_error = share > binding
+    asked = binding if is_error else strict
+    yield Complaint(
+        f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}, {100.0 * share:.0f} % of the coil's own "
+        f"resonance at {show(resonance, 'Hz')}; at most {100.0 * asked:.0f} % is asked",
+        "a larger capacitor lowers the frequency; fewer layers or a thicker dielectric raise the resonance",
+        "readout.capacitance",
+        share,
+        asked,
+        None,
+        Severity.ERROR if is_error else Severity.WARNING,
+        design.family.limits()["self_resonance_fraction" if is_error else "self_resonance_fraction_strict"].source,
+    )
+
+
+def tank_capacitor(design: Design) -> Iterator[Verdict]:
+    """The capacitor within the range of TI's reference designs."""
+    value = design.estimates.readout.capacitance
+    low, high = design.family.limit("capacitor_min"), design.family.limit("capacitor_max")
+    if not math.isfinite(value):
+        yield Undecided("no capacitor was chosen: no state of the coils could be estimated")
+        return
+    if not low <= value <= high:
+        yield Complaint(
+            f"the tank capacitor is {show(value, 'F', 3)}; TI's reference coils work with {show(low, 'F')} to "
+            f"{show(high, 'F')}",
+            "below it, pins and cable decide the frequency; above it, C0G parts are large and their own loss counts",
+            "readout.capacitance",
+            value,
+            low if value < low else high,
+            "F",
+        )
+
+
+# -------------------------------------------------------------------------------------------------------------- advice
+
+
+def _distance_advice(design: Design, worst: Reading) -> str:
+    if worst.state == FREE:
+        return "a higher sensor frequency (smaller capacitor) raises it too"
+    spec = design.spec
+    ways = ["a larger mount.standoff (board higher over the metal)"] if spec.mount is not None else []
+    if spec.shield is None and spec.mount is not None:
+        ways.append("a copper shield")
+    elif spec.shield is not None and spec.shield.material.relative_permeability < DRAWS_IN:
+        ways.append("a larger shield.gap")
+    if spec.target is not None:
+        ways.append("a thicker elastomer")
+    return f"{', '.join(ways[:-1])}{' or ' * (len(ways) > 1)}{ways[-1]} takes less of it away"
+
+
+DRAWS_IN = 1.5
+"""Relative permeability from which on a shield draws the field in: nearer, it adds inductance."""
+
+
+ELECTRICAL_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT201", "inductance-floor", Severity.ERROR,
+        "Every coil keeps at least 0.2 uH in every state: alone, at rest, and pressed (a note within two sigma of "
+        "manufacture). Below that it is an error where the tank is too fast or its parallel resistance too low there, "
+        "too, else a warning. A coil of which no state can be estimated is an error.",
+        "Below that the tank of a small coil cannot be brought under 10 MHz with a resistance that the converter can "
+        "drive. The figure is one author's, for 0.25 kohm at 10 MHz; a large loop of one turn may have less and be "
+        "driven well.",
+        "More turns or layers, a larger coil, or more distance from target and jaw.",
+        source_of_limit("inductance_min"), apply=inductance_floor,
+    ),
+    Rule(
+        "SIT202", "frequency-ceiling", Severity.ERROR,
+        "The tank's frequency lies within 1 kHz to 10 MHz in every state (a note where 10 MHz are kept by less than "
+        "two sigma of manufacture).",
+        "The converter does not follow faster tanks; metal near the coil raises the frequency.",
+        "A larger capacitor, or more inductance.",
+        source_of_limit("sensor_frequency_max"), apply=frequency_ceiling,
+    ),
+    Rule(
+        "SIT203", "parallel-resistance", Severity.ERROR,
+        "In every state the tank oscillates and its parallel resistance is at least 1.0 kohm: a note where that is "
+        "kept by less than two sigma of manufacture, a warning below, an error below 0.60 kohm (0.25 kohm in the "
+        "high-current mode) or where it is overdamped.",
+        "R_P = (omega L)^2 / R is the load on the driver. Below 0.60 kohm no drive code reaches 1.2 V (0.25 kohm in "
+        "the single-channel high-current mode); below 1.0 kohm TI does not specify the converter. A metal jaw and the "
+        "target lower it: a coil that passes in free air can fail in the jaw.",
+        "More layers or turns, a higher frequency, thicker copper, a larger standoff, a copper shield before a steel "
+        "jaw.",
+        source_of_limit("parallel_resistance_driveable") + "; " + source_of_limit("parallel_resistance_min"),
+        apply=parallel_resistance,
+    ),
+    Rule(
+        "SIT205", "quality-factor", Severity.WARNING,
+        "The tank's quality factor is at least 10 in every state.",
+        "With a low Q the frequency depends on the losses too, and the settling and the noise get worse.",
+        "A higher frequency, less resistance, or more distance from lossy metal.",
+        source_of_limit("quality_factor_min"), apply=quality_factor,
+    ),
+    Rule(
+        "SIT206", "self-resonance", Severity.ERROR,
+        "The tank runs below 0.8 of the coil's own resonance (0.75 by the older note, a warning).",
+        "Near its own resonance a coil's inductance is no longer its own, and drifts with the dielectric.",
+        "A larger capacitor, fewer layers, or a thicker dielectric.",
+        source_of_limit("self_resonance_fraction") + "; " + source_of_limit("self_resonance_fraction_strict"),
+        apply=self_resonance,
+    ),
+    Rule(
+        "SIT214", "tank-capacitor", Severity.WARNING,
+        "The tank capacitor lies within 47 pF to 3.3 nF.",
+        "With less, pins, tail and cable decide the frequency and drift with every touch; with more, the part's own "
+        "loss counts.",
+        "More turns allow a smaller capacitor, fewer a larger one.",
+        source_of_limit("capacitor_min"), apply=tank_capacitor,
+    ),
+)  # fmt: skip

@@ -1,0 +1,196 @@
+"""SIT215 and SIT217: whether every coil feels the force that the sensor is made for, and the best of them enough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from sitscad.checks.own_limits import own_limits
+from sitscad.checks.reading.readings import failed_states
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.geometry.path import Point
+from sitscad.record import record
+from sitscad.scene.state import PRESSED, REST
+from sitscad.spec.places import footprint
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+FEWEST_STEPS = 30.0
+"""Steps of the converter from rest to pressed. TI asks a signal of 30 sigma (SNOAA04A: change over
+3 sigma at least 10), which is 9 steps by quantisation alone; real noise is a few times that, and with 30 steps a
+thirtieth of the required force is still one step."""
+
+LEAST_SHARE = 0.05
+"""Change of a coil over that of the coil that changes most. Derived here: the estimate's own error in what a target
+takes is 3 to 5 % of the change, so that a smaller one is not known to be there; and what the neighbours' coupling and a
+shifted target add to it is of that size, too."""
+
+
+@record
+class Response:
+    """What a coil's inductance, as the converter makes it, does from rest to pressed (H), and one step of it (H)."""
+
+    coil: str
+    change: float
+    step: float
+
+    @property
+    def steps(self) -> float:
+        """The change in steps of the converter."""
+        return abs(self.change) / self.step
+
+
+def responses(design: Design) -> list[Response]:
+    """The response of every coil that has both states."""
+    found = []
+    for coil in design.estimates.coils:
+        rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
+        if rest is None or pressed is None or not rest.quantum:
+            continue
+        before, after = rest.converter_inductance, pressed.converter_inductance
+        if before is not None and after is not None and math.isfinite(after - before):
+            found.append(Response(coil.name, after - before, rest.quantum))
+    return found
+
+
+def coil_response(design: Design) -> Iterator[Verdict]:
+    """Every coil's change against the converter's step and against the coil that changes most."""
+    found = responses(design)
+    yield from failed_states(design, "change from rest to pressed")
+    if len(found) < len(design.estimates.coils):
+        yield Undecided("no change from rest to pressed was estimated")
+        if not found:
+            return
+    best = max(found, key=lambda response: abs(response.change))
+    deaf = [r for r in found if r.steps < FEWEST_STEPS or abs(r.change) < LEAST_SHARE * abs(best.change)]
+    if not deaf:
+        return
+    worst = min(deaf, key=lambda response: response.steps)
+    beside = best.steps >= FEWEST_STEPS
+    yield Complaint(
+        f"{_named(deaf)} hardly feel{'s' if len(deaf) == 1 else ''} the force: from rest to pressed by "
+        f"{show(design.spec.requirements.normal_force or 0.0, 'N')} {_changes(deaf)}"
+        + (f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "")
+        + f". Asked are {FEWEST_STEPS:.0f} steps and {100.0 * LEAST_SHARE:.0f} % of the best coil's change",
+        _under_the_target(design.spec, deaf) if beside else _more_change(design.spec),
+        "target.size" if beside else "elastomer.thickness",
+        worst.steps,
+        max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
+        "steps",
+    )
+
+
+def _named(deaf: Sequence[Response]) -> str:
+    names = [response.coil for response in deaf]
+    if len(names) == 1:
+        return f"coil {names[0]}"
+    return f"coils {', '.join(names[:-1])} and {names[-1]}"
+
+
+def _changes(deaf: Sequence[Response]) -> str:
+    """Every change in henries and steps, in the order of the coils."""
+    words = [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
+    verb = "its inductance changes by" if len(words) == 1 else "the inductances change by"
+    return f"{verb} {', '.join(words)}"
+
+
+def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
+    """Where the deaf coils stand to the target, and how large a target would cover all coils."""
+    target, placements = spec.target, spec.array.placements
+    assert target is not None
+    here, names = footprint(spec, target), {response.coil for response in deaf}
+    places = {p.name: here.place_of(Point(*p.centre)) for p in placements}
+    outside = [max(abs(places[name][k]) - 0.5 * target.size[k] for k in (0, 1)) for name in names]
+    whole = [2.0 * max(abs(place[k]) for place in places.values()) + max(spec.coil.size) for k in (0, 1)]
+    where = (
+        f"the centre of {'it' if len(outside) == 1 else 'the furthest of them'} stands {show(max(outside), 'm', 3)} "
+        f"beyond the target's edge (target {show(target.size[0], 'm')} by {show(target.size[1], 'm')}); "
+        if max(outside) > 0.0
+        else ""
+    )
+    return (
+        f"{where}{_back_over_the_coils(spec)}"
+        f"a target of {show(whole[0], 'm')} by {show(whole[1], 'm')}, on a pad as large, covers every coil; or "
+        "move the coils together, or leave those out that the target does not reach"
+    )
+
+
+_MORE_CHANGE = (
+    "a softer elastomer, or one of another thickness (a thinner one brings the target nearer, but a wide pad then "
+    "gives way less)"
+)
+
+
+def _more_change(spec: SensorSpec) -> str:
+    return (
+        f"no coil feels it enough: {_back_over_the_coils(spec)}"
+        f"{_MORE_CHANGE} gives more change, fewer scans a second (readout.scan_rate) a finer step"
+    )
+
+
+def _back_over_the_coils(spec: SensorSpec) -> str:
+    """The way back for a target that is offset: before everything else."""
+    return "target.offset: [0, 0] over the middle of the coils; " if spec.target and any(spec.target.offset) else ""
+
+
+def small_signal(design: Design) -> Iterator[Verdict]:
+    """How much of its reading the best coil's signal is, against what a little warmth does to that reading."""
+    from sitscad.estimates.signal import signals  # needs nothing that the estimates have not loaded
+
+    found = signals(design.estimates)
+    yield from failed_states(design, "signal over the required force")
+    if not found:
+        yield Undecided("no signal from rest to pressed was estimated")
+        return
+    best, least = max(found, key=lambda signal: abs(signal.share)), own_limits()["least_signal"]
+    if abs(best.share) >= least.value:
+        return
+    drift = own_limits()["drift_of_ten_kelvin"].value
+    steps = f", {best.steps:.0f} steps of the converter" if best.steps else ""
+    scale = (
+        f"{100.0 * drift / abs(best.share):.0f} % of full scale" if abs(best.share) > drift else "all of it and more"
+    )
+    yield Complaint(
+        f"the whole signal is small: from rest to {show(best.force, 'N')} the reading of coil {best.coil} changes by "
+        f"{100.0 * abs(best.share):.2g} % of itself{steps} ({show(best.per_newton, 'H', 3)}/N, its frequency by "
+        f"{100.0 * best.frequency_share:+.2g} %). Ten degrees of warming move it by about {100.0 * drift:.2g} %, "
+        f"{scale}",
+        f"{_back_over_the_coils(design.spec)}{_MORE_CHANGE}, a larger target, or more distance from metal behind the "
+        "coils; else plan for temperature: a reference coil without a target, or a tare before each grasp",
+        "elastomer.thickness",
+        abs(best.share),
+        least.value,
+        None,
+        source=least.source,
+    )
+
+
+RESPONSE_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT215", "coil-response", Severity.WARNING,
+        f"From rest to pressed every coil changes by at least {FEWEST_STEPS:.0f} steps of the converter and by at "
+        f"least {100.0 * LEAST_SHARE:.0f} % of what the coil changes that changes most.",
+        "A coil beside the target, or too far from it, reads the same whatever the force: its channel is noise, and "
+        "shear or the place of a force cannot be told from it. TI asks a change of 30 sigma, 9 steps by quantisation "
+        "alone; real noise is a few times that. Below a few per cent of the best coil's change the estimate's own "
+        "error, the coupling of the neighbours and a target glued aside weigh as much.",
+        "A target (and pad) that covers every coil, or coils nearer together; where no coil feels enough, a softer or "
+        "thinner elastomer, or fewer scans a second.",
+        "TI SNOAA04A: change over 3 sigma of at least 10; the limits of 30 steps and 5 % are derived here from it and "
+        "from the error of finite targets (unverified by measurement)",
+        ("target", "elastomer", "normal force"), coil_response,
+    ),
+    Rule(
+        "SIT217", "small-signal", Severity.WARNING,
+        "From rest to the required force the reading of the coil that changes most changes by at least "
+        f"{100.0 * own_limits()['least_signal'].value:g} % of itself (inductance by the converter's formula).",
+        "The converter resolves far less, but everything else that moves the tank is read as force: ten degrees of "
+        f"warming move it by about {100.0 * own_limits()['drift_of_ten_kelvin'].value:g} %, by the copper's "
+        "resistance and the capacitor.",
+        "A softer or thinner elastomer, a nearer or larger target, more distance from metal behind the coils; or a "
+        "reference coil and a tare.",
+        own_limits()["least_signal"].source, ("target", "elastomer", "normal force"), small_signal,
+    ),
+)  # fmt: skip

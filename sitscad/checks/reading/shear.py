@@ -1,0 +1,106 @@
+"""SIT218: whether the array feels the required shear force, by which the target's edges move over the coils."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.checks.assembly.fit import pad_of
+from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.geometry.path import Point
+from sitscad.mechanics.elastomer import shear_strain
+from sitscad.scene.state import REST
+from sitscad.spec.places import footprint
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+AXES = ("x", "y")
+
+
+def shear_response(design: Design) -> Iterator[Verdict]:
+    """What tells the coils apart along each axis of the array, with the target where the required shear moves it."""
+    from sitscad.estimates.states.moved_target import moved_changes
+    from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, rests_on_pad
+
+    spec, pad, force = design.spec, pad_of(design), design.spec.requirements.shear_force
+    assert force is not None
+    axes = _axes(spec)
+    if not axes:
+        yield Undecided("one coil alone cannot tell shear from normal force, so the force is taken as one to be borne")
+        return
+    if not rests_on_pad(spec):
+        yield Undecided(BESIDE_PAD)
+        return
+    travel = pad.thickness * shear_strain(force, loaded_face(spec)[0].area, pad.material.shear_modulus)
+    rest = [coil.states[REST] for coil in design.estimates.coils if REST in coil.states]
+    steps = [state.quantum for state in rest if state.quantum]
+    if not steps:
+        yield Undecided("nothing was estimated at rest")
+        return
+    changes = moved_changes(design.layout, [(travel, 0.0), (0.0, travel)], rest[0].frequency)
+    for axis in axes:
+        moved = [change[axis] for change in changes.values()]
+        yield from _judged(design, axis, travel, max(moved) - min(moved), max(steps))
+
+
+def _axes(spec: SensorSpec) -> list[int]:
+    """The axes (0: x, 1: y) along which the coils stand apart: only along those can the array tell shear."""
+    centres = [placement.centre for placement in spec.array.placements]
+    return [k for k in (0, 1) if max(c[k] for c in centres) - min(c[k] for c in centres) > 1e-9]
+
+
+def _judged(design: Design, axis: int, travel: float, apart: float, step: float) -> Iterator[Verdict]:
+    """What is said where the coils' inductances part by too little (H) along one axis; `step` is the converter's."""
+    spec, force = design.spec, design.spec.requirements.shear_force or 0.0
+    pressed = max((abs(response.change) for response in responses(design)), default=0.0)
+    asked = max(FEWEST_STEPS * step, LEAST_SHARE * pressed)
+    if apart >= asked:
+        return
+    beside = f"; the required normal force changes a coil by {show(pressed, 'H', 3)}" if pressed else ""
+    yield Complaint(
+        f"the array hardly feels shear along {AXES[axis]}: {show(force, 'N')} move the target by "
+        f"{show(travel, 'm', 2)}, and with that the coils' inductances differ by {show(apart, 'H', 2)} more, "
+        f"{apart / step:.2g} steps of the converter{beside}. Asked are {FEWEST_STEPS:.0f} steps and "
+        f"{100.0 * LEAST_SHARE:.0f} % of that change",
+        _edges_over_coils(spec, axis),
+        "target.size",
+        apart / step,
+        asked / step,
+        "steps",
+    )
+
+
+def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
+    """Where the target's edges would have to lie."""
+    target, least = spec.target, min(spec.coil.size)
+    assert target is not None
+    if abs(math.sin(target.rotation)) > 1e-9 and target.shape != "circle":
+        return f"only a target whose edges move over the coils along {AXES[axis]} tells shear, not one that covers all"
+    here = footprint(spec, target)
+    reach = max(abs(here.place_of(Point(*p.centre))[axis]) for p in spec.array.placements)
+    beyond = 0.5 * target.size[axis] - reach
+    return (
+        f"only a target whose edges move over the coils tells shear: one {show(2.0 * reach, 'm', 3)} long along "
+        f"{AXES[axis]} ends over the middles of the outer coils"
+        + (f", this one {show(beyond, 'm', 3)} beyond them" if beyond > 0.25 * least else "")
+        + " (not tried); a softer or thicker elastomer lets it move farther. Where the force only has to be borne, "
+        "this does not matter"
+    )
+
+
+SHEAR_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT218", "shear-response", Severity.WARNING,
+        "Along every axis on which coils stand apart, the required shear force makes their inductances differ by at "
+        f"least {FEWEST_STEPS:.0f} steps of the converter more than at rest, and by at least "
+        f"{100.0 * LEAST_SHARE:.0f} % of what the required normal force changes.",
+        "Shear shows only where the target's edges move over the coils. Under a target that covers the whole array and "
+        "more, nothing changes when it moves, and no later computation finds what was not measured.",
+        "A target that ends over the outer coils, as long as their middles are apart; a softer or thicker elastomer.",
+        "the limits of SIT215; travel of a bonded pad, F / (G A) times its thickness (textbook)",
+        ("target", "elastomer", "shear force"), shear_response,
+    ),
+)  # fmt: skip

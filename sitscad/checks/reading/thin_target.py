@@ -1,0 +1,227 @@
+"""SIT305: what a target costs that lets a part of the field through, against a thick one of the same metal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.checks.own_limits import own_limits
+from sitscad.checks.reading.readings import Reading, readings_of, where
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.record import record
+from sitscad.remedy.moves import thicker_target
+from sitscad.remedy.search import Left, tried
+from sitscad.scene.state import REST
+from sitscad.spec.profiles import presets
+from sitscad.spec.sensor import SensorSpec, Target
+from sitscad.units import show
+
+MU_0 = 4e-7 * math.pi
+
+THICK = 3.0
+"""Skin depths from which on a target counts as thick: they stop 95 % of the field (TI SNOA957B)."""
+
+MAGNETIC = 10.0
+"""Relative permeability, and skin depths over thickness, from which on a target is a magnet and no conductor."""
+
+
+def target_thickness(design: Design) -> Iterator[Verdict]:
+    """What a target thinner than three skin depths costs against a thick one; whether it is a target at all."""
+    target = _target(design)
+    frequencies = [reading.value for reading in readings_of(design, "frequency") if reading.value > 0.0]
+    if not frequencies:
+        yield Undecided("no sensor frequency was estimated")
+        return
+    metal, frequency = target.material, min(frequencies)
+    depth = skin_depth(frequency, metal.conductivity, metal.relative_permeability)
+    if metal.relative_permeability >= MAGNETIC and depth > MAGNETIC * target.thickness:
+        yield Undecided(
+            f"skin depths say nothing about {metal.name}: it hardly conducts, and senses by drawing the field in; its "
+            "permeability and thickness are in the estimate"
+        )
+    elif THICK * depth > min(target.size):
+        yield from _poor_conductor(design, depth, frequency)
+    elif target.thickness < THICK * depth:
+        yield from _thin(design, depth, frequency)
+
+
+def skin_depth(frequency: float, conductivity: float, relative_permeability: float = 1.0) -> float:
+    """Depth (m) at which a field has fallen to 1/e: 1 / sqrt(pi f mu sigma); frequency in Hz, conductivity in S/m.
+
+    Endless in what does not conduct.
+    """
+    if conductivity <= 0.0:
+        return math.inf
+    return 1.0 / math.sqrt(math.pi * frequency * MU_0 * relative_permeability * conductivity)
+
+
+# ------------------------------------------------------------------------------------------------------ a thin target
+
+
+def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
+    target = _target(design)
+    cost = _cost(design, thicker_target(design.spec, THICK * depth).spec)
+    if cost is None:
+        yield Undecided("what so thin a target costs is unknown: no state with it was estimated, or none with a thick")
+        return
+    too_much = cost.resistance > _limit("thin_target_resistance")
+    weighs = too_much or cost.change > _limit("thin_target_change")
+    name = "thin_target_resistance" if too_much or cost.resistance >= cost.change else "thin_target_change"
+    yield Complaint(
+        f"the target is {show(target.thickness, 'm', 3)} thick, {target.thickness / depth:.2g} skin depths of "
+        f"{target.material.name} at {show(frequency, 'Hz', 3)}: a part of the field goes through it. {cost.words}",
+        f"take {show(THICK * depth, 'm', 3)} or more (3 skin depths stop 95 %)"
+        if weighs
+        else "nothing has to be changed for that",
+        "target.thickness",
+        cost.resistance if name == "thin_target_resistance" else cost.change,
+        _limit(name),
+        None,
+        Severity.WARNING if weighs else Severity.NOTE,
+        own_limits()[name].source,
+        advice=(lambda left: _thicker(design, THICK * depth, left)) if weighs else None,
+    )
+
+
+@record
+class _Cost:
+    """Shares of R_P and of the change that a target lacks against a thick one (negative: has more), and the words."""
+
+    resistance: float
+    change: float
+    words: str
+
+
+def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
+    """What the target costs in the state where it takes most of R_P; None where one of the two has no numbers."""
+    other = _compared(design, thick)
+    mine, theirs = (readings_of(each, "parallel_resistance", True) for each in (design, other))
+    reference = {(r.coil, r.state): r for r in theirs}
+    pairs = [(r, reference[r.coil, r.state]) for r in mine if (r.coil, r.state) in reference]
+    if not pairs:
+        return None
+    worst, against = min(pairs, key=lambda pair: pair[0].value / pair[1].value)
+    share, words = _change(design, other)
+    assert thick.target is not None
+    return _Cost(
+        1.0 - worst.value / against.value,
+        share,
+        f"Against {show(thick.target.thickness, 'm', 3)} of it, by the same model, the parallel resistance of "
+        f"{where(worst)} is {_instead(worst.value, against.value, 'ohm')}{words}{_amplitude(design, worst)}",
+    )
+
+
+def _change(design: Design, other: Design) -> tuple[float, str]:
+    """By what share the coil that feels the other design most changes less, and that in words."""
+    mine, theirs = _effects(design, design), _effects(design, other)
+    best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
+    if best is None:
+        return 0.0, ""
+    force = design.spec.requirements.normal_force
+    named, per = ("the change per newton", "/N") if force else ("what the target changes of the inductance", "")
+    return 1.0 - mine[best] / theirs[best], f", {named} {_instead(mine[best], theirs[best], 'H', per)}"
+
+
+def _amplitude(design: Design, worst: Reading) -> str:
+    """The amplitude there, in words: SIT204 judges it."""
+    found = [r for r in readings_of(design, "amplitude", True) if (r.coil, r.state) == (worst.coil, worst.state)]
+    return f"; the amplitude there is {show(found[0].value, 'V', 3)}" if found else ""
+
+
+def _instead(mine: float, other: float, unit: str, per: str = "") -> str:
+    percent = round(100.0 * (mine / other - 1.0), 1) + 0.0  # no -0.0
+    return f"{show(mine, unit, 3)}{per} instead of {show(other, unit, 3)}{per} ({percent:+.1f} %)"
+
+
+def _thicker(design: Design, thickness: float, left: Left) -> str:
+    """A target of three skin depths; a higher frequency only where the converter follows it."""
+    change = thicker_target(design.spec, thickness)
+    top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
+    faster = (thickness / _target(design).thickness) ** 2  # a skin depth falls with the square root of the frequency
+    higher = ", or a higher frequency" if faster * top <= design.family.limit("sensor_frequency_max") else ""
+    return f"{change.words} or more{tried(change, left)}: 3 skin depths stop 95 %{higher}"
+
+
+# ---------------------------------------------------------------------------------------------------- no target at all
+
+
+def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
+    """A material into which the field goes deeper than the target is wide, held against copper in its place."""
+    target = _target(design)
+    copper = replace(design.spec, target=replace(target, material=presets.conductor("copper")))
+    other = _compared(design, copper)
+    mine, theirs = (
+        max((abs(v) for v in _effects(design, each).values()), default=math.nan) for each in (design, other)
+    )
+    if not theirs > 0.0 or not math.isfinite(mine):
+        yield Undecided("what the target changes is unknown: no state with it was estimated")
+        return
+    share, least = mine / theirs, _limit("least_target_effect")
+    why = (
+        f"hardly conducts: at {show(frequency, 'Hz', 3)} the field goes {show(depth, 'm', 3)} deep, the target is "
+        f"{show(target.thickness, 'm', 3)} thick"
+        if math.isfinite(depth)
+        else "does not conduct: no eddy currents flow in it"
+    )
+    yield Complaint(
+        f"{target.material.name} {why}. It changes the inductance by {100.0 * share:.2g} % of what copper of its size "
+        "changes",
+        "take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
+        "target.material",
+        share,
+        least,
+        None,
+        Severity.ERROR if share < least else Severity.WARNING,
+        own_limits()["least_target_effect"].source,
+    )
+
+
+def _effects(design: Design, other: Design) -> dict[str, float]:
+    """What the target does to each coil by name in a design that may be a changed one: change per newton (H/N), else
+    what it changes of the inductance at rest (H), against the sensor without a target.
+    """
+    force = other.spec.requirements.normal_force
+    if force:
+        return {coil.name: found[0] for coil in other.estimates.coils if (found := coil.sensitivity(force))}
+    bare = design.once("without its target", lambda: _compared(design, replace(design.spec, target=None)))
+    without = {r.coil: r.value for r in readings_of(bare, "inductance", True)}
+    rest = [r for r in readings_of(other, "inductance") if r.state == REST and r.coil in without]
+    return {r.coil: r.value - without[r.coil] for r in rest}
+
+
+def _compared(design: Design, changed: SensorSpec) -> Design:
+    """A changed design with the tank's capacitor of this one, for only so are the two alike but for the change."""
+    now = design.estimates.readout.capacitance
+    return design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
+
+
+def _target(design: Design) -> Target:
+    assert design.spec.target is not None
+    return design.spec.target
+
+
+def _limit(name: str) -> float:
+    return own_limits()[name].value
+
+
+THIN_TARGET_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT305", "target-thickness", Severity.ERROR,
+        "A target thinner than 3 skin depths at the lowest frequency of any coil and state is held against one of 3 "
+        f"skin depths of the same metal, by the same model: a warning where it takes more than "
+        f"{100.0 * _limit('thin_target_resistance'):.0f} % of the parallel resistance or "
+        f"{100.0 * _limit('thin_target_change'):.0f} % of the change per newton, else a note. An error where it "
+        "hardly conducts and changes the inductance by less than "
+        f"{100.0 * _limit('least_target_effect'):.0f} % of what copper of its size would; magnetic sheets that hardly "
+        "conduct are not judged.",
+        "A thinner target lets the field through. What that costs depends on the coil: foil of half a skin depth "
+        "loses little, for its currents are held back by its inductance before its resistance. The loss is larger, "
+        "and the reading drifts with the target's temperature.",
+        "A thicker target, a better conductor, or a higher frequency.",
+        "TI SNOA957B: 2 to 3 skin depths, 3 stop 95 %; depth = 1 / sqrt(pi f mu sigma); the shares are derived here",
+        ("target",), target_thickness,
+    ),
+)  # fmt: skip

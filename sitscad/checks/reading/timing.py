@@ -1,0 +1,277 @@
+"""SIT207 to SIT213: channels, clocks and the time that scans take and leave."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from sitscad.checks.reading.readings import source_of_limit, worst_of
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.remedy.moves import scans
+from sitscad.remedy.search import Left, first_that_mends, in_vain
+from sitscad.spec.converter import Converter
+from sitscad.spec.profiles import presets
+from sitscad.units import show
+
+_CHANNELS = "; ".join(dict.fromkeys(presets.converter(name).source for name in presets.names("converter")))
+
+MOST_COUPLING = 2e-3
+"""Of coils of different converters: their tanks pull each other within half of this, about what tolerances part."""
+
+
+def input_frequency(design: Design) -> Iterator[Verdict]:
+    """f_IN below a quarter of f_REF, with the divider that 8.75 MHz and more need."""
+    readout = design.estimates.readout
+    worst = worst_of(design, "frequency", max)
+    if worst is None or readout.input_divider is None:
+        yield Undecided("no sensor frequency was estimated")
+        return
+    if not design.family.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
+        wanted = design.family.input_divider(worst.value, readout.reference_frequency)
+        yield Complaint(
+            f"the sensor frequency {show(worst.value, 'Hz')} divided by {readout.input_divider} is not below a quarter "
+            f"of the reference {show(readout.reference_frequency, 'Hz')}"
+            + (", or lacks the divider of 2 that 8.75 MHz and more need" if readout.input_divider < 2 else ""),
+            f"FIN_DIVIDER {wanted} would do"
+            if wanted <= 15
+            else f"no divider up to 15 helps: a clock of at least {show(4.0 * worst.value / 15.0, 'Hz')} is needed",
+            "readout.clock",
+            worst.value / readout.input_divider,
+            0.25 * readout.reference_frequency,
+            "Hz",
+        )
+
+
+def scan_rate(design: Design) -> Iterator[Verdict]:
+    """The scan rate that the timing gives, against the wanted one."""
+    readout, wanted = design.estimates.readout, design.spec.readout.scan_rate
+    if not math.isfinite(readout.scan_rate):
+        yield Undecided("no scan rate was estimated")
+        return
+    if readout.scan_rate < wanted * (1.0 - 1e-6):
+        yield Complaint(
+            f"the fastest scan of {_coils(design)} takes {show(1.0 / readout.scan_rate, 's', 3)} "
+            f"({show(readout.scan_rate, 'Hz')}); {show(wanted, 'Hz')} are asked",
+            "ask for fewer scans a second, use fewer coils, or a faster clock",
+            "readout.scan_rate",
+            readout.scan_rate,
+            wanted,
+            "Hz",
+        )
+
+
+def read_back(design: Design) -> Iterator[Verdict]:
+    """Whether the results of a scan can be read over I2C before the next one is done."""
+    channels, wanted = len(design.spec.array.placements), design.spec.readout.scan_rate
+    family = design.family
+    sure, hopeful = 1.0 / family.read_back_time(channels), 1.0 / family.read_back_time_optimistic(channels)
+    if wanted > sure:
+        impossible = wanted > hopeful
+        pause = "" if impossible else "; or make sure that the host reads without any pause: TI's two figures disagree"
+        yield Complaint(
+            f"{_coils(design)} can be read over I2C at 400 kHz {show(hopeful if impossible else sure, 'Hz')} times a "
+            f"second; {show(wanted, 'Hz')} are asked",
+            f"ask for fewer scans{pause}",
+            "readout.scan_rate",
+            wanted,
+            hopeful if impossible else sure,
+            "Hz",
+            Severity.ERROR if impossible else Severity.WARNING,
+            advice=lambda left: _other_rate(design, (math.floor(sure),), left, pause),
+        )
+
+
+def bandwidth(design: Design) -> Iterator[Verdict]:
+    """Twice the bandwidth at least, by the sampling theorem."""
+    wanted, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
+    assert wanted is not None
+    if rate < 2.0 * wanted:
+        yield Complaint(
+            f"{show(rate, 'Hz')} scans a second follow a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
+            f"{show(wanted, 'Hz')} are required",
+            "ask for more scans a second, twice the bandwidth at least",
+            "readout.scan_rate",
+            rate,
+            2.0 * wanted,
+            "Hz",
+            advice=lambda left: _other_rate(design, (5.0 * wanted, 2.0 * wanted), left),
+        )
+
+
+def _other_rate(design: Design, rates: Sequence[float], left: Left, otherwise: str = "") -> str:
+    """The first of some scan rates (Hz) that keeps all rules, found by trying; or what else may do."""
+    changes = [change for rate in rates for change in scans(design.spec, rate)]
+    found = first_that_mends(changes, left)
+    if found is not None:
+        return f"{found.words} (it was tried){otherwise}"
+    if left.is_cut_short:
+        return ""
+    return f"fewer coils, or a lower requirements.bandwidth (tried in vain: {in_vain(changes, left)}){otherwise}"
+
+
+def channels(design: Design) -> Iterator[Verdict]:
+    """One channel a coil, on as many converters as one I2C bus can address; how coils of two converters are coupled."""
+    names = [placement.name for placement in design.spec.array.placements]
+    key = "array.centres" if design.spec.array.pattern == "explicit" else "array.count"
+    device = design.spec.readout.device
+    each, most = device.channels, device.most_coils
+    if len(names) > most:
+        yield Complaint(
+            f"{len(names)} coils, but one I2C bus takes {len(device.addresses)} {device.part} of {each} channels, "
+            f"and every coil needs a channel of its own{_more_channels(device, len(names))}",
+            f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take "
+            "no more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
+            key,
+            float(len(names)),
+            float(most),
+        )
+    elif len(names) > each:
+        coupling, one, other = _across_converters(design, each)
+        if not math.isfinite(coupling):
+            yield Undecided("the mutual inductance of the coils was not estimated")
+            return
+        yield Complaint(
+            f"{len(names)} coils take two {device.part}: {', '.join(names[:each])} at address "
+            f"0x{device.addresses[0]:02X}, {', '.join(names[each:])} at 0x{device.addresses[1]:02X}. They oscillate at "
+            f"the same time; {one} and {other} are coupled most, by {100.0 * coupling:.2g} %, while the estimate "
+            "takes all other coils as grounded",
+            "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
+            "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
+            key,
+            coupling,
+            MOST_COUPLING,
+            severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
+        )
+
+
+def _more_channels(device: Converter, coils: int) -> str:
+    """The parts that would do, in words; nothing where none does."""
+    others = [presets.converter(name) for name in presets.names("converter")]
+    enough = [other.part for other in others if other.most_coils >= coils > device.most_coils]
+    return f" (readout.device: {' or '.join(name.lower() for name in enough)} has enough)" if enough else ""
+
+
+def _across_converters(design: Design, each: int) -> tuple[float, str, str]:
+    # The largest coupling of two coils of different converters.
+    matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
+    return max(
+        (math.sqrt(_coupling_squared(matrix, i, j)), coils[i].name, coils[j].name)
+        for i in range(each)
+        for j in range(each, len(coils))
+    )
+
+
+def idle_neighbour(design: Design) -> Iterator[Verdict]:
+    """How much a grounded neighbour on the same converter takes off a coil's inductance: the square of the coupling."""
+    matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
+    each = design.spec.readout.device.channels
+    pairs = [
+        (_coupling_squared(matrix, i, j), coils[i].name, coils[j].name)
+        for i in range(len(coils))
+        for j in range(i)
+        if i // each == j // each
+    ]
+    if any(not math.isfinite(share) for share, *_ in pairs):
+        yield Undecided("the mutual inductance of the coils was not estimated")
+        return
+    share, one, other = max(pairs, default=(0.0, "", ""))
+    if share >= 1e-3:
+        yield Complaint(
+            f"{one} and {other} are coupled: while one is read, the other is grounded and takes {100.0 * share:.2g} % "
+            "off its inductance",
+            "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
+            "this, the free state is the coil alone",
+            design.distance_key,
+            share,
+            0.05 if share >= 0.05 else 1e-3,
+            None,
+            Severity.WARNING if share >= 0.05 else Severity.NOTE,
+        )
+
+
+def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> float:
+    return float(matrix[i][j]) ** 2 / (float(matrix[i][i]) * float(matrix[j][j]))
+
+
+def clock(design: Design) -> Iterator[Verdict]:
+    """The external clock within the converter's range."""
+    value = design.spec.readout.clock
+    low, high = design.family.limit("clock_min"), design.family.limit("clock_max")
+    if not low <= value <= high:
+        yield Complaint(
+            f"the clock is {show(value, 'Hz')}; the converter takes {show(low, 'Hz')} to {show(high, 'Hz')}",
+            f"use {show(high, 'Hz')}: the fastest reference gives the finest reading",
+            "readout.clock",
+            value,
+            low if value < low else high,
+            "Hz",
+        )
+
+
+def _coils(design: Design) -> str:
+    count = len(design.spec.array.placements)
+    return "one coil" if count == 1 else f"{count} coils"
+
+
+TIMING_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT207", "input-frequency", Severity.ERROR,
+        "The divided sensor frequency is below a quarter of the reference, and divided by 2 at least from 8.75 MHz.",
+        "A faster input is counted wrongly.",
+        "A faster clock, or a larger divider.",
+        source_of_limit("input_to_reference_max") + "; " + source_of_limit("input_divider_2_from"),
+        apply=input_frequency,
+    ),
+    Rule(
+        "SIT208", "scan-rate", Severity.ERROR,
+        "All coils can be converted as often as the spec asks.",
+        "Every channel needs its settling, its conversion and the switch to the next one.",
+        "Ask for fewer scans, or use fewer coils.",
+        "TI SNOSCY9A 8.1.4, equations 7 to 10; RCOUNT above 8 (table 43)", apply=scan_rate,
+    ),
+    Rule(
+        "SIT209", "read-back", Severity.ERROR,
+        "The results can be read over I2C at 400 kHz as often as the spec asks: a warning where only the more "
+        "hopeful of TI's two figures allows it, an error beyond both.",
+        "Unread results are overwritten. Two registers a channel take 98 bits: 4.08 kHz for one channel, 1.02 kHz for "
+        "four.",
+        "Ask for fewer scans a second.",
+        source_of_limit("single_channel_rate_max") + "; " + source_of_limit("read_back_four_channels"), apply=read_back,
+    ),
+    Rule(
+        "SIT210", "bandwidth", Severity.ERROR,
+        "The scan rate that the spec asks for is at least twice the required bandwidth (SIT208 says whether it is "
+        "reached).",
+        "Faster changes fold back into slower ones that never happened.",
+        "Raise readout.scan_rate.",
+        "sampling theorem; thesis of Jones 2.5: at least 100 Hz, 500 Hz best", ("bandwidth",), bandwidth,
+    ),
+    Rule(
+        "SIT211", "channels", Severity.ERROR,
+        "There is one channel for every coil, on at most two converters.",
+        "Each channel has its own pair of pins, and TI documents no shared return. Two converters measure at "
+        "the same time, so that coupled coils of both pull each other's frequency.",
+        "At most two coils on an LDC1612 and four on an LDC1614, or twice as many with two converters whose coils "
+        "stand apart.",
+        _CHANNELS + "; coupled oscillators (derived)", apply=channels,
+    ),
+    Rule(
+        "SIT212", "idle-neighbour", Severity.WARNING,
+        "An idle coil takes less than 0.1 % off the inductance of any other on the same converter: a note from "
+        "there, a warning from 5 % up (SIT211 judges coils of two converters).",
+        "The converter grounds every idle channel through about 10 ohm, so that a neighbouring coil is a shorted loop "
+        "and acts as a target.",
+        "Keep the coils apart; never stack coils of one converter.",
+        "TI SNOSCY9A 8.1.5.1; TI E2E thread 784486; the share is the square of the coupling (derived)",
+        apply=idle_neighbour,
+    ),
+    Rule(
+        "SIT213", "clock", Severity.ERROR,
+        "The clock lies within 2 to 40 MHz.",
+        "The converter's CLKIN is not specified beyond.",
+        "Use a 40 MHz oscillator.",
+        source_of_limit("clock_max"), apply=clock,
+    ),
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""From the coils' outer ends to the tail: rings, lanes, mazes, and the search among them."""

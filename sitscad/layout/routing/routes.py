@@ -1,0 +1,400 @@
+"""How all coils are led out: along lanes where they stand in one line, through a maze where they do not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from itertools import chain, islice, product
+from typing import TYPE_CHECKING
+
+from sitscad.geometry.path import Point
+from sitscad.geometry.spiral import outer_boundary
+from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track, hole_keep_out, joined_hole
+from sitscad.layout.outline import body_breadth, ends, far_end
+from sitscad.layout.routing.branches import OuterEnd, Surroundings, outer_ends
+from sitscad.layout.routing.escape import SPARED, Escape, escape
+from sitscad.layout.routing.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
+from sitscad.layout.routing.patience import TRIALS_OF_A_WAVE, Patience
+from sitscad.layout.routing.ring import Ring
+from sitscad.layout.tail.frame import TailFrame, connector_of, frame, pair_height
+from sitscad.layout.tail.tracks import Run, runs, stretched, ways_down
+from sitscad.layout.winding.wound_coils import WoundCoil
+from sitscad.record import record
+from sitscad.spec.profiles.presets import connector
+from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.layout.routing.maze import Lattice
+
+
+@record
+class Routing:
+    """One complete answer of the search, on a board of some breadth: for every coil an escape, and from where that
+    ends both conductors to their contacts; ``far`` is the least x (m) that the board then needs.
+    """
+
+    bus: Bus
+    escapes: tuple[Escape, ...]
+    ends: tuple[tuple[Run, Run], ...]
+    breadth: Breadth
+    far: float
+    tail: TailFrame
+
+    @property
+    def excess(self) -> float:
+        """How much farther than they must the leads of one coil run round it, at most (turns)."""
+        return max(way.excess for way in self.escapes)
+
+
+@record
+class Stuck:
+    """Which coil found no way out; ``walled`` if nothing on the board let it through from its ring to the tail: to keep
+    more room beside other coils then only makes it worse.
+    """
+
+    coil: int
+    walled: bool = False
+
+
+def in_line(spec: SensorSpec) -> bool:
+    """Whether all coils stand on the jaw's axis, so that lanes along it serve them."""
+    return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in spec.array.placements)
+
+
+def front_of(spec: SensorSpec, bus: Bus) -> float:
+    """Where along x all coils, their vias and leads lie behind: from here on only lanes run."""
+    rules = spec.fpc.rules
+    hole = joined_hole(rules, bus.width)
+    reach = hole_keep_out(hole, rules, bus.spacing) + hole.pad / 2
+    lanes = (len(spec.array.placements) - 1) // 2 + 1
+    ends = (p.centre[0] + Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    return max(ends) + reach + lanes * bus.pitch
+
+
+def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
+    """Boards to try, narrow first: the lanes' base and how far the body reaches across.
+
+    Lanes close to the coils; with a track's room between; with a via's room between; and in each case no more room
+    beside the coils than the lanes take, room for a track, or room for a via.
+    """
+    rules = spec.fpc.rules
+    hole = joined_hole(rules, bus.width)
+    via_room = hole_keep_out(hole, rules, bus.spacing) + hole.pad / 2
+    passing = len(spec.array.placements) // 2
+    boards = []
+    for base in (0.0, bus.pitch, via_room) if passing else (0.0,):
+        raised = replace(bus, base=base)
+        lanes = lane_height(raised, passing - 1, 1) + bus.width / 2 if passing else bus.reach
+        for beside in (0.0, bus.spacing + bus.width, via_room):
+            boards.append(
+                (raised, _beyond_coils(bus, max(lanes, bus.reach + beside) + rules.copper_to_edge - bus.reach))
+            )
+    return sorted(set(boards), key=lambda board: (board[1].half, board[0].base))
+
+
+def _beyond_coils(bus: Bus, room: float) -> Breadth:
+    """A board with so much room (m) beside the outermost coils."""
+    return Breadth(round(bus.coils.low - room, 9), round(bus.coils.high + room, 9))
+
+
+def route_in_line(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+) -> Routing | None:
+    """The narrowest board with room, the first lane on the side where the far coil begins, else on the other.
+
+    Pairs leave their rings at the corner towards the tail, and the far coils choose first; only where no board has room
+    so, pairs may leave beside the corner too, and a coil that finds no way chooses before the others. Where leads run
+    farther round their coils than they must, the other side and wider boards are tried too, as far as the jaw allows.
+    """
+    begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
+    first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(wound)]
+    # the first try; pairs leave beside the corner; and coils choose in another order
+    efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
+    for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
+        routed = (
+            _Lanes(
+                spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, turned, patience
+            ).routed(reordered)
+            for (raised, breadth), side in product(boards(spec, bus), first_sides)
+        )
+        found = _least_round((one for one in routed if one is not None), widest(spec), patience)
+        if found is not None:
+            return found
+    return None
+
+
+def _least_round(routed: Iterator[Routing], widest: float, patience: Patience) -> Routing | None:
+    """Of boards as they are found the one whose leads run least round their coils beyond what they must; the first one,
+    and of the others those no wider than `widest` (half, m), while the patience lasts.
+    """
+    best = next(routed, None)
+    if best is None or best.excess < SPARED:
+        return best
+    with patience.at_most(FURTHER):
+        for found in routed:
+            if found.breadth.half > max(widest, best.breadth.half):
+                break
+            best = found if found.excess < best.excess - SPARED else best
+            if best.excess < SPARED:
+                break
+    return best
+
+
+def widest(spec: SensorSpec) -> float:
+    """Half the width (m) that a body may have where it becomes wider only for the leads' sake: the jaw's."""
+    jaw = spec.mount.jaw if spec.mount else None
+    return math.inf if jaw is None else jaw.width / 2 - spec.fpc.margin[1]
+
+
+def _in_turn(
+    order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | Stuck], reordered: bool
+) -> dict[int, Escape] | Stuck:
+    """Coils led out in this order; where one finds no way, and they may be `reordered`, again with that one first.
+
+    Or which coil finds no way.
+    """
+    tried: set[tuple[int, ...]] = set()
+    while True:
+        tried.add(tuple(order))
+        found = lead_out(order)
+        if not isinstance(found, Stuck) or not reordered:
+            return found
+        order = [found.coil, *(index for index in order if index != found.coil)]
+        if tuple(order) in tried or len(tried) > len(order):
+            return found
+
+
+@record
+class _Lanes:
+    # A board on which coils in one line are led out to their lanes.
+    spec: SensorSpec
+    bus: Bus
+    wound: tuple[WoundCoil, ...]
+    lanes: tuple[Lane, ...]
+    front: float
+    breadth: Breadth
+    turned: bool
+    patience: Patience
+
+    def routed(self, reordered: bool) -> Routing | None:
+        """The board with all its coils led out, far ones first, if they find a way."""
+        far_first = sorted(range(len(self.wound)), key=lambda i: self.lanes[i].placement.centre[0])
+        escapes = _in_turn(far_first, self.lead_out, reordered)
+        if isinstance(escapes, Stuck):
+            return None
+        tail = body_frame(self.spec, self.bus, self.front, self.breadth)
+        return _routing(self.spec, self.bus, self.lanes, escapes, self.breadth, tail)
+
+    def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
+        """Every coil's escape, or which coil found none."""
+        board = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.breadth)
+        escapes: dict[int, Escape] = {}
+        for index in order:
+            if self.patience.is_spent:
+                return Stuck(index)
+            around = Surroundings(self.spec, self.bus, self.lanes[index].placement, self.breadth)
+            found = None
+            for turned in (False, True) if self.turned else (False,):
+                choices = exits(self.spec, self.bus, self.lanes[index], self.front, turned)
+                found = found or _lead_out(around, self.wound, index, choices, board, self.patience)
+            if found is None:
+                return Stuck(index)
+            for branch in found.branches:
+                board.add(branch.tracks, branch.holes)
+            escapes[index] = found
+        return escapes
+
+
+def _routing(
+    spec: SensorSpec, bus: Bus, lanes: tuple[Lane, ...], escapes: dict[int, Escape], breadth: Breadth, tail: TailFrame
+) -> Routing:
+    """The finished routing, on a tail long enough for it."""
+    ways = tuple(escapes[i] for i in range(len(lanes)))
+    down = ways_down(spec, bus, tail, lanes, [way.entries for way in ways])
+    pieces = [branch for way in ways for branch in way.branches]
+    far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
+    long = reaching_ahead(spec, far, stretched(spec, bus, tail, down))
+    laid = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
+    return Routing(bus, ways, laid, breadth, far, long)
+
+
+def _lead_out(
+    around: Surroundings,
+    wound: tuple[WoundCoil, ...],
+    index: int,
+    choices: Iterable[tuple[Exit, Exit]],
+    board: Obstacles,
+    patience: Patience,
+    first: bool = False,
+) -> Escape | None:
+    """One coil's escape among the other coils and what is on the board already."""
+    obstacles = board.copy()
+    obstacles.add(_other_coils(around.spec, index), _inner_holes(wound[index]))
+    start, joins, end = _ends(wound[index])
+    return escape(around, joins, (start, end), choices, obstacles, patience, first)
+
+
+def route_freely(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+) -> Routing | None:
+    """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left.
+
+    The narrowest board with room in one of the likely orders of the tail, or else in one of the others; only where no
+    board has room so, a coil that finds no way chooses before the others. Where leads run farther round their coils
+    than they must, the boards that come next are tried too, as far as the jaw allows.
+    """
+    return _least_round(_free_ways(spec, bus, wound, front, patience), widest(spec), patience)
+
+
+def _free_ways(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+) -> Iterator[Routing]:
+    from sitscad.layout.routing.maze import Lattice  # coils in one line go without
+
+    orders = rows_of_lanes(spec.array.placements)
+    grounds = [
+        (raised, breadth, gathering_frame(spec, raised, front, breadth))
+        for raised, breadth in grounds_between(spec, bus)
+    ]
+    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
+    lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
+    near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
+    can_leave: set[int] = set()
+
+    def board(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
+        return _Rows(spec, ground[0], wound, lanes, front, *ground[1:], lattice, patience)
+
+    likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
+    for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
+        walled: set[tuple[Breadth, int]] = set()
+        for ground in grounds[-BASES:] if reordered else grounds:
+            for rank, lanes in enumerate(ranks):
+                if (ground[1], rank) in walled:
+                    continue
+                escapes = _in_turn(near_first, board(ground, lanes).lead_out, reordered)
+                if not isinstance(escapes, Stuck):
+                    yield _routing(spec, ground[0], lanes, escapes, *ground[1:])
+                    continue
+                if escapes.walled:
+                    walled.add((ground[1], rank))
+                alone = [escapes.coil]
+                if escapes.coil not in can_leave and isinstance(board(roomiest, lanes).lead_out(alone), Stuck):
+                    return  # not even alone
+                can_leave.add(escapes.coil)
+
+
+def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
+    """Boards to try for coils not in one line, narrow first: the room kept beside other coils, and how far the body
+    reaches across.
+
+    There is room outside the coils for a track, for a via, or for a via and a track beside it.
+    """
+    rules = spec.fpc.rules
+    hole = joined_hole(rules, bus.width)
+    keep_out = hole_keep_out(hole, rules, bus.spacing)
+    across = sorted({breadth for _, breadth in boards(spec, bus)}, key=lambda breadth: breadth.half)[-2:]
+    across.append(_beyond_coils(bus, across[-1].high - bus.coils.high + keep_out + bus.width))
+    bases = (0.0, bus.pitch, keep_out + hole.pad / 2)
+    return [(replace(bus, base=base), breadth) for breadth in across for base in bases]
+
+
+@record
+class _Rows:
+    # A board on which coils that do not stand in one line are led out through a maze.
+    spec: SensorSpec
+    bus: Bus
+    wound: tuple[WoundCoil, ...]
+    lanes: tuple[Lane, ...]
+    front: float
+    breadth: Breadth
+    tail: TailFrame
+    lattice: Lattice
+    patience: Patience
+
+    def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
+        """Every coil's escape, or which coil found none."""
+        from sitscad.layout.routing.maze import Ground, Maze  # coils in one line go without
+
+        spec, tail = self.spec, self.tail
+        board = Obstacles(spec.fpc.rules, self.bus.spacing, self.breadth)
+        maze = Maze(self.lattice, self.bus, Ground(self.front, tail.funnel, self.breadth, tail.half_width))
+        escapes: dict[int, Escape] = {}
+        for index in order:
+            if self.patience.is_spent:
+                return Stuck(index)
+            self.patience.left -= TRIALS_OF_A_WAVE
+            lane = self.lanes[index]
+            entry = Point(tail.funnel, pair_height(spec, tail, lane))
+            around = Surroundings(spec, self.bus, lane.placement, self.breadth)
+            choices = islice(maze.exits(lane.placement, entry), TRIED)
+            shortest = next(choices, None)
+            if shortest is None:
+                return Stuck(index, walled=True)
+            found = _lead_out(around, self.wound, index, chain([shortest], choices), board, self.patience, first=True)
+            if found is None:
+                return Stuck(index)
+            for branch in found.branches:
+                board.add(branch.tracks, branch.holes)
+                maze.add(branch.tracks, branch.holes)
+            escapes[index] = found
+        return escapes
+
+
+def gathering_frame(spec: SensorSpec, bus: Bus, front: float, breadth: Breadth) -> TailFrame:
+    """The tail of an array not in line: in the taper the pairs come together, their lanes begin behind it."""
+    tail = body_frame(spec, bus, front, breadth)
+    gather = max(tail.start, front + 0.3e-3 * len(spec.array.placements))
+    return replace(tail, start=gather, funnel=gather)
+
+
+def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> TailFrame:
+    """The tail of the body as wide as it is made for coils and leads that need so much of it."""
+    half_width = body_breadth(spec, needed).farthest
+    return frame(spec, bus, connector_of(spec, connector("solder-pads")), front, half_width)
+
+
+def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
+    """The tail, begun later where the body needs a margin, or more length for the coils to be in its middle."""
+    ahead = ends(spec, far, tail.body_end)[1] - tail.body_end
+    return tail.reaching(ahead) if ahead > 0.0 else tail
+
+
+FURTHER = 1_500
+"""So many trials more may be spent where leads run farther round their coils than they must."""
+
+BASES = 3
+"""How far from other coils ways may run: no farther than they must, a track farther, a via farther."""
+
+LIKELY_ORDERS = 2
+"""Orders of the tail that are tried on all boards before the others: a wider board costs less than all of them."""
+
+TRIED = 8
+"""Exits of a coil that are tried in an array not in line, shortest way first."""
+
+
+def _other_coils(spec: SensorSpec, index: int) -> list[Track]:
+    """The outermost copper of all coils but one, on every layer that they are wound on."""
+    boundary = outer_boundary(spec.coil.shape, spec.coil.size, -spec.coil.trace_width / 2)
+    return [
+        Track(boundary.rotated(placement.rotation).shifted(*placement.centre), spec.coil.trace_width, layer)
+        for i, placement in enumerate(spec.array.placements)
+        for layer in spec.coil.layers
+        if i != index
+    ]
+
+
+def _inner_holes(coil: WoundCoil) -> list[Hole]:
+    """The vias inside a winding that a lead coming out from under the turns must pass: all but the one it begins at."""
+    if coil.way_out_layer is None:
+        return []
+    return [join.hole for join in coil.inner[:-1]]
+
+
+def _ends(coil: WoundCoil) -> tuple[OuterEnd, list[tuple[OuterEnd, OuterEnd]], OuterEnd]:
+    start, joins, end = outer_ends(coil.windings)
+    if end is None:
+        assert coil.way_out_layer is not None, "a coil without a way out is not routed"
+        end = OuterEnd(coil.inner[-1].hole.centre, coil.way_out_layer, from_inside=True)
+    return start, joins, end

@@ -1,0 +1,1 @@
+"""The windings of every coil, and how their layers are joined inside."""

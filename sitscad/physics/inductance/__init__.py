@@ -1,0 +1,1 @@
+"""Neumann's integral over spirals and over tracks of sides and arcs."""

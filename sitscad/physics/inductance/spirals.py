@@ -1,0 +1,252 @@
+"""Neumann's integral over Archimedean spirals: the winding itself, with its slope, its ends and its crossing layers.
+
+With the difference of azimuths as one variable, the integrand over the other one (how far in the pair stands) has no
+peak for layers of one sense and one known peak for crossing layers. So the double integral costs a few hundred points
+per turn, growing linearly with the turns, instead of the square of the number of nodes.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.inductance.mean_distance import level_heights, strand_clearance
+from sitscad.physics.special.legendre import gauss
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+
+CROSSING_STRANDS = 3
+"""Most strands of layers that cross: the clearance of more is so small that each pair would need points of its own."""
+
+
+@record
+class SpiralLayer:
+    """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis.
+
+    Its azimuth is angle + sense * theta (sense +1 or -1); `inward` says whether the current runs with theta. Lengths in
+    metres; `width` and `thickness` are the track's cross-section, `z` its mid-plane.
+    """
+
+    radius: float
+    pitch: float
+    turns: float
+    angle: float
+    sense: int
+    inward: bool
+    z: float
+    width: float
+    thickness: float
+
+    @property
+    def span(self) -> float:
+        """The angle that the layer runs through (rad)."""
+        return 2.0 * math.pi * self.turns
+
+    @property
+    def inner_radius(self) -> float:
+        """Radius of the centre line at the inner end (m)."""
+        return self.radius - self.pitch * self.turns
+
+    @property
+    def circulation(self) -> int:
+        """+1 when the current runs counter-clockwise, -1 otherwise."""
+        return self.sense if self.inward else -self.sense
+
+
+@record
+class Resolution:
+    """Gauss points of the Neumann integral: around each near approach, along the spiral, strands across the width."""
+
+    around: int = 14
+    along: int = 10
+    strands: int = 2
+
+
+def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution: Resolution = Resolution()) -> float:
+    """Mutual inductance (H) of two coaxial spiral layers of one pitch; the self one when identical.
+
+    Uniform current over the real cross-sections (strands at the Gauss points of the width whose distances keep the
+    rectangles' geometric mean distance). Neumann 1845 for the integral; Grover 1946 chapter 3 for the mean distance.
+    """
+    unit = first.radius
+    if first.sense == second.sense:
+        total = _along_each_other(first, second, unit, resolution)
+    else:
+        total = _crossing(first, second, unit, resolution)
+    sign = (1 if first.inward else -1) * (1 if second.inward else -1)
+    return sign * MU0 / (4.0 * math.pi) * unit * total
+
+
+def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution = Resolution()) -> Array:
+    """Inductance matrix (H) of the layers, each pair that is alike by symmetry computed once."""
+    count = len(layers)
+    matrix = np.empty((count, count))
+    known: dict[tuple[object, ...], float] = {}
+    for i in range(count):
+        for j in range(i + 1):
+            key = _likeness(layers[i], layers[j])
+            if key not in known:
+                known[key] = spiral_mutual_inductance(layers[i], layers[j], resolution)
+            matrix[i, j] = matrix[j, i] = known[key]
+    return matrix
+
+
+def _likeness(a: SpiralLayer, b: SpiralLayer) -> tuple[object, ...]:
+    # Pairs that a rotation, a mirror or (of layers of as many turns) an exchange turns into each other have one
+    # inductance.
+    turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
+    sections = ((a.width, a.thickness), (b.width, b.thickness))
+    alike = a.turns == b.turns
+    turn = min(turn, 2.0 * math.pi - turn) if a.sense == b.sense and alike else turn
+    section = tuple(sorted(sections)) if alike else sections
+    return (a.sense == b.sense, round(turn, 9) % round(2.0 * math.pi, 9), round(abs(a.z - b.z), 12), section,
+            a.radius, b.radius, a.pitch, a.turns, b.turns, a.inward == b.inward)  # fmt: skip
+
+
+def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
+    # Gauss points on [low, high] crowded about 0 with x = scale * sinh(t); arrays (panels, count).
+    nodes, weights = gauss(count)
+    a, b = np.arcsinh(low / scale)[:, None], np.arcsinh(high / scale)[:, None]
+    t = 0.5 * (a + b) + 0.5 * (b - a) * nodes
+    return scale[:, None] * np.sinh(t), 0.5 * (b - a) * weights * scale[:, None] * np.cosh(t)
+
+
+def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple[Array, Array, Array]:
+    # Panels of [low, high]: each belongs to the nearest centre, ends at it, half-way to the next, or at a cut.
+    edges = {low, high, *(c for c in cuts if low < c < high)}
+    halves = np.concatenate([centres, centres - math.pi, centres + math.pi])
+    edges.update(float(e) for e in halves if low < e < high)
+    ordered = np.array(sorted(edges))
+    ordered = ordered[np.concatenate([[True], np.diff(ordered) > 1e-12])]
+    middle = 0.5 * (ordered[1:] + ordered[:-1])
+    owner = np.argmin(np.abs(middle[:, None] - centres[None, :]), axis=1)
+    return ordered[:-1], ordered[1:], owner
+
+
+def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+    b = first.pitch / (2.0 * math.pi * unit)
+    ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
+    span = max(spans)
+    height = (first.z - second.z) / unit
+    offset = first.sense * (first.angle - second.angle)
+    strands = resolution.strands
+    count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
+    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1, dtype=np.float64)
+    apart = np.abs(rb - ra - b * centres)
+    mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
+    slant = mean_radius / math.hypot(mean_radius, b)
+    widths, thicknesses = (first.width / unit, second.width / unit), (first.thickness / unit, second.thickness / unit)
+    levels = 2 if height else 1
+    clearance = strand_clearance(apart * slant, height, widths, thicknesses, strands, levels)
+    level, levels_apart = _levels(height, thicknesses, levels)
+    low, high, owner = _panels(centres, -spans[0], spans[1], [0.0, spans[1] - spans[0]])
+    reach = apart**2 + height**2 + clearance
+    smallest = 0.02 * (first.width / unit) ** 2
+    scale = np.sqrt(np.maximum(reach, smallest))[owner] / mean_radius
+    v, weight = _graded(low - centres[owner], high - centres[owner], scale, resolution.around)
+    u = v + centres[owner][:, None]
+    start, end = np.maximum(0.0, -u), np.minimum(spans[0], spans[1] - u)
+    nodes, along = gauss(resolution.along)
+    theta = (0.5 * (start + end))[..., None] + (0.5 * (end - start))[..., None] * nodes
+    weight = (weight * 0.5 * (end - start))[..., None] * along
+    extra = level + clearance[owner][:, None, None]
+    cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
+    half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
+    step = (rb - ra - b * u)[..., None]
+    r1 = ra - b * theta
+    r2 = r1 + step
+    weight = weight * ((b * b + r1 * r2) * cosine + b * step * sine)
+    one, other = _beside(r1, b, first.width / unit, strands), _beside(r2, b, second.width / unit, strands)
+    total = 0.0
+    for share, p, a, x1, stretch in one:
+        for other_share, q, c, x2, other_stretch in other:
+            squared = (x1 - x2 - step) ** 2 + (a - c) ** 2 + extra
+            squared += 2.0 * ((p * q + a * c) * half + (p * c - a * q) * sine)
+            inverse = _inverse_distance(squared, levels_apart)
+            total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
+    return total
+
+
+def _beside(radius: Array, b: float, width: float, count: int) -> list[tuple[float, Array, Array, Array, Array]]:
+    # The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
+    # along radius and azimuth, how far out it lies, and how much longer it is than the centre line.
+    speed = np.sqrt(radius**2 + b * b)
+    curvature = (radius**2 + 2.0 * b * b) / speed**3
+    found = []
+    for node, weight in zip(*gauss(count), strict=True):
+        x = 0.5 * width * float(node)
+        outwards = x * radius / speed
+        found.append((0.5 * float(weight), radius + outwards, x * b / speed, outwards, 1.0 + x * curvature))
+    return found
+
+
+def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
+    # Mean and half the difference of the squared heights at which strands are taken: two of them for two layers, whose
+    # mean distance alone does not say all where they are thick and near each other.
+    low, *_, high = 2 * level_heights(height, thicknesses, levels)  # one height is both
+    return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
+
+
+def _inverse_distance(squared: Array, levels_apart: float) -> Array:
+    # The mean of 1/distance at both heights.
+    if not levels_apart:
+        return 1.0 / np.sqrt(squared)
+    return 0.5 / np.sqrt(squared - levels_apart) + 0.5 / np.sqrt(squared + levels_apart)
+
+
+def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+    b = first.pitch / (2.0 * math.pi * unit)
+    ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
+    span = max(spans)
+    height = (first.z - second.z) / unit
+    offset = -first.sense * (first.angle - second.angle)
+    count = math.ceil(span / math.pi) + 2
+    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-1, count, dtype=np.float64)
+    widths = (first.width / unit, second.width / unit)
+    strands = min(resolution.strands, CROSSING_STRANDS)
+    thicknesses = (first.thickness / unit, second.thickness / unit)
+    table = _clearance_table(height, widths, thicknesses, strands)
+    level, levels_apart = _levels(height, thicknesses, 2)
+    mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
+    grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
+    low, high, owner = _panels(centres, 0.0, math.fsum(spans), list(spans))
+    v, weight = _graded(low - centres[owner], high - centres[owner], np.full(owner.shape, grade / mean_radius),
+                        resolution.around)  # fmt: skip
+    total_angle = v + centres[owner][:, None]
+    # How much farther in the one is than the other: their angles' sum is given, each runs from 0 to its span.
+    least = b * (total_angle - 2.0 * np.minimum(total_angle, spans[0]))
+    most = b * (2.0 * np.minimum(total_angle, spans[1]) - total_angle)
+    width = np.sqrt(grade**2 + (mean_radius * 2.0 * np.sin(0.5 * v)) ** 2)
+    apart = ra - rb
+    gap, gap_weight = _graded(apart + least.ravel(), apart + most.ravel(), width.ravel(), 2 * resolution.along)
+    shape = (*width.shape, 2 * resolution.along)
+    gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
+    extra = level + np.interp(np.abs(gap), *table)
+    cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
+    half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
+    both = (ra + rb - b * total_angle)[..., None]
+    r1, r2 = 0.5 * (both + gap), 0.5 * (both - gap)
+    weight = weight * ((b * b - r1 * r2) * cosine + b * both * sine)
+    one, other = _beside(r1, b, widths[0], strands), _beside(r2, b, widths[1], strands)
+    total = 0.0
+    for share, p, a, _, stretch in one:
+        for other_share, q, c, _, other_stretch in other:
+            squared = (p - q) ** 2 + (a + c) ** 2 + extra
+            squared += 2.0 * ((p * q - a * c) * half + (p * c + a * q) * sine)
+            inverse = _inverse_distance(squared, levels_apart)
+            total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
+    return total
+
+
+@lru_cache(maxsize=64)
+def _clearance_table(
+    height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int
+) -> tuple[Array, Array]:
+    across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
+    return across, strand_clearance(across, height, widths, thicknesses, strands, 2)

@@ -1,0 +1,1 @@
+"""Resistance: direct current at corners and ends, skin and proximity effect."""

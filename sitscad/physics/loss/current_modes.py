@@ -1,0 +1,210 @@
+"""Alternating current in parallel tracks: the density over every cross-section is a sum of Legendre modes.
+
+The first mode carries the current; the others carry none and are driven by the flux between the edges. The
+partial-element equations of the modes (Ruehli 1974) are diagonal in resistance, so a short Lanczos run gives R and L at
+every frequency at once. Modes of different tracks see each other as parallel straight tracks do: they carry no net
+current, so their field is local. What drives them is not local; whoever builds a `Cut` computes it from the real path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.loss.mode_matrix import NearAndFar, mode_matrix
+from sitscad.physics.loss.track_modes import Cut, ModeSet, local_points, mode_conductances, projection
+from sitscad.physics.special.legendre import gauss, legendre
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+TRUSTED = 1e-3
+"""Share of a resistance that may rest on negative relaxation times: rounding leaves 1e-20."""
+
+FEW = 64
+"""Modes up to which all their relaxation times cost less than a Lanczos run."""
+
+
+@record(eq=False)
+class ProximityLoss:
+    """How a winding's resistance (ohm, relative to direct current) and inductance (H) change with frequency.
+
+    `rates` are relaxation times (s), `strengths` the squared couplings (ohm s2): R = R0 + w2 s / (1 + w2 tau2),
+    L = L0 - w2 s tau / (1 + w2 tau2), summed over the modes. `direct_change` (H) is what L0 differs by from the
+    inductance of evenly spread current, because direct current crowds to the inside of a bend. `unresolved`
+    (ohm s2) is what of the strengths belongs to negative relaxation times, which no real track has.
+    """
+
+    direct: float
+    rates: Array
+    strengths: Array
+    direct_change: float = 0.0
+    unresolved: float = 0.0
+
+    def resistance_ratio(self, frequency: float) -> float:
+        """R(f) / R(0) of the winding at a frequency (Hz)."""
+        return float(self.resistance_ratios(np.array([frequency]))[0])
+
+    def resistance_ratios(self, frequencies: Array) -> Array:
+        """The same at every one of (n,) frequencies (Hz)."""
+        omega = 2.0 * math.pi * frequencies[:, None]
+        added = np.sum(omega**2 * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1)
+        return np.asarray(1.0 + added / self.direct)
+
+    def is_resolved(self, frequency: float) -> bool:
+        """Whether modes and points were enough for R at a frequency (Hz): see `unresolved`."""
+        doubt = (2.0 * math.pi * frequency) ** 2 * self.unresolved
+        return doubt <= TRUSTED * self.direct * self.resistance_ratio(frequency)
+
+    def inductance_change(self, frequency: float) -> float:
+        """L(f) less the inductance of evenly spread current (H), never positive."""
+        return float(self.inductance_changes(np.array([frequency]))[0])
+
+    def inductance_changes(self, frequencies: Array) -> Array:
+        """The same at every one of (n,) frequencies (Hz)."""
+        omega = 2.0 * math.pi * frequencies[:, None]
+        lag = omega**2 * self.rates
+        return np.asarray(self.direct_change - np.sum(lag * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1))
+
+    def scaled(self, direct: float) -> ProximityLoss:
+        """The loss of as much of the same conductor as has another resistance (ohm) to direct current."""
+        part = direct / self.direct
+        return ProximityLoss(
+            direct, self.rates, part * self.strengths, part * self.direct_change, part * self.unresolved
+        )
+
+
+def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
+    """Parts of one winding in series that do not see each other's modes."""
+    kept = [part for part in parts if part.direct > 0.0]
+    return ProximityLoss(
+        math.fsum(part.direct for part in kept),
+        np.concatenate([part.rates for part in kept]),
+        np.concatenate([part.strengths for part in kept]),
+        math.fsum(part.direct_change for part in kept),
+        math.fsum(part.unresolved for part in kept),
+    )
+
+
+@record(eq=False)
+class ModeSystem:
+    """The modes of a cut, each scaled to unit resistance: what current and flux do to them.
+
+    `matrix` are relaxation times (s) of all modes among each other, `coupling` what a unit current drives them with,
+    `source` is that current in modes and `shift` what of it is not even; `carrier` (tracks, modes) is each track's
+    direct-current density, a unit vector: currents without it are free. `direct` (ohm), `change` (H) as in
+    `ProximityLoss`.
+    """
+
+    matrix: Array | NearAndFar
+    coupling: Array
+    source: Array
+    shift: Array
+    carrier: Array
+    direct: float
+    change: float
+
+    def project(self, vector: Array) -> Array:
+        """Vectors of modes (n modes, ...) without what carries net current in any track."""
+        tracks, modes = self.carrier.shape
+        table = vector.reshape(tracks, modes, -1)
+        net = np.matmul(self.carrier[:, None, :], table)
+        return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
+
+    def loss(self, steps: int) -> ProximityLoss:
+        """R and L at every frequency by a Lanczos run of so many steps; few modes are solved whole."""
+        driven = self.project(self.coupling)
+        if driven.size <= FEW and not isinstance(self.matrix, NearAndFar):
+            rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
+            strengths = (driven @ vectors) ** 2
+        else:
+            rates, strengths = _lanczos(self.matrix, driven, steps, self.project)
+        below = float(np.sum(strengths[rates < 0.0]))
+        return ProximityLoss(self.direct, np.maximum(rates, 0.0), strengths, self.change, below)
+
+
+def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
+                matrix: Array | NearAndFar | None = None) -> ModeSystem:  # fmt: skip
+    """The modes of a cut's tracks in series, with `conductivity` in S/m.
+
+    The tracks drive each other as straight parallel ones do; `smooth` (n, points; Wb/m/A) is what the real path adds:
+    the vector potential along each track per ampere, times the path's length there over that of the centre line, less
+    -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines. `current` (n,)
+    is +1 or -1 (None: all +1), along one direction in space. Direct current divides as 1 / radius in a curved track.
+    `matrix` is `mode_matrix` of a cut of the same places, when that is known.
+    """
+    current = np.ones(cut.across.size) if current is None else current
+    matrix = mode_matrix(cut, conductivity, modes) if matrix is None else matrix
+    roots = np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders])
+    amount = np.sqrt(cut.length / (conductivity * cut.width * cut.thickness))[:, None]
+    carrier, even = (table * roots for table in _carrier(cut, modes))
+    size = np.sum(carrier**2, axis=1, keepdims=True)
+    source = (carrier / size * current[:, None] * amount).ravel()
+    shift = source - (even * current[:, None] * amount).ravel()
+    coupling = matrix @ source
+    change = 0.0
+    if smooth is not None:
+        scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
+        outside = ((smooth / _stretch(cut, modes)) @ projection(modes).T * scale).ravel()
+        change = float(shift @ (2.0 * coupling - matrix @ shift + 2.0 * outside))
+        coupling = coupling + outside
+    direct = float(np.sum(amount[:, 0] ** 2 / size[:, 0]))
+    return ModeSystem(matrix, coupling, source, shift, carrier / np.sqrt(size), direct, change)
+
+
+def _stretch(cut: Cut, modes: ModeSet) -> Array:
+    # Root of the length of a path at every point over that of the centre line (n, points).
+    return np.asarray(np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0]))
+
+
+def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
+             steps: int, matrix: Array | NearAndFar | None = None) -> ProximityLoss:  # fmt: skip
+    """Loss of a cut's tracks in series: `mode_system` by a Lanczos run of so many steps."""
+    return mode_system(cut, smooth, current, conductivity, modes, matrix).loss(steps)
+
+
+def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: ModeSet, steps: int = 16,
+                         ) -> ProximityLoss:  # fmt: skip
+    """Loss of long straight parallel tracks, one alone or several with their currents (+1, -1)."""
+    return cut_loss(cut, None, current, conductivity, modes, steps)
+
+
+def _carrier(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
+    # Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of.
+    nodes, weights = gauss(modes.across + 2)
+    root = np.sqrt(1.0 + 0.5 * (cut.curvature * cut.width)[:, None] * nodes)
+    values = legendre(modes.across, nodes)
+    a, b = np.array(modes.orders).T
+    carried, even = (0.5 * weights / root) @ values, (0.5 * weights * root) @ values
+    return np.where(b == 0, carried[:, a], 0.0), np.where(b == 0, even[:, a], 0.0)
+
+
+def _lanczos(
+    matrix: Array | NearAndFar, vector: Array, steps: int, project: Callable[[Array], Array]
+) -> tuple[Array, Array]:
+    # Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range: nodes and weights, exact
+    # in 2 * steps moments.
+    norm = float(np.linalg.norm(vector))
+    if norm == 0.0:
+        return np.zeros(1), np.zeros(1)
+    count = min(steps, vector.size)
+    basis = np.zeros((count + 1, vector.size))
+    basis[0] = vector / norm
+    diagonal, beside = [], []
+    for k in range(count):
+        image = project(matrix @ basis[k])
+        diagonal.append(float(basis[k] @ image))
+        kept = basis[: k + 1]
+        image -= kept.T @ (kept @ image)
+        image -= kept.T @ (kept @ image)
+        size = float(np.linalg.norm(image))
+        if size < 1e-13 * abs(diagonal[0]):
+            break
+        beside.append(size)
+        basis[k + 1] = image / size
+    small = np.diag(diagonal) + np.diag(beside[: len(diagonal) - 1], 1) + np.diag(beside[: len(diagonal) - 1], -1)
+    values, vectors = np.linalg.eigh(small)
+    return values, norm**2 * vectors[0] ** 2

@@ -1,0 +1,170 @@
+"""How the modes of parallel tracks see each other: the logarithm of the distance between all pairs of them.
+
+Modes that carry no net current have local fields: tracks far apart see of each other only the lowest. So the matrix of
+many tracks is kept as full blocks of neighbours and, beyond them, the modes of the lowest orders.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, projection
+from sitscad.physics.special.legendre import gauss, legendre
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+AT_ONCE = 16_000
+"""Distances of points that are worked on at once: as many as stay near the processor."""
+
+MANY = 60
+"""Tracks from which on far ones see only each other's lowest modes."""
+
+REACH = 6.0
+"""Distance of centres, in diagonals of the larger cross-section, up to which tracks see all of each other's modes."""
+
+LOW = 2
+"""Highest order, across and through together, of the modes that far tracks see."""
+
+FAR_POINTS = 3
+"""Points across and, at most, through a track at which far ones see it: exact for the orders of LOW."""
+
+
+@record(eq=False)
+class NearAndFar:
+    """A symmetric matrix of the modes of many tracks, to be multiplied by (n modes,) or (n modes, k) numbers.
+
+    `blocks` (pairs, modes, modes) are those of tracks `first` (sorted, every track there) and `second`; `far` those of
+    the modes `low` of all other pairs (n low, n low), in single precision; both are multiplied by `scale` (n, modes) on
+    either side.
+    """
+
+    first: Index
+    second: Index
+    blocks: Array
+    low: Index
+    far: NDArray[np.float32]
+    scale: Array
+
+    def __matmul__(self, vector: Array) -> Array:
+        count, modes = self.scale.shape
+        table = vector.reshape(count, modes, -1) * self.scale[:, :, None]
+        begins = np.searchsorted(self.first, np.arange(count))
+        found = np.add.reduceat(np.matmul(self.blocks, table[self.second]), begins, axis=0)
+        lowest = table[:, self.low].reshape(count * self.low.size, -1)
+        found[:, self.low] += (self.far @ lowest.astype(np.float32)).reshape(count, self.low.size, -1)
+        return np.asarray((found * self.scale[:, :, None]).reshape(vector.shape))
+
+
+def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAndFar:
+    """Relaxation times (s) of all modes of a cut among each other, scaled by resistances: (n modes, n modes)."""
+    scale = mode_conductances(cut, conductivity, modes)
+    if len(scale) >= MANY:
+        return _near_and_far(cut, modes, scale)
+    flat = scale.ravel()
+    first, second = np.triu_indices(len(scale), 1)
+    mutual = np.empty((*scale.shape, *scale.shape))
+    for part, block in _mutual_logs(cut, modes, first, second):
+        i, j = first[part], second[part]
+        mutual[i, :, j, :] = block
+        mutual[j, :, i, :] = np.swapaxes(block, 1, 2)
+    own = np.arange(len(scale))
+    mutual[own, :, own, :] = _own_logs(cut, modes)
+    matrix = mutual.reshape(flat.size, flat.size)
+    matrix *= (-MU0 / (2.0 * math.pi) * flat)[:, None]
+    matrix *= flat
+    return matrix
+
+
+def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
+    count = len(scale)
+    size = np.hypot(cut.width, cut.thickness)
+    apart = np.hypot(cut.across[:, None] - cut.across, cut.height[:, None] - cut.height)
+    near = apart < REACH * np.maximum(size[:, None], size)
+    i, j = np.nonzero(np.triu(near, 1))
+    parts = [block.copy() for _, block in _mutual_logs(cut, modes, i, j)]
+    blocks = np.concatenate([*parts, *(np.swapaxes(block, 1, 2) for block in parts), _own_logs(cut, modes)])
+    own = np.arange(count)
+    first, second = np.concatenate([i, j, own]), np.concatenate([j, i, own])
+    order = np.argsort(first, kind="stable")
+    few = replace(modes, points=(FAR_POINTS, min(FAR_POINTS, modes.through + 1)))
+    low = np.array([k for k, (a, b) in enumerate(modes.orders) if a + b <= LOW], dtype=np.intp)
+    far = np.zeros((count, low.size, count, low.size), dtype=np.float32)
+    i, j = np.nonzero(np.triu(~near, 1))
+    for part, block in _mutual_logs(cut, few, i, j, low):
+        far[i[part], :, j[part], :] = block
+        far[j[part], :, i[part], :] = np.swapaxes(block, 1, 2)
+    root = math.sqrt(MU0 / (2.0 * math.pi))
+    return NearAndFar(
+        first[order], second[order], -blocks[order], low, -far.reshape(count * low.size, -1), root * scale
+    )
+
+
+def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | None = None,
+                 ) -> Iterator[tuple[slice, Array]]:  # fmt: skip
+    # <P_m ln(distance / unit) P_n> of pairs of tracks (pairs, modes, modes), some at once; `kept` modes only.
+    x, z = (table / cut.unit for table in points_of(cut, modes))
+    weights = projection(modes) if kept is None else projection(modes)[kept]
+    points = x.shape[1]
+    step = max(1, AT_ONCE // points**2)
+    for low in range(0, i.size, step):
+        part = slice(low, min(low + step, i.size))
+        first, second = i[part], j[part]
+        squared = np.square(x[first][:, :, None] - x[second][:, None, :])
+        squared += np.square(z[first][:, :, None] - z[second][:, None, :])
+        np.log(np.maximum(squared, 1e-30, out=squared), out=squared)
+        half = squared.reshape(-1, points) @ (0.5 * weights.T)
+        yield part, weights @ half.reshape(first.size, points, -1)
+
+
+def _own_logs(cut: Cut, modes: ModeSet) -> Array:
+    # The same of every track with itself (n, modes, modes).
+    found = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
+    for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
+        block = log_block(thickness / width, replace(modes, points=(1, 1))).copy()
+        block[0, 0] += math.log(width / cut.unit)
+        found[(cut.width == width) & (cut.thickness == thickness)] = block
+    return found
+
+
+@lru_cache(maxsize=32)
+def log_block(aspect: float, modes: ModeSet) -> Array:
+    """Means over one rectangle of thickness / width `aspect` of mode times ln(distance / width) times mode.
+
+    The quadruple integral becomes a double one over the differences of both coordinates, whose densities are
+    polynomials; points crowd towards difference zero, where the logarithm is. Within 2e-6 of the closed mean distance.
+    The points of the set are not used.
+    """
+    nodes, weights = gauss(16 + modes.through)
+    t = 0.5 * (1.0 + nodes)
+    dz, wz = 2.0 * t**3, weights * 3.0 * t**2
+    nodes, weights = gauss(18 + 2 * modes.across)
+    t = 0.5 * (1.0 + nodes)
+    scale = np.maximum(aspect * dz, 1e-9)[:, None]
+    top = np.arcsinh(2.0 / scale)
+    u = top * t
+    dx, wx = scale * np.sinh(u), 0.5 * weights * top * scale * np.cosh(u)
+    kernel = 0.5 * np.log(0.25 * (dx**2 + (aspect * dz[:, None]) ** 2)) * wx * wz[:, None]
+    through = _difference_density(dz, modes.through)
+    across = _difference_density(dx.ravel(), modes.across)
+    half = np.einsum("zbd,zx->bdzx", through, kernel).reshape(-1, kernel.size)
+    table = (half @ across.reshape(kernel.size, -1)).reshape(*through.shape[1:], *across.shape[1:])
+    a, b = np.array(modes.orders).T
+    return np.asarray(table[b[:, None], b[None, :], a[:, None], a[None, :]])
+
+
+def _difference_density(gap: Array, order: int) -> Array:
+    # Mean of P_a(x) P_c(x') over the pairs on [-1, 1] that are `gap` apart, either way round: (gaps, a, c).
+    nodes, weights = gauss(order + 1)
+    half = 1.0 - 0.5 * gap[:, None]
+    low, high = legendre(order, half * nodes - 0.5 * gap[:, None]), legendre(order, half * nodes + 0.5 * gap[:, None])
+    one = np.swapaxes(low * (0.25 * half * weights)[..., None], 1, 2) @ high
+    return np.asarray(one + np.swapaxes(one, 1, 2))

@@ -1,0 +1,154 @@
+"""A flat coil's current resolved into waves exp(i k . r): what conductors before and behind it reflect.
+
+A spiral's harmonics about its axis are integrals along a radius in closed integrands; polygons: `polyline_spectrum`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.special.bessel import bessel_orders, j0, j1
+from sitscad.physics.special.legendre import gauss
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+LEAST_HARMONICS, MOST_HARMONICS = 3, 8
+"""Harmonics of a spiral's winding that are kept; more than the least only for metal nearer than some pitches."""
+
+
+@record(eq=False)
+class CurrentSpectrum:
+    """What reflection needs of a coil: wave numbers (1/m), weights, heights (m) and power spectra of its layers.
+
+    `power[n, i, j]` is the mean over directions of the product of layers i and j, scaled so that the mutual inductance
+    is mu0 pi times the weighted sum of power times exp(-k distance) of the layers' mid-planes.
+    """
+
+    wave_numbers: Array
+    weights: Array
+    heights: Array
+    power: Array
+
+    @cached_property
+    def sums(self) -> tuple[Array, Array, Array]:
+        """Power of all layers together for each wave number: of the waves exp(-k (highest - z)), of products of those
+        with exp(-k (z - lowest)), and of the latter.
+        """
+        k, z, power = self.wave_numbers[:, None], self.heights, self.power
+        up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))
+        one = np.einsum("ki,kij,kj->k", up, power, up)
+        cross = np.einsum("ki,kij,kj->k", up, power, down)
+        two = np.einsum("ki,kij,kj->k", down, power, down)
+        return one, cross, two
+
+
+def wave_numbers(outer: float, nearest: float) -> tuple[Array, Array]:
+    """Nodes and weights (1/m) of the integral over k for a coil of radius `outer` and distances from `nearest` (m) on.
+
+    Up to where exp(-2 k nearest) has died out (1e-7), as dense as products of two waves of the coil's size ask.
+    """
+    top = 8.0 / max(nearest, 1e-3 * outer)
+    panels = 3 + math.ceil(top * outer / 12.0)
+    nodes, share = gauss(16)
+    k = top * (np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels
+    return k.ravel(), np.tile(0.5 * top * share, panels) / panels
+
+
+def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: int | None = None) -> CurrentSpectrum:
+    """Spectrum of coaxial spiral layers, for reflectors no nearer than `nearest` (m) to any layer's mid-plane.
+
+    A spiral passes every radius once, at the angle phi(r), so harmonic m of its current is exp(-i m phi(r)) / pitch
+    from the inner to the outer radius: across the wave, 1/p times the integral of exp(-i m phi) r J_m'(k r) dr, along
+    it m / (k r) J_m instead, and both for the slope. Harmonic 0 is the current sheet; the others are ends and single
+    turns. The part along the wave vanishes for a closed circuit; kept, the result is the Neumann integral with the
+    images of the open path, as the inductance in free air is (Sommerfeld's horizontal potential). The even current in
+    the track's cross-section enters as the mean over it: sinc(k w / 2) with the bend's share across, and
+    sinh(k t / 2) / (k t / 2) through. `harmonics` is the highest that is wanted, None for what the distance asks.
+    """
+    k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
+    highest = _harmonics(layers, nearest) if harmonics is None else harmonics
+    known: dict[tuple[float, ...], _Radial] = {}
+    for layer in layers:  # layers of one size share all but angle, sense and way of the current
+        if _size(layer) not in known:
+            known[_size(layer)] = _radial(layer, k, highest)
+    values = np.array([_spiral_waves(layer, k, known[_size(layer)]) for layer in layers])
+    twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
+    power = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
+    return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), power)
+
+
+def _harmonics(layers: Sequence[SpiralLayer], nearest: float) -> int:
+    # The first few hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
+    pitch = max(layer.pitch for layer in layers)
+    return min(MOST_HARMONICS, max(LEAST_HARMONICS, math.ceil(0.65 * pitch / nearest)))
+
+
+def _size(layer: SpiralLayer) -> tuple[float, ...]:
+    return layer.radius, layer.pitch, layer.turns
+
+
+@record(eq=False)
+class _Radial:
+    # Radii between a spiral's ends (r), their weights (m), and J_m and J_m' of every wave there (m, k, r).
+    radii: Array
+    weights: Array
+    values: Array
+    slopes: Array
+
+
+def _radial(layer: SpiralLayer, k: Array, highest: int) -> _Radial:
+    low = layer.inner_radius
+    half = 0.5 * (layer.radius - low)
+    nodes, share = gauss(12 + math.ceil(0.6 * (half * float(k[-1]) + math.pi * highest * layer.turns)))
+    r = low + half * (1.0 + nodes)
+    return _Radial(r, share * half, *_bessel_slopes(k[:, None] * r, highest))
+
+
+def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> ComplexArray:
+    # Harmonics of one layer across and along the waves, (2, highest + 1, k).
+    r, values, slopes = radial_part.radii, radial_part.values, radial_part.slopes
+    angle = layer.angle + layer.sense * 2.0 * math.pi * (layer.radius - r) / layer.pitch
+    m = np.arange(len(values))[:, None]
+    turn = np.exp(-1j * m * angle) * (radial_part.weights / layer.pitch)
+    radial = -layer.sense * layer.pitch / (2.0 * math.pi) * turn
+    around, inwards = (np.einsum("mkr,mr->mk", slopes, part) for part in (turn * r, radial))
+    plain, beside = (np.einsum("mkr,mr->mk", values, part) for part in (turn, radial / r))
+    across, bent = _width_waves(k, layer.width)
+    order = m * across / k
+    waves = np.stack([1j * (around * across - plain * bent) - beside * order, 1j * inwards * across + plain * order])
+    return np.asarray(layer.circulation * waves * thickness_waves(k, layer.thickness))
+
+
+def _width_waves(k: Array, width: float) -> tuple[Array, Array]:
+    # The mean of cos(k x) over the width, and half that of x sin(k x): r J_m'(k r) is r times a wave, so its mean
+    # over the width is not quite that of a wave; by the equation y'' + k^2 y = -k J_m that it obeys it lacks so much
+    # of J_m.
+    half = 0.5 * k * width
+    even = np.sinc(half / math.pi)
+    return np.asarray(even), np.asarray(0.5 * (even - np.cos(half)) / k)
+
+
+def thickness_waves(k: Array, thickness: float) -> Array:
+    """The mean of a wave (1/m) that decays with height over a track's thickness (m), over that in its middle."""
+    up = np.maximum(0.5 * k * thickness, 1e-9)
+    return np.asarray(np.sinh(up) / up)
+
+
+def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:
+    # J_m(x) and J_m'(x) for m = 0 to `highest`, the order first: upwards from J0 and J1 where x is large enough.
+    orders = np.empty((highest + 2, *x.shape))
+    orders[0], orders[1] = j0(x), j1(x)
+    inverse = 2.0 / np.maximum(x, 1e-9)
+    for n in range(1, highest + 1):
+        orders[n + 1] = n * inverse * orders[n] - orders[n - 1]
+    small = x < highest + 2.0
+    orders[:, small] = bessel_orders(x[small], highest + 1)
+    return orders[:-1], np.concatenate([-orders[1:2], 0.5 * (orders[:-2] - orders[2:])])

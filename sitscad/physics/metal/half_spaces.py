@@ -1,0 +1,132 @@
+"""Conductors in front of and behind a flat coil: layered half-spaces after Dodd and Deeds (J. Appl. Phys. 39, 1968).
+
+The coil's current is resolved into waves exp(i k . r). A stack of plates reflects each with a factor that depends on k,
+frequency, conductivity and permeability; what comes back changes inductance and resistance. Plates are endless.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum
+from sitscad.physics.special.bessel import j0
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@record
+class Plate:
+    """One layer of a reflector: conductivity (S/m), relative permeability, thickness in metres (inf: a half-space)."""
+
+    conductivity: float
+    permeability: float = 1.0
+    thickness: float = math.inf
+
+
+@record
+class Reflector:
+    """Plates in the order met from the coil, and the distance (m) of the first face from the plane z = 0."""
+
+    distance: float
+    plates: tuple[Plate, ...]
+
+
+def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[Plate]) -> ComplexArray:
+    """Reflection factor of a stack of plates for each wave number (1/m): -1 for a perfect conductor, 0 for nothing.
+
+    At one frequency (Hz), or at (n, 1) of them and then (n, wave numbers).
+    Transmission-line recursion of the surface admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma, from the
+    last plate (vacuum behind it unless it is a half-space) to the first.
+    """
+    k = np.asarray(wave_numbers, dtype=float)
+    admittance = k.astype(complex)
+    for plate in reversed(plates):
+        alpha = np.sqrt(k * k + 2j * math.pi * frequency * MU0 * plate.permeability * plate.conductivity)
+        own = alpha / plate.permeability
+        if math.isinf(plate.thickness):
+            admittance = own
+            continue
+        decay = np.exp(-2.0 * alpha * plate.thickness)
+        tanh = (1.0 - decay) / (1.0 + decay)
+        admittance = own * (admittance + own * tanh) / (own + admittance * tanh)
+    return (k - admittance) / (k + admittance)
+
+
+def returned_waves(
+    wave_numbers: Array,
+    frequencies: Array,
+    above: Reflector | None,
+    below: Reflector | None,
+    levels: tuple[float, float],
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """What comes back of every wave (1/m) at every frequency (Hz), with the multiple reflection between both sides
+    summed exactly: (frequencies, wave numbers).
+
+    `levels` (m) are the lowest and the highest height of the current. A wave that decays as exp(-k (highest - z)), or
+    as exp(-k (z - lowest)), is reflected into such ones: coefficients up to up, up to down, and down to down.
+    """
+    k, (low, high) = wave_numbers, levels
+    top, bottom = (
+        np.zeros((frequencies.size, k.size), dtype=complex)
+        if side is None
+        else reflection(k, frequencies[:, None], side.plates)
+        for side in (above, below)
+    )
+    to_roof = np.exp(-k * ((above.distance if above is not None else high + 1.0) - high))
+    to_floor = np.exp(-k * (low + (below.distance if below is not None else 1.0 - low)))
+    across = np.exp(-k * (high - low))
+    again = 1.0 / (1.0 - top * bottom * (to_roof * to_floor * across) ** 2)
+    twice = top * bottom * (to_roof * to_floor) ** 2 * across
+    return top * to_roof**2 * again, twice * again, bottom * to_floor**2 * again
+
+
+def reflected_impedance(
+    spectrum: CurrentSpectrum, frequency: float, above: Reflector | None, below: Reflector | None
+) -> tuple[float, float]:
+    """Change of inductance (H) and of resistance (ohm) by reflectors above (z > 0) and below (z < 0), both acting.
+
+    Distances count from z = 0 outwards; the multiple reflection between the two is summed exactly.
+    """
+    change = complex(reflected_inductances(spectrum, np.array([frequency]), above, below, (0.0,))[0, 0])
+    return change.real, -2.0 * math.pi * frequency * change.imag
+
+
+def reflected_inductances(
+    spectrum: CurrentSpectrum,
+    frequencies: Array,
+    above: Reflector | None,
+    below: Reflector | None,
+    distances: Sequence[float],
+) -> ComplexArray:
+    """What the reflectors add to the mutual inductance (H, complex) of two alike coils side by side.
+
+    One value for each frequency (Hz) and distance (m) of their centres, 0 for the coil itself; the imaginary part times
+    -omega is a resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
+    """
+    k, z = spectrum.wave_numbers, spectrum.heights
+    both, mixed, other = returned_waves(k, frequencies, above, below, (float(z.min()), float(z.max())))
+    up, cross, down = spectrum.sums
+    waves = spectrum.weights * (both * up + 2.0 * mixed * cross + other * down)
+    shift = np.array([j0(k * distance) for distance in distances])
+    return np.asarray(MU0 * math.pi * (waves @ shift.T))
+
+
+def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:
+    """Change of the mutual inductance of every two layers with their distance (H/m), 0 on the diagonal.
+
+    dM/dh = -mu0 pi times the sum of k S_i S_j exp(-k h) for layers at `heights` (m) whose currents circulate alike; S
+    are those of the spectrum's layers, or of its only one where all are alike, its `nearest` no more than the least of
+    the distances, or a small part of the winding's radial width.
+    """
+    k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
+    distance = np.abs(z[:, None] - z[None, :])
+    share = (spectrum.weights * k)[:, None, None] * spectrum.power
+    slope = -MU0 * math.pi * np.sum(share * np.exp(-k[:, None, None] * distance), axis=0)
+    return np.asarray(slope * (1.0 - np.eye(z.size)), dtype=np.float64)

@@ -1,0 +1,271 @@
+"""The waves of tracks along straight sides, mitred where they meet, and of the loops at their corners.
+
+An even current in a mitred side has its Fourier transform in closed form. What direct current does at a corner beyond
+that is a small loop of known moment (`corner_excess`); currents without sources are the curl of their moments, so a
+loop's waves are k times its moment, across the wave. Both are taken at directions that crowd about the sides' normals,
+where short waves lie.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.physics.inductance.filaments import PolylineTrack
+from sitscad.physics.loss.bent_tracks import BentTrack
+from sitscad.physics.loss.corner_excess import Loops
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum, thickness_waves, wave_numbers
+from sitscad.physics.special.legendre import gauss
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+ComplexArray = NDArray[np.complex128]
+
+CHORD = math.radians(20.0)
+"""Angle that a chord of an arc spans at most."""
+
+MOST_NORMALS = 12
+"""Directions of long sides from which on a track counts as round: the chords of its arcs are as long as its sides."""
+
+ROUND = 48, 1.0
+"""Directions over which the waves of such a track are averaged, and how many more for each radian through which a wave
+runs over what it is longer than wide."""
+
+AT_ONCE = 12_000
+"""Waves at nodes that are worked out at once: as many as stay near the processor."""
+
+ROUNDING = 1e-8
+"""Angle (rad) between a wave and a side's normal below which the difference of the side's ends is lost in rounding."""
+
+
+def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
+    """A track with every arc as a few chords, for metal no nearer than `nearest` (m); they enclose what the arc does.
+
+    The corners of chords that span an angle a lie a^2 / 12 of the radius outside, so that in the mean they are on it.
+    """
+    nodes = [track.starts[0]]
+    for start, end, turn in zip(track.starts, track.ends, track.turns, strict=True):
+        if turn:
+            span = end - start
+            left = np.array([-span[1], span[0]])
+            centre = 0.5 * (start + end) + left * 0.5 / math.tan(0.5 * turn)
+            radius = float(np.hypot(*(start - centre)))
+            count = math.ceil(abs(turn) / min(CHORD, math.sqrt(0.4 * nearest / radius)) - 1e-9)
+            step = turn / count
+            angle = step * (np.arange(count) + 0.5)
+            arm = (1.0 + step * step / 12.0) * (start - centre)
+            nodes += list(centre + np.cos(angle)[:, None] * arm + np.sin(angle)[:, None] * [-arm[1], arm[0]])
+        nodes.append(end)
+    return PolylineTrack(np.array(nodes), track.width, track.thickness, track.z)
+
+
+def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Sequence[Loops] = ()) -> CurrentSpectrum:
+    """The spectrum of tracks along straight sides, each layer where it lies, for reflectors no nearer than `nearest`
+    (m) to any mid-plane; `loops` are what each track's current has at its bends beyond an even one (none when empty).
+    """
+    everything = np.concatenate([track.corners for track in tracks])
+    centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
+    k, weights = wave_numbers(float(np.hypot(*(everything - centre).T).max()), nearest)
+    distinct, owner = _distinct(tracks)
+    directions = _Directions.of([track.corners for track in distinct])
+    shapes = [_Mitred(track, centre, loops[owner.index(n)] if loops else None) for n, track in enumerate(distinct)]
+    sides = np.concatenate([shape.after for shape in shapes])
+    tangents = np.unique(np.round(sides[sides.any(axis=1)], 9), axis=0)
+    power = np.empty((k.size, len(tracks), len(tracks)))
+    nodes = max(len(shape.after) for shape in shapes)
+    first = 0
+    while first < k.size:
+        some = slice(first, first + max(1, AT_ONCE // (nodes * directions.count(float(k[first])))))
+        first = some.stop
+        angle, share = directions.about(k[some])
+        unit = _beside(np.stack([np.cos(angle), np.sin(angle)]).reshape(2, -1), tangents)
+        number = np.repeat(k[some], share.shape[1])
+        waves = np.array([shape.waves(number, unit) for shape in shapes]).reshape(len(shapes), 2, *share.shape)
+        mean = np.einsum("idkn,jdkn,kn->kij", waves, waves.conj(), share, optimize=True).real / (4.0 * math.pi**2)
+        power[some] = mean[:, owner][:, :, owner]
+    through = np.array([thickness_waves(k, track.thickness) for track in tracks]).T
+    power *= through[:, :, None] * through[:, None, :]
+    return CurrentSpectrum(k, weights, np.array([track.z for track in tracks]), power)
+
+
+def _distinct(tracks: Sequence[PolylineTrack]) -> tuple[list[PolylineTrack], list[int]]:
+    # Paths that differ, and which of them each one is: every other layer repeats.
+    shapes: list[PolylineTrack] = []
+    owner = []
+    for track in tracks:
+        same = [i for i, shape in enumerate(shapes) if _alike(shape, track)]
+        if not same:
+            shapes.append(track)
+        owner.append(same[0] if same else len(shapes) - 1)
+    return shapes, owner
+
+
+def _alike(one: PolylineTrack, other: PolylineTrack) -> bool:
+    return (one.width == other.width and one.corners.shape == other.corners.shape
+            and np.allclose(one.corners, other.corners, atol=1e-9, rtol=0.0))  # fmt: skip
+
+
+@record
+class _Directions:
+    """Over which directions waves are averaged: `normals` (rad, below pi) are those across the long sides, the longest
+    of which is `length` (m) long; none for a track that is round but for `length` more along it than across.
+    """
+
+    normals: tuple[float, ...]
+    length: float
+
+    @classmethod
+    def of(cls, shapes: Sequence[Array]) -> _Directions:
+        """Those of tracks with such corners (n, 2) in metres."""
+        sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
+        length = np.hypot(sides[:, 0], sides[:, 1])
+        normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi
+        known: list[float] = []
+        for one in normal[length > 0.3 * length.max()]:
+            if all(abs(math.remainder(one - other, math.pi)) > 0.02 for other in known):
+                known.append(float(one))
+        if len(known) > MOST_NORMALS:
+            angle = np.arange(0.0, math.pi, math.radians(5.0))
+            across = np.ptp(np.concatenate(shapes) @ np.stack([np.cos(angle), np.sin(angle)]), axis=0)
+            return cls((), float(np.ptp(across)))
+        return cls(tuple(sorted(known)), float(length.max()))
+
+    def count(self, number: float) -> int:
+        """How many directions waves of a wave number (1/m) and somewhat shorter ones are averaged over."""
+        phase = number * self.length
+        if not self.normals:
+            return ROUND[0] + math.ceil(ROUND[1] * phase)
+        return 2 * len(self.normals) * (6 + math.ceil(2.6 * math.log1p(phase)))
+
+    def about(self, numbers: Array) -> tuple[Array, Array]:
+        """Directions (rad) over half a turn and their weights (sum 1) for each wave number (n; 1/m): graded about every
+        normal like the lobe of a side that the longest wave runs along.
+        """
+        count = self.count(float(numbers[-1]))
+        if not self.normals:
+            even = math.pi / count * (0.5 + np.arange(count))
+            return np.tile(even, (numbers.size, 1)), np.full((numbers.size, count), 1.0 / count)
+        scale = np.minimum(1.0, 2.0 / np.maximum(numbers * self.length, 1e-9))[:, None]
+        nodes, share = gauss(count // (2 * len(self.normals)))
+        found, weights = [], []
+        for low, high in pairwise([*self.normals, self.normals[0] + math.pi]):
+            top = np.arcsinh(0.5 * (high - low) / scale)
+            u = 0.5 * top * (1.0 + nodes)
+            away, weight = scale * np.sinh(u), 0.5 * top * share * scale * np.cosh(u) / math.pi
+            found += [low + away, high - away]
+            weights += [weight, weight]
+        return np.concatenate(found, axis=1), np.concatenate(weights, axis=1)
+
+
+@record(eq=False)
+class _Figures:
+    """Points as figures that repeat: those between two steps that occur only once, each figure with every place where
+    it stands. `kinds` are the numbers of one figure's points, all figures one after another, from `first` on; `inner`
+    (m) where they lie from its first point; `places` (m) are the first points, figure by figure, from `begins` on.
+    """
+
+    kinds: Index
+    inner: Array
+    first: Index
+    places: Array
+    begins: Index
+
+    @cached_property
+    def sizes(self) -> Index:
+        """How many points each figure has."""
+        return np.diff(np.append(self.first, len(self.kinds)))
+
+    def sums(self, wave: Array, factors: Array) -> ComplexArray:
+        """Sum of factors (..., kinds, directions) times exp(-i k.r) over all points; `wave` (2, directions) in 1/m."""
+        if len(self.places) == len(self.begins):  # none repeats: all points one by one
+            turned = _turned((self.inner + np.repeat(self.places, self.sizes, axis=0)) @ wave)
+            return np.asarray(np.einsum("...kd,kd->...d", factors, turned))
+        figure = np.add.reduceat(factors * _turned(self.inner @ wave), self.first, axis=-2)
+        return np.asarray(np.sum(figure * np.add.reduceat(_turned(self.places @ wave), self.begins, axis=0), axis=-2))
+
+
+def _figures(points: Array, labels: Array, same: float) -> _Figures:
+    """The figures of points (n, 2; m), equal within `same` (m), whose labels (n, any) are equal too."""
+    _, kind = np.unique(np.round(labels, 9) + 0.0, axis=0, return_inverse=True)
+    step = np.round(np.diff(points, axis=0) / same) + 0.0
+    _, way, times = np.unique(step, axis=0, return_inverse=True, return_counts=True)
+    ends = [0, *(np.nonzero(times[way] < 2)[0] + 1).tolist(), len(points)]
+    found: dict[tuple[bytes, bytes], list[int]] = {}
+    for low, high in pairwise(ends):
+        found.setdefault((kind[low:high].tobytes(), way[low : high - 1].tobytes()), []).append(low)
+    sizes = [len(kinds) // kind.itemsize for kinds, _ in found]
+    one = [np.arange(runs[0], runs[0] + size) for runs, size in zip(found.values(), sizes, strict=True)]
+    kinds, anchors = np.concatenate(one), np.repeat([runs[0] for runs in found.values()], sizes)
+    begins = np.cumsum([0, *(len(runs) for runs in found.values())])
+    return _Figures(kinds, points[kinds] - points[anchors], np.cumsum([0, *sizes])[:-1],
+                    points[[run for runs in found.values() for run in runs]], begins[:-1])  # fmt: skip
+
+
+def _turned(phase: Array) -> ComplexArray:
+    # exp(-i phase) by the tangent of half the phase, which costs a tenth of sine and cosine.
+    tangent = np.tan(0.5 * phase)
+    both = 2.0 / (1.0 + tangent * tangent)
+    found = np.empty(phase.shape, dtype=np.complex128)
+    np.subtract(both, 1.0, out=found.real)
+    np.multiply(-tangent, both, out=found.imag)
+    return found
+
+
+def _beside(unit: Array, tangents: Array) -> Array:
+    # Directions (2, n), those across a side to within rounding turned a little off: there the nodes' waves cancel.
+    across = np.any(np.abs(tangents @ unit) < ROUNDING, axis=0)
+    return np.asarray(unit + 10.0 * ROUNDING * across * np.stack([-unit[1], unit[0]]))
+
+
+class _Mitred:
+    """A track about a centre, with its loops.
+
+    Side j adds t_j / (i k.t_j) times what its start has more than its end of exp(-i k.r), each averaged over the width
+    along its mitre. So every node has the difference of two such factors and one wave.
+    """
+
+    def __init__(self, track: PolylineTrack, centre: Array, loops: Loops | None) -> None:
+        corners, same = track.corners - centre, 1e-6 * track.width
+        steps = np.diff(corners, axis=0)
+        tangents = steps / np.hypot(steps[:, 0], steps[:, 1])[:, None]
+        none = np.zeros((1, 2))
+        after, before = np.concatenate([tangents, none]), np.concatenate([none, tangents])
+        self.nodes = _figures(corners, np.concatenate([before, after], axis=1), same)
+        self.after, self.before = after[self.nodes.kinds], before[self.nodes.kinds]
+        self.mitres = (track.strand(0.5 * track.width) - track.corners)[self.nodes.kinds]
+        self.spread, self.moments = 0.0, np.zeros(0)
+        if loops is not None and loops.moments.size:
+            size = float(np.abs(loops.moments).max())
+            self.loops = _figures(loops.places - centre, loops.moments[:, None] / size, same)
+            self.moments, self.spread = loops.moments[self.loops.kinds], loops.spread
+
+    def waves(self, numbers: Array, unit: Array) -> ComplexArray:
+        """Fourier transform of the current at wave numbers (n; 1/m) and directions (2, n): x and y (2, n)."""
+        wave = numbers * unit
+        factors = _share(self.after, wave) - _share(self.before, wave)
+        found = -1j * self.nodes.sums(wave, factors * _sinc(self.mitres @ wave))
+        if not self.moments.size:
+            return np.asarray(found)
+        amount = self.loops.sums(wave, self.moments[:, None])
+        size = numbers * np.exp(-0.5 * (numbers * self.spread) ** 2)
+        return np.asarray(found + 1j * size * amount * np.stack([unit[1], -unit[0]]))
+
+
+def _sinc(x: Array) -> Array:
+    # sin(x) / x by the tangent of half of x, which costs a tenth of the sine.
+    half = np.where(x == 0.0, 1e-20, 0.5 * x)
+    tangent = np.tan(half)
+    return np.asarray(tangent / (half * (1.0 + tangent * tangent)))
+
+
+def _share(tangents: Array, wave: Array) -> Array:
+    # t / (k.t) of sides along t (n, 2), x and y (2, n, directions); nothing where a track has no side.
+    along = tangents @ wave
+    along[~tangents.any(axis=1)] = np.inf
+    return np.asarray(tangents.T[:, :, None] / along)
