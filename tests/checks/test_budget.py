@@ -119,7 +119,7 @@ def test_what_stands_around_a_board_changes_and_its_windings_are_not_solved_agai
     layout = lay_out(spec_of("square", turns=5))
     first = sitscad.estimate(layout)
     for name in ("winding_losses", "choose_method", "inductance_matrix"):
-        monkeypatch.setattr(f"sitscad.estimates.{name}", lambda *_: pytest.fail("solved again"))
+        monkeypatch.setattr(f"sitscad.estimates.winding.solved.{name}", lambda *_: pytest.fail("solved again"))
     other = replace(layout.spec, readout=replace(layout.spec.readout, capacitance=1e-9))
     again = sitscad.estimate(replace(layout, spec=other))
     assert again.coils[0].winding_inductance == first.coils[0].winding_inductance

@@ -97,7 +97,7 @@ def test_more_contacts_than_any_connector_has_is_an_error():
     few = replace(connector, positions=(2, 3))
     tail = replace(layout.spec.fpc.tail, connector=few)
     spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=tail))
-    (found,) = [f for f in sitscad.check(spec, sitscad.lay_out(spec)).shortfalls if f.rule == "SIT127"]
+    (found,) = [f for f in sitscad.check(spec, sitscad.lay_out(spec)).findings if f.rule == "SIT127"]
     assert found.severity.value == "error" and (found.measured, found.limit) == (4.0, 3.0)
 
 

@@ -245,7 +245,7 @@ def test_a_forced_build_goes_on_without_what_cannot_be_written_and_says_so(weak,
     real = stages.Writer.render
 
     def refuse(self, *values):
-        if self.module == "firmware":
+        if self.module == "papers.firmware":
             raise ValueError("no drive code")
         return real(self, *values)
 

@@ -42,7 +42,7 @@ def test_the_resistances_in_a_comment_are_the_computed_ones(name):
 INHERENT = {
     "bench_7mm": {"SIT103"},
     "fingertip_foil": set(),
-    "grasper_3p5mm": {"SIT103", "SIT203", "SIT204", "SIT303", "SIT304", "SIT312"},
+    "grasper_3p5mm": {"SIT103", "SIT203", "SIT204", "SIT218", "SIT303", "SIT304", "SIT312"},
     "grasper_4layer": {"SIT103", "SIT304"},
     "jaw_5x20": set(),
     "racetrack_jaw": {"SIT103"},
