@@ -56,13 +56,54 @@ class Shortfall:
 
 
 @record
+class Edit:
+    """One key of the spec, and the value that it takes, as it is written there.
+
+    ``old`` is what stands there now, None for a key that is not there; ``what`` is ``value``, or ``name`` where not the
+    value but the key's name becomes another.
+    """
+
+    key: str
+    new: str
+    old: str | None = None
+    what: str = "value"
+
+    @property
+    def is_safe(self) -> bool:
+        """Whether it leaves alone what the sensor is: its turns, size, layers and materials."""
+        is_settled = any(f"{self.key}.".startswith(f"{key}.") for key in SETTLED) or "material" in self.key.split(".")
+        return self.what == "name" or not is_settled
+
+
+SETTLED = ("coil.turns", "coil.outer_diameter", "coil.layers", "fpc.tail.layers", "fpc.stackup")
+"""Keys that, like materials, decide what a sensor is: only who designed it changes them."""
+
+
+@record
+class Remedy:
+    """Edits that together mend a finding, found by trying, and the rules that warn of the changed design and not of the
+    design as it stands. ``is_sure`` is False where a word is only guessed.
+    """
+
+    edits: tuple[Edit, ...]
+    brings: tuple[str, ...] = ()
+    is_sure: bool = True
+
+    @property
+    def is_safe(self) -> bool:
+        """Whether it may be written into a spec without asking."""
+        return self.is_sure and all(edit.is_safe for edit in self.edits)
+
+
+@record
 class Finding:
     """One complaint about a design.
 
     ``key`` is the dotted path of the spec's entry (``coil.turns``); ``line`` and ``column`` count from 1 and are filled
     in where the spec's text is known. ``measured`` and ``limit`` are SI values in ``unit``; ``sigma`` says how many
     standard deviations of manufacture lie between them, where that is known. ``file`` is the path of the file that line
-    and column count in, where that is not the spec itself (a fabricator's profile).
+    and column count in, where that is not the spec itself (a fabricator's profile). ``fixes`` are what mends it, the
+    best first.
     """
 
     rule: str
@@ -80,6 +121,7 @@ class Finding:
     place: Place | None = None
     sigma: float | None = None
     file: str | None = None
+    fixes: tuple[Remedy, ...] = ()
 
 
 @record

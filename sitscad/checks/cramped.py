@@ -10,12 +10,12 @@ import math
 from dataclasses import replace
 
 from sitscad.checks.rules import Rule, apply_rule
-from sitscad.checks.trials import NOT_FURTHER, Trials
+from sitscad.checks.trials import NOT_FURTHER, Trials, as_written
 from sitscad.design import Design
-from sitscad.finding import Finding, Missing, Severity
+from sitscad.finding import Edit, Finding, Missing, Remedy, Severity
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget, estimate_work, winding_work
-from sitscad.remedy.fix import Edit, Fix, fail
+from sitscad.remedy.fix import Fix, fail
 from sitscad.remedy.moves import fewer_turns
 from sitscad.remedy.search import Left
 from sitscad.spec.resolver.array import least_scale
@@ -46,7 +46,8 @@ def mended(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Findi
     if fix is None:
         return tuple(replace(finding, hint=finding.hint + further) for finding in error.findings)
     hint = f"{fix.words} gives room, to leads and vias as well {search.judged(fix.spec)}; "
-    return tuple(replace(f, hint=hint + OTHERWISE[f.rule] + further) for f in error.findings)
+    fixes = as_written([Remedy(fix.edits)], spec)
+    return tuple(replace(f, hint=hint + OTHERWISE[f.rule] + further, fixes=fixes) for f in error.findings)
 
 
 class _Search:
@@ -63,8 +64,7 @@ class _Search:
                 return fewer
             apart = self._apart(fewer.spec)
             if apart is not None:
-                said = " with ".join(words for words in (fewer.words, apart.words) if words)
-                return Fix((*fewer.edits, *apart.edits), apart.spec, said)
+                return fewer.with_also(apart)
         return None
 
     def _fewer(self) -> list[Fix]:

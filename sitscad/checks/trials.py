@@ -11,11 +11,13 @@ from typing import TypeVar
 
 from sitscad.checks.rules import Complaint, Outcome, Rule, located, named, outcomes
 from sitscad.design import Design
-from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout
 from sitscad.layout.routing.patience import Patience
 from sitscad.record import record
 from sitscad.remedy.budget import TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
+from sitscad.remedy.fix import Fix
+from sitscad.spec.format.rewriting import CannotWriteError, completed
 from sitscad.spec.sensor import SensorSpec
 
 NOT_FURTHER = "not searched further: sitscad check --hints full"
@@ -73,7 +75,8 @@ class Trials:
             finding = replace(finding, hint=advised)
         if left.is_cut_short or self.budget.left <= 0.0:
             finding = replace(finding, hint=f"{finding.hint} ({NOT_FURTHER})")
-        return located(replace(finding, line=None, column=None), self._design.spec)
+        fixes = as_written(left.mending, self._design.spec)
+        return located(replace(finding, line=None, column=None, fixes=fixes), self._design.spec)
 
     def broken(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...] | None:
         """What a changed design breaks: the rule itself if it still complains of the same key or cannot be applied any
@@ -204,10 +207,14 @@ class _Left:
     def __init__(self, trials: Trials, finding: Finding | None) -> None:
         self._trials, self._finding = trials, finding
         self.is_cut_short = False
+        self.mending: list[Remedy] = []
 
-    def __call__(self, changed: SensorSpec, /) -> tuple[str, ...] | None:
+    def __call__(self, fix: Fix, /) -> tuple[str, ...] | None:
         assert self._finding is not None
-        return self._noted(self._trials.broken(self._finding, changed))
+        broken = self._noted(self._trials.broken(self._finding, fix.spec))
+        if broken == () and fix.edits not in (known.edits for known in self.mending):
+            self.mending.append(Remedy(fix.edits, self._trials.warned(fix.spec)))
+        return broken
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
         return self._trials.warned(changed)
@@ -225,6 +232,21 @@ class _Left:
     def _noted(self, found: Found | None) -> Found | None:
         self.is_cut_short = self.is_cut_short or found is None
         return found
+
+
+def as_written(found: Iterable[Remedy], spec: SensorSpec) -> tuple[Remedy, ...]:
+    """Remedies with what their edits replace in the spec's text, those that bring no warning first; without those that
+    the text has no place for.
+    """
+    written = []
+    for remedy in sorted(found, key=lambda remedy: len(remedy.brings)):
+        try:
+            edits = completed(spec.source.text, remedy.edits) if spec.source.text else remedy.edits
+        except CannotWriteError:
+            continue
+        if edits:
+            written.append(replace(remedy, edits=edits))
+    return tuple(written)
 
 
 def _errors(said: Iterable[Outcome]) -> Counter[str]:

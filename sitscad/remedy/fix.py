@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
+from sitscad.finding import Edit
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
-
-
-@record
-class Edit:
-    """One key of the spec, and the value that it takes, as it is written there."""
-
-    key: str
-    new: str
 
 
 @record
@@ -31,6 +24,11 @@ class Fix:
     def keys(self) -> tuple[str, ...]:
         """The keys that it changes."""
         return tuple(edit.key for edit in self.edits)
+
+    def with_also(self, fix: Fix) -> Fix:
+        """The same together with another fix, which was made for the spec that this one leaves."""
+        told = " with ".join(words for words in (self.words, fix.words) if words)
+        return Fix((*self.edits, *fix.edits), fix.spec, told)
 
     @property
     def words(self) -> str:

@@ -8,9 +8,10 @@ from dataclasses import replace
 from itertools import islice
 from typing import TypeVar
 
+from sitscad.finding import Edit
 from sitscad.geometry.footprint import Footprint
 from sitscad.layout.routing.closing import least_closing
-from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.fix import Fix
 from sitscad.spec.places import footprint
 from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import CoilSpec, ElastomerPad, SensorSpec, Target

@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import combinations
 
-from sitscad.finding import Missing
+from sitscad.finding import Edit, Missing
 from sitscad.geometry.spiral import CORNERS
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.routing.lanes import bus_for
 from sitscad.layout.winding.wound_coils import wind_all
-from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.fix import Fix
 from sitscad.spec.profiles.presets import connector, names
 from sitscad.spec.sensor import SensorSpec
 

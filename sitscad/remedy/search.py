@@ -14,10 +14,11 @@ from sitscad.spec.sensor import SensorSpec
 class Left(Protocol):
     """What a change of the spec leaves to complain of, when the changed design is laid out, estimated and checked."""
 
-    def __call__(self, changed: SensorSpec, /) -> tuple[str, ...] | None:
+    def __call__(self, fix: Fix, /) -> tuple[str, ...] | None:
         """What it still breaks: the rule in question, and those with errors that the spec as it stands has not.
 
-        None where that was not tried, because the budget does not reach so far.
+        None where that was not tried, because the budget does not reach so far. A fix that leaves nothing is kept: the
+        finding is told with it.
         """
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
@@ -43,7 +44,7 @@ def first_that_mends(fixes: Iterable[Fix], left: Left) -> Fix | None:
     """
     second = None
     for fix in fixes:
-        broken = left(fix.spec)
+        broken = left(fix)
         if broken is None:
             break
         if broken:
@@ -74,26 +75,26 @@ def named(fixes: Iterable[Fix]) -> str:
 
 def in_vain(fixes: Iterable[Fix], left: Left) -> str:
     """Fixes that mend nothing, each with what it leaves or breaks; not those that were not tried."""
-    tried_ones = ((fix, left(fix.spec)) for fix in fixes)
+    tried_ones = ((fix, left(fix)) for fix in fixes)
     return "; ".join(f"{fix.words} (then {fail(broken)})" for fix, broken in tried_ones if broken)
 
 
 def untried(fixes: Iterable[Fix], left: Left) -> str:
     """The first fix that was not tried, in words that say so; nothing where all were."""
-    fix = next((fix for fix in fixes if left(fix.spec) is None), None)
+    fix = next((fix for fix in fixes if left(fix) is None), None)
     return "" if fix is None else f"perhaps {fix.words} (not tried)"
 
 
 def broken_by(fixes: Iterable[Fix], left: Left) -> tuple[str, ...]:
     """All that fixes leave or break, of those that were tried."""
-    return tuple(sorted({rule for fix in fixes for rule in left(fix.spec) or ()}))
+    return tuple(sorted({rule for fix in fixes for rule in left(fix) or ()}))
 
 
 def tried(fix: Fix, left: Left) -> str:
     """What became of a fix that was tried, in brackets with a space before: that it mends, or what then fails; nothing
     where it was not tried.
     """
-    broken = left(fix.spec)
+    broken = left(fix)
     if broken is None:
         return ""
     if broken:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
-from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
@@ -243,7 +243,14 @@ def finding_json(finding: Finding) -> dict[str, Any]:
     if finding.place is not None:
         place = finding.place
         entry["place"] = {"x_m": place.x, "y_m": place.y, "layer": place.layer, "nets": list(place.nets)}
+    entry["fixes"] = [remedy_json(remedy) for remedy in finding.fixes]
     return entry
+
+
+def remedy_json(remedy: Remedy) -> dict[str, Any]:
+    """What mends a finding, as plain values for JSON."""
+    edits = [{"key": edit.key, "old": edit.old, "new": edit.new, "what": edit.what} for edit in remedy.edits]
+    return {"edits": edits, "safe": remedy.is_safe, "brings": list(remedy.brings)}
 
 
 def _finite(value: object) -> object:

@@ -145,8 +145,8 @@ class Judged:
     def __init__(self, errors, warnings):
         self.errors, self.warnings = errors, warnings
 
-    def __call__(self, changed):
-        return self.errors.get(changed.coil.turns, ())
+    def __call__(self, fix):
+        return self.errors.get(fix.spec.coil.turns, ())
 
     def warned(self, changed):
         return self.warnings.get(changed.coil.turns, ())

@@ -23,10 +23,10 @@ from sitscad.checks.assembly.plates import PROPORTIONS
 from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
 from sitscad.checks.rules import Complaint, Rule, Verdict, apply_rule
 from sitscad.design import Design
-from sitscad.finding import Severity
+from sitscad.finding import Edit, Severity
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
-from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left
 from sitscad.scene.bodies import Body, elastomer, target
 from sitscad.scene.stack import ground

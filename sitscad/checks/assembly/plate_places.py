@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING
+from sitscad.finding import Edit
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Path, rectangle
 from sitscad.layout.tail.frame import CORNER_RADIUS
-from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import Plate, carrying, resized
 from sitscad.scene.bodies import Body, elastomer, target
 from sitscad.spec.places import footprint

@@ -9,7 +9,7 @@ from dataclasses import replace
 from sitscad.checks.board.fabrication import ROUNDING, house, source_of
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
-from sitscad.finding import Place, Severity
+from sitscad.finding import Edit, Place, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.pieces import Pad, Via
 from sitscad.layout.tail.bending import (
@@ -21,7 +21,7 @@ from sitscad.layout.tail.bending import (
     unfit_for_bending,
 )
 from sitscad.record import record
-from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, tried
 from sitscad.spec.sensor import Tail
 from sitscad.units import show

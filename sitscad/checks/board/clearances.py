@@ -20,9 +20,10 @@ from sitscad.checks.board.fabrication import FABRICATOR, gap_asked_by, house, so
 from sitscad.checks.board.steep_spiral import nearer_by, spacing_in_words, tried_spacing
 from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
-from sitscad.finding import Place, Severity
+from sitscad.finding import Edit, Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
 from sitscad.layout.pieces import Pad, Role, Teardrop, Trace, Via
+from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left
 from sitscad.spec.profiles.presets import connector, names
 from sitscad.units import show
@@ -81,10 +82,10 @@ def _other_connector(design: Design, left: Left) -> str:
         other = connector(name)
         if other.edge_margin > tail.connector.edge_margin:
             changed = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=other)))
-            layout = left.drawn(changed)
+            fix, layout = Fix((Edit("fpc.tail.connector", name),), changed), left.drawn(changed)
             if layout is None:
                 break
-            if not layout.shortfalls and not _near_edge(Design(changed, layout)) and left(changed) == ():
+            if not layout.shortfalls and not _near_edge(Design(changed, layout)) and left(fix) == ():
                 return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
     if left.is_cut_short:
         return f"{margin}: a connector with more, or a fabricator who cuts nearer to copper"

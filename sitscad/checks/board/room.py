@@ -144,7 +144,7 @@ def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | s
     turned = angle(apart.spec)
     if turned is None:
         return ""
-    both = f"{apart.words} together with {turned.words} lets them pass{tried(turned, left)}"
+    both = f"{apart.words} together with {turned.words} lets them pass{tried(apart.with_also(turned), left)}"
     return _too_near(design, plain, near, more, both)
 
 

@@ -9,9 +9,9 @@ from dataclasses import replace
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
 from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
-from sitscad.finding import Place, Severity
+from sitscad.finding import Edit, Place, Severity
 from sitscad.layout.tail.thickness import has_tail_coverlay, step_height, tail_copper
-from sitscad.remedy.fix import Edit, Fix
+from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, tried
 
 GRAIN = 0.05e-3

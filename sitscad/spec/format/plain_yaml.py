@@ -126,6 +126,11 @@ class PlainReader:
         """The value that begins in a column, and where it ends."""
         self._count(depth)
         self.found.values[key] = line.number, column + 1
+        value, end = self._read(line, column, key, depth, is_inside)
+        self.found.ends[key] = line.number, end + 1
+        return value, end
+
+    def _read(self, line: _Line, column: int, key: str, depth: int, is_inside: bool) -> tuple[Any, int]:
         first = line.text[column : column + 1]
         if first in ("[", "{"):
             return self._brackets(line, column, key, depth + 1)

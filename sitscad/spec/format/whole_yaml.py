@@ -50,6 +50,10 @@ def _place(event: Event) -> Position:
     return event.start_mark.line + 1, event.start_mark.column + 1
 
 
+def _end(event: Event) -> Position:
+    return event.end_mark.line + 1, event.end_mark.column + 1
+
+
 def _bounded(events: Iterator[Event]) -> Iterator[Event]:
     """The same events, as long as they stay within the size and the plainness of a spec."""
     documents = depth = count = 0
@@ -96,18 +100,22 @@ def _read_document(events: Iterator[Event], found: YamlText) -> None:
 def _read_node(event: Event, events: Iterator[Event], key: str, found: YamlText) -> Any:
     if isinstance(event, ScalarEvent):
         found.values[key] = _place(event)
+        if event.style not in ("|", ">") and event.start_mark.index < event.end_mark.index:
+            found.ends[key] = _end(event)
         return plain_value(event.value) if event.implicit[0] and event.style in (None, "") else event.value
     if getattr(event, "flow_style", False):
         found.values[key] = _place(event)
     if isinstance(event, SequenceStartEvent):
         return _read_list(events, key, found, bool(event.flow_style))
-    return _read_mapping(events, key, found)
+    return _read_mapping(events, key, found, bool(getattr(event, "flow_style", False)))
 
 
 def _read_list(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> list[Any]:
     entries: list[Any] = []
     for event in events:
         if isinstance(event, CollectionEndEvent):
+            if in_brackets:
+                found.ends[key] = _end(event)
             break
         entry_key = dotted(key, len(entries))
         line, column = _place(event)
@@ -118,10 +126,12 @@ def _read_list(events: Iterator[Event], key: str, found: YamlText, in_brackets: 
     return entries
 
 
-def _read_mapping(events: Iterator[Event], key: str, found: YamlText) -> dict[str, Any]:
+def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> dict[str, Any]:
     mapping: dict[str, Any] = {}
     for event in events:
         if isinstance(event, CollectionEndEvent):
+            if in_brackets:
+                found.ends[key] = _end(event)
             break
         name = _key_name(event)
         entry_key = dotted(key, name)

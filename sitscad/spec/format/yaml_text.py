@@ -52,13 +52,15 @@ class TextError(ValueError):
 class YamlText:
     """Plain values (dict, list, str, int, float, bool, None) and where they stand, under dotted keys.
 
-    ``keys`` holds where each key or list entry begins, ``values`` where each single value (or bracketed one) begins;
-    ``flaws`` are complaints that do not keep the rest from being read.
+    ``keys`` holds where each key or list entry begins, ``values`` where each single value (or bracketed one) begins,
+    ``ends`` where each of those ends that is not empty and no block of lines; ``flaws`` are complaints that do not keep
+    the rest from being read.
     """
 
     data: Any = None
     keys: dict[str, Position] = field(default_factory=dict)
     values: dict[str, Position] = field(default_factory=dict)
+    ends: dict[str, Position] = field(default_factory=dict)
     flaws: list[TextError] = field(default_factory=list)
 
 
