@@ -193,6 +193,22 @@ def show(value: float, unit: str, digits: int = 4) -> str:
     return f"{_plain(rounded / factor, digits)} {name}".strip()
 
 
+def decimal(value: float, most: int = 4, least: int = 0) -> str:
+    """A number in plain decimals, the same on every machine: at most and at least so many of them, never "-0".
+
+    What every file and every drawing writes its coordinates with.
+    """
+    whole, _, decimals = f"{value:.{most}f}".partition(".")
+    decimals = decimals.rstrip("0").ljust(least, "0")
+    text = f"{whole}.{decimals}" if decimals else whole
+    return text.removeprefix("-") if not text.strip("-0.") else text
+
+
+def in_mm(metres: float, most: int = 4, least: int = 0) -> str:
+    """A length (m) in millimetres without its unit, as `decimal` writes it."""
+    return decimal(metres * 1e3, most, least)
+
+
 def _plain(number: float, digits: int) -> str:
     """Significant digits without an exponent where that stays readable, and without trailing zeros."""
     text = f"{number:.{max(1, digits)}g}"

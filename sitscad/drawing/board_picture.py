@@ -16,7 +16,7 @@ from sitscad.geometry.path import Arc, Path, Point, bounding_box
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.bending import Bend, bend_of
-from sitscad.units import show
+from sitscad.units import decimal, show
 
 Window = tuple[float, float, float, float]
 
@@ -315,5 +315,4 @@ def _dashes(colour: str, dashes: str) -> str:
 
 def _n(value: float) -> str:
     """A number with two decimals at most, never "-0"."""
-    text = f"{value:.2f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
+    return decimal(value, 2)

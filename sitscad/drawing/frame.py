@@ -8,6 +8,7 @@ from itertools import accumulate
 from sitscad.drawing.sheet import BLACK, Pen, Sheet, text_width
 from sitscad.geometry.path import Path, Point, closed_polygon, rectangle
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import in_mm
 from sitscad.version import __version__
 
 MARGIN = 8.0
@@ -134,8 +135,7 @@ class View:
 
 def mm(metres: float) -> str:
     """A length as a dimension: millimetres with two decimals, three where the third says something."""
-    value = round(metres * 1e3, 3) + 0.0
-    return f"{value:.2f}" if abs(value * 100 - round(value * 100)) < 1e-6 else f"{value:.3f}"
+    return in_mm(metres, 3, 2)
 
 
 def ordinates_x(sheet: Sheet, view: View, values: Sequence[float], start: float, end: float) -> None:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from sitscad.drawing.sheet import Label, Shape, Sheet, number, text_width
+from sitscad.drawing.sheet import Label, Shape, Sheet, text_width
 from sitscad.geometry.path import Arc, Path, Point
+from sitscad.units import decimal
 
 POINTS = 72.0 / 25.4
 """PDF's units in a millimetre."""
@@ -31,7 +32,7 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
 
 
 def _page(sheet: Sheet, contents: int) -> bytes:
-    width, height = (number(side * POINTS) for side in sheet.size)
+    width, height = (decimal(side * POINTS) for side in sheet.size)
     box = f"/MediaBox [0 0 {width} {height}]"
     return (
         f"<< /Type /Page /Parent 2 0 R {box} /Resources << /Font << /F1 3 0 R >> >> /Contents {contents} 0 R >>".encode(
@@ -67,8 +68,8 @@ def _label(label: Label) -> Iterator[bytes]:
     back = {"start": 0.0, "middle": width / 2.0, "end": width}[label.anchor]
     cosine, sine = math.cos(math.radians(label.angle)), math.sin(math.radians(label.angle))
     x, y = label.at.x - back * cosine, label.at.y - back * sine
-    turn = " ".join(number(v) for v in (cosine, sine, -sine, cosine, x, y))
-    head = f"BT {_colour(label.colour)} rg /F1 {number(label.size)} Tf {turn} Tm ".encode("ascii")
+    turn = " ".join(decimal(v) for v in (cosine, sine, -sine, cosine, x, y))
+    head = f"BT {_colour(label.colour)} rg /F1 {decimal(label.size)} Tf {turn} Tm ".encode("ascii")
     yield head + b"(" + _escaped(label.text) + b") Tj ET"
 
 
@@ -81,8 +82,8 @@ def _shape(shape: Shape) -> Iterator[bytes]:
     if shape.fill:
         yield f"{_colour(shape.fill)} rg".encode("ascii")
     if shape.pen:
-        dashes = " ".join(number(dash) for dash in shape.pen.dashes)
-        yield f"{_colour(shape.pen.colour)} RG {number(shape.pen.width)} w [{dashes}] 0 d".encode("ascii")
+        dashes = " ".join(decimal(dash) for dash in shape.pen.dashes)
+        yield f"{_colour(shape.pen.colour)} RG {decimal(shape.pen.width)} w [{dashes}] 0 d".encode("ascii")
     for path in shape.paths:
         yield from (command.encode("ascii") for command in _path(path))
     yield {(True, True): b"B*", (True, False): b"f*", (False, True): b"S", (False, False): b"n"}[
@@ -119,9 +120,9 @@ def _on(arc: Arc, angle: float) -> Point:
 
 
 def _xy(point: Point) -> str:
-    return f"{number(point.x)} {number(point.y)}"
+    return f"{decimal(point.x)} {decimal(point.y)}"
 
 
 def _colour(text: str) -> str:
     """``#rrggbb`` as PDF's three shares."""
-    return " ".join(number(int(text[i : i + 2], 16) / 255.0) for i in (1, 3, 5))
+    return " ".join(decimal(int(text[i : i + 2], 16) / 255.0) for i in (1, 3, 5))

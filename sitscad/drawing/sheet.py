@@ -12,6 +12,7 @@ from xml.sax.saxutils import escape
 
 from sitscad.geometry.path import Arc, Line, Path, Point
 from sitscad.record import record
+from sitscad.units import decimal
 
 A4 = (297.0, 210.0)
 """Landscape, millimetres."""
@@ -91,10 +92,10 @@ class Sheet:
         """The sheet as self-contained SVG, in millimetres."""
         width, height = self.size
         parts = [
-            f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {number(width)} {number(height)}' "
-            f"width='{number(width)}mm' height='{number(height)}mm' role='img'>",
+            f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {decimal(width)} {decimal(height)}' "
+            f"width='{decimal(width)}mm' height='{decimal(height)}mm' role='img'>",
             f"<title>{escape(self.title)}</title>",
-            f"<rect width='{number(width)}' height='{number(height)}' fill='#ffffff'/>",
+            f"<rect width='{decimal(width)}' height='{decimal(height)}' fill='#ffffff'/>",
             "<g font-family='Helvetica, Arial, sans-serif' stroke-linecap='round' stroke-linejoin='round'>",
             *(_svg_item(item, height) for item in self.items),
             "</g>",
@@ -109,37 +110,31 @@ def text_width(text: str, size: float) -> float:
     return sum(widths) * size / 1000.0
 
 
-def number(value: float) -> str:
-    """A number with four decimals at most (a tenth of a micrometre on paper), never "-0"."""
-    text = f"{value:.4f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
-
-
 def _svg_item(item: Shape | Label, height: float) -> str:
     if isinstance(item, Label):
-        place = f"{number(item.at.x)} {number(height - item.at.y)}"
-        turn = f" rotate({number(-item.angle)})" if item.angle else ""
+        place = f"{decimal(item.at.x)} {decimal(height - item.at.y)}"
+        turn = f" rotate({decimal(-item.angle)})" if item.angle else ""
         return (
-            f"<text transform='translate({place}){turn}' font-size='{number(item.size)}' text-anchor='{item.anchor}' "
+            f"<text transform='translate({place}){turn}' font-size='{decimal(item.size)}' text-anchor='{item.anchor}' "
             f"fill='{item.colour}'>{escape(item.text)}</text>"
         )
     data = "".join(_svg_path(path, height) for path in item.paths)
     look = f"fill='{item.fill or 'none'}' fill-rule='evenodd'"
     if item.pen is not None:
-        look += f" stroke='{item.pen.colour}' stroke-width='{number(item.pen.width)}'"
+        look += f" stroke='{item.pen.colour}' stroke-width='{decimal(item.pen.width)}'"
         if item.pen.dashes:
-            look += f" stroke-dasharray='{' '.join(number(dash) for dash in item.pen.dashes)}'"
+            look += f" stroke-dasharray='{' '.join(decimal(dash) for dash in item.pen.dashes)}'"
     return f"<path d='{data}' {look}/>"
 
 
 def _svg_path(path: Path, height: float) -> str:
     def xy(point: Point) -> str:
-        return f"{number(point.x)} {number(height - point.y)}"
+        return f"{decimal(point.x)} {decimal(height - point.y)}"
 
     data = [f"M{xy(path.start)}"]
     for segment in path:
         if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
-            radius = number(segment.radius)
+            radius = decimal(segment.radius)
             large, sweep = int(abs(segment.sweep) > math.pi + 1e-9), int(not segment.ccw)
             if segment.start.distance(segment.end) < 1e-9:  # a full turn, which SVG cannot draw in one piece
                 data.append(f"A{radius} {radius} 0 0 {sweep} {xy(segment.at(0.5))}")

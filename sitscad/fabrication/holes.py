@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from sitscad.layout.board import Layout
 from sitscad.record import record
+from sitscad.units import decimal
 
 UNIT = 1e-9
 """The coordinates' unit in metres."""
@@ -67,5 +68,4 @@ def on_grid(length: float) -> int:
 
 def millimetres(nanometres: int, least: int = 1) -> str:
     """A length in millimetres, to the nanometre as the Gerber files have it, with `least` decimals kept."""
-    whole, _, decimals = f"{nanometres / 1e6:.6f}".partition(".")
-    return f"{'0' if whole == '-0' and not decimals.strip('0') else whole}.{decimals.rstrip('0').ljust(least, '0')}"
+    return decimal(nanometres / 1e6, 6, least)

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.layout.board import Layout
 from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
+from sitscad.units import decimal
 
 _MILLIMETRES = 4
 
@@ -53,9 +54,7 @@ def drawing(sheet: LaserSheet) -> str:
 def _value(value: str | int | float) -> str:
     """A tag's value as text; text outside ASCII is written as DXF's own escape."""
     if isinstance(value, float):
-        text = f"{value:.9f}".rstrip("0")
-        text = text + "0" if text.endswith(".") else text
-        return "0.0" if text == "-0.0" else text
+        return decimal(value, 9, 1)
     if isinstance(value, int):
         return str(value)
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in value.replace("\n", " "))

@@ -8,6 +8,7 @@ from xml.sax.saxutils import escape, quoteattr
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.layout.board import Layout
 from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
+from sitscad.units import in_mm
 
 # A line that drivers take for a vector to follow and not for an area to raster: below 0.001 inch.
 HAIRLINE = 0.01
@@ -79,5 +80,4 @@ def _point(point: Point, height: float) -> str:
 
 
 def _number(metres: float) -> str:
-    text = f"{metres * 1e3:.6f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
+    return in_mm(metres, 6)

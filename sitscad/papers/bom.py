@@ -17,7 +17,7 @@ from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield
 from sitscad.scene.stack import shield
 from sitscad.spec.places import place_in_words
 from sitscad.spec.sensor import ElastomerPad, Mount, SensorSpec, Target
-from sitscad.units import show
+from sitscad.units import in_mm, show
 
 
 @record
@@ -52,12 +52,8 @@ def _inert(cell: str) -> str:
 
 
 def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
-    across = f"diameter {_mm(size[0])}" if shape == "circle" else f"{_mm(size[0])} x {_mm(size[1])}"
-    return f"{across} x {_mm(thickness)} mm"
-
-
-def _mm(metres: float) -> str:
-    return f"{metres * 1e3:.4f}".rstrip("0").rstrip(".")
+    across = f"diameter {in_mm(size[0])}" if shape == "circle" else f"{in_mm(size[0])} x {in_mm(size[1])}"
+    return f"{across} x {in_mm(thickness)} mm"
 
 
 def _circuit(layout: Layout) -> Iterator[Item]:
@@ -76,21 +72,21 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         1,
         layout.spec.name,
         f"{fpc.stackup.name}, {count} copper layer{'s' if count > 1 else ''}",
-        f"{_mm(x1 - x0)} x {_mm(y1 - y0)} x {_mm(fpc.stackup.thickness)} mm",
+        f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(fpc.stackup.thickness)} mm",
         note,
     )
     if fpc.tail is None or fpc.tail.connector.insertion_thickness == 0.0:
         yield Item("wires", len(layout.pads), "", "", "", "soldered to the contacts of the circuit")
         return
     connector = fpc.tail.connector
-    width = _mm(connector.width(len(layout.pads)))
-    thickness = f"{_mm(connector.insertion_thickness)} +-{_mm(connector.insertion_thickness_tolerance)} mm"
+    width = in_mm(connector.width(len(layout.pads)))
+    thickness = f"{in_mm(connector.insertion_thickness)} +-{in_mm(connector.insertion_thickness_tolerance)} mm"
     yield Item(
         "connector",
         1,
         f"{connector.name}, {len(layout.pads)} contacts",
         "",
-        f"pitch {_mm(connector.pitch)} mm, for a tail {width} mm wide and {thickness} thick",
+        f"pitch {in_mm(connector.pitch)} mm, for a tail {width} mm wide and {thickness} thick",
         "on the converter's board; compare its drawing with the tail before ordering",
     )
 
@@ -119,7 +115,7 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
     oscillator = f"{show(readout.clock, 'Hz')} oscillator"
     yield Item("clock", 1, oscillator, "", "", "to CLKIN: it is what frequencies are measured by")
     if readout.cable is not None:
-        size = f"{_mm(readout.cable.length)} mm"
+        size = f"{in_mm(readout.cable.length)} mm"
         yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")
 
 
@@ -129,7 +125,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         pad = spec.elastomer
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
         size = _plate_size(pad.shape, pad.size, pad.thickness)
-        note = f"{hardness}cut from a {_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf{_place(pad)}"
+        note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf{_place(pad)}"
         yield Item("elastomer", 1, pad.shape, pad.material.name, size, note)
     if spec.target is not None:
         target = spec.target
@@ -139,7 +135,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
     if spec.encapsulation is not None:
         film = spec.encapsulation
         x, y = layout.body_size
-        size = f"over {_mm(x)} x {_mm(y)} mm, {_mm(film.thickness)} mm thick"
+        size = f"over {in_mm(x)} x {in_mm(y)} mm, {in_mm(film.thickness)} mm thick"
         yield Item(
             "encapsulation", 1, "film", film.material.name, size, "cast or coated over board, elastomer and target"
         )
@@ -156,16 +152,16 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     sheet = shield(layout)
     if spec.shield is not None and sheet is not None:
         x0, y0, x1, y1 = bounding_box((sheet.outline(),))
-        size = f"{_mm(x1 - x0)} x {_mm(y1 - y0)} x {_mm(spec.shield.thickness)} mm"
+        size = f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(spec.shield.thickness)} mm"
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
-        note = f"{_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
+        note = f"{in_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
     if spec.mount is None:
         return
     yield from _mount(spec, spec.mount)
     if spec.mount.jaw is not None:
         jaw = spec.mount.jaw
-        size = f"{_mm(jaw.width)} x {_mm(jaw.length)} x {_mm(jaw.height)} mm"
+        size = f"{in_mm(jaw.width)} x {in_mm(jaw.length)} x {in_mm(jaw.height)} mm"
         yield Item(
             "jaw", 1, jaw.name, jaw.material.name, size, "the instrument that the sensor is glued into; not made here"
         )
@@ -175,10 +171,10 @@ def _mount(spec: SensorSpec, mount: Mount) -> Iterator[Item]:
     """The printed pieces, named and measured as in the drawing of the assembly."""
     note = "print from mount/"
     if mount.kind != "grasper-pad":
-        yield Item("mount", 1, mount.kind, "printed", f"standoff {_mm(mount.standoff)} mm", note)
+        yield Item("mount", 1, mount.kind, "printed", f"standoff {in_mm(mount.standoff)} mm", note)
         return
     sheet = shield_heights(spec)
-    whole = f"{_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
+    whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
     spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
-        yield Item(name, 1, mount.kind, "printed", f"{_mm(upper - lower)} mm thick", f"{note}; {whole}")
+        yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")

@@ -9,6 +9,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.fabrication.files import fabrication_path
 from sitscad.layout.board import Layout
 from sitscad.papers.capacitor import capacitance_text
+from sitscad.units import in_mm
 
 HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")
 
@@ -29,6 +30,6 @@ def render(layout: Layout, estimates: Estimates | None) -> dict[str, bytes]:
         one, other = (pad.centre for pad in each.pads)
         dx, dy = other.x - one.x, other.y - one.y
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
-        at = (f"{each.centre.x * 1e3:.4f}", f"{each.centre.y * 1e3:.4f}")
+        at = tuple(in_mm(place, 4, 4) for place in each.centre)
         rows.writerow([each.reference, value, each.package, *at, turned, "top"])
     return {fabrication_path(layout, "placement.csv"): text.getvalue().encode("ascii")}

@@ -27,6 +27,7 @@ from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad, Trace, Via
 from sitscad.layout.tail.thickness import lap_start
+from sitscad.units import in_mm
 
 UNIT = 1e-9
 """The file's unit in metres: six decimals of a millimetre."""
@@ -242,5 +243,4 @@ def xy(at: Grid) -> str:
 
 def mm(length: float) -> str:
     """A length (m) in millimetres with six decimals at most."""
-    text = f"{length * 1e3:.6f}".rstrip("0")
-    return text + "0" if text.endswith(".") else text
+    return in_mm(length, 6, 1)

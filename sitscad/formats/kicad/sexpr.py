@@ -6,6 +6,7 @@ import uuid
 from collections.abc import Iterable
 
 from sitscad.geometry.path import Line, Path, Point, Segment
+from sitscad.units import decimal
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_DNS, "kicad.sitscad")
 
@@ -23,9 +24,7 @@ def grid(point: Point) -> Grid:
 
 def millimetres(nanometres: int) -> str:
     """Whole nanometres as KiCad writes them: millimetres without trailing zeros."""
-    sign, size = ("-" if nanometres < 0 else ""), abs(nanometres)
-    whole, rest = divmod(size, 1_000_000)
-    return f"{sign}{whole}.{rest:06d}".rstrip("0").rstrip(".")
+    return decimal(nanometres / 1e6, 6)
 
 
 def length(metres: float) -> str:

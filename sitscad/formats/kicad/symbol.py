@@ -12,7 +12,7 @@ from sitscad.formats.kicad.footprint import FOOTPRINT_NAME
 from sitscad.formats.kicad.sexpr import node, quoted
 from sitscad.layout.board import Coil, Layout
 from sitscad.layout.pieces import Pad
-from sitscad.units import show
+from sitscad.units import decimal, show
 
 FORMAT = 20241209
 """Of KiCad 9's symbol libraries; later versions read it."""
@@ -48,7 +48,7 @@ def _sensor(layout: Layout) -> str:
     """The whole sensor: a box with a pin a contact, coil by coil, and the coils between their pins."""
     name, rows = layout.spec.name, _rows(layout)
     top, low = rows[0][1] + GRID, rows[-1][1] - GRID
-    box = f"(rectangle (start {_n(LEFT)} {_n(top)}) (end {_n(RIGHT)} {_n(low)})"
+    box = f"(rectangle (start {decimal(LEFT)} {decimal(top)}) (end {decimal(RIGHT)} {decimal(low)})"
     drawn = [f"{box} {_pen(0.254)} (fill (type background)))"]
     for coil in layout.coils:
         ends = [y for pad, y in rows if pad.net == coil.net]
@@ -100,12 +100,16 @@ def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
     for end, sign in ((upper, 1.0), (lower, -1.0)):
         corners = [(start, end), (x, end), (x, middle + sign * 2 * BOW)] if start != x else [(x, end)]
         corners += [(x, middle + sign * 2 * BOW)] if start == x else []
-        points = " ".join(f"(xy {_n(a)} {_n(b)})" for a, b in dict.fromkeys(corners))
+        points = " ".join(f"(xy {decimal(a)} {decimal(b)})" for a, b in dict.fromkeys(corners))
         if len(dict.fromkeys(corners)) > 1:
             rows.append(f"(polyline (pts {points}) {_pen(0.0)} (fill (type none)))")
     for i in range(4):
         high = middle + (2 - i) * BOW
-        ends = f"(start {_n(x)} {_n(high - BOW)}) (mid {_n(x + BOW / 2)} {_n(high - BOW / 2)}) (end {_n(x)} {_n(high)})"
+        across = decimal(x)
+        ends = (
+            f"(start {across} {decimal(high - BOW)}) (mid {decimal(x + BOW / 2)} {decimal(high - BOW / 2)}) "
+            f"(end {across} {decimal(high)})"
+        )
         rows.append(f"(arc {ends} {_pen(0.0)} (fill (type none)))")
     return rows
 
@@ -114,8 +118,8 @@ def _pin(kind: str, x: float, y: float, angle: int, name: str, number: int) -> s
     font = "(effects (font (size 1.27 1.27)))"
     return node(
         f"pin {kind} line",
-        f"(at {_n(x)} {_n(y)} {angle})",
-        f"(length {_n(GRID)})",
+        f"(at {decimal(x)} {decimal(y)} {angle})",
+        f"(length {decimal(GRID)})",
         f"(name {quoted(name)} {font})",
         f'(number "{number}" {font})',
     )
@@ -142,7 +146,10 @@ def _symbol(
         "(exclude_from_sim no)",
         "(in_bom no)",
         "(on_board yes)",
-        *(node(f"property {quoted(key)} {quoted(text)}", f"(at {_n(x)} {_n(y)} 0)", left) for (key, text), y in shown),
+        *(
+            node(f"property {quoted(key)} {quoted(text)}", f"(at {decimal(x)} {decimal(y)} 0)", left)
+            for (key, text), y in shown
+        ),
         *(node(f"property {quoted(key)} {quoted(text)}", "(at 0 0 0)", _HIDDEN) for key, text in hidden.items()),
         node(f"symbol {quoted(f'{name}_0_1')}", *drawn),
         node(f"symbol {quoted(f'{name}_1_1')}", *pins),
@@ -158,9 +165,4 @@ def _pin_names(is_coil: bool) -> Iterator[str]:
 
 
 def _pen(width: float) -> str:
-    return f"(stroke (width {_n(width)}) (type default))"
-
-
-def _n(value: float) -> str:
-    text = f"{value:.4f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
+    return f"(stroke (width {decimal(width)}) (type default))"

@@ -10,6 +10,7 @@ from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.places import footprint, place_in_words
 from sitscad.spec.sensor import ElastomerPad, Target
+from sitscad.units import in_mm
 
 MARGIN = 5e-3
 COUPON_SIZE = 10e-3
@@ -156,24 +157,24 @@ def _sheet(
 def _texts(
     layout: Layout, part: str, material: str, shape: str, size: tuple[float, float], thickness: float, kerf: float
 ) -> tuple[str, ...]:
-    sizes = f"diameter {_mm(size[0])}" if shape == "circle" else f"{_mm(size[0])} x {_mm(size[1])}"
-    half = _mm(kerf / 2)
+    sizes = f"diameter {in_mm(size[0])}" if shape == "circle" else f"{in_mm(size[0])} x {in_mm(size[1])}"
+    half = in_mm(kerf / 2)
     compensation = (
         (
-            f"kerf {_mm(kerf)} mm: {half} mm added outside, holes less {half} mm",
-            f"coupon: {_mm(COUPON_SIZE)} mm wide, hole {_mm(COUPON_HOLE)} mm if right",
-            f"else kerf = {_mm(kerf)} + {_mm(COUPON_SIZE)} - measured width",
+            f"kerf {in_mm(kerf)} mm: {half} mm added outside, holes less {half} mm",
+            f"coupon: {in_mm(COUPON_SIZE)} mm wide, hole {in_mm(COUPON_HOLE)} mm if right",
+            f"else kerf = {in_mm(kerf)} + {in_mm(COUPON_SIZE)} - measured width",
         )
         if kerf
         else (
             "kerf not compensated: drawn at nominal size",
-            f"coupon: drawn {_mm(COUPON_SIZE)} mm wide, hole {_mm(COUPON_HOLE)} mm",
+            f"coupon: drawn {in_mm(COUPON_SIZE)} mm wide, hole {in_mm(COUPON_HOLE)} mm",
         )
     )
     return (
         f"{layout.spec.name} {part}",
         *([layout.spec.issue.words] if layout.spec.issue.rows else []),
-        f"{shape} {sizes} mm, {_mm(thickness)} mm thick",
+        f"{shape} {sizes} mm, {in_mm(thickness)} mm thick",
         material,
         *([place] if (place := place_in_words(_plate_of(layout, part))) else []),
         *compensation,
@@ -230,7 +231,7 @@ _DIGIT_WIDTH, _DIGIT_STEP = 0.6e-3, 1.0e-3
 
 def _label(coupon: Point, kerf: float) -> Iterator[Contour]:
     """The kerf in millimetres, engraved between the coupon's hole and its lower edge; nothing where there is none."""
-    text = _mm(kerf) if kerf else ""
+    text = in_mm(kerf) if kerf else ""
     band = (COUPON_SIZE - COUPON_HOLE) / 2
     left = coupon.x - (_DIGIT_STEP * (len(text) - 1) + _DIGIT_WIDTH) / 2
     lower = coupon.y - COUPON_SIZE / 2 + (band - 2 * _DIGIT_WIDTH) / 2
@@ -238,7 +239,3 @@ def _label(coupon: Point, kerf: float) -> Iterator[Contour]:
         for stroke in _DIGITS[letter]:
             at = [Point(left + i * _DIGIT_STEP + x * _DIGIT_WIDTH, lower + y * _DIGIT_WIDTH) for x, y in stroke]
             yield Contour(CutLayer.ENGRAVE, polyline(at))
-
-
-def _mm(metres: float) -> str:
-    return f"{metres * 1e3:.4f}".rstrip("0").rstrip(".")
