@@ -24,6 +24,9 @@ _HOMES = {
     "Estimates": "sitscad.estimates",
     "METHODS": "sitscad.estimates",
     "Design": "sitscad.design",
+    "respond": "sitscad.design",
+    "Response": "sitscad.estimates.response.values",
+    "NoResponse": "sitscad.estimates.response.model",
     "Review": "sitscad.review",
     "check": "sitscad.checks",
     "CheckResult": "sitscad.checks",
@@ -64,9 +67,11 @@ __all__ = [
     "Finding",
     "Layout",
     "MissingExtra",
+    "NoResponse",
     "NotChecked",
     "PackageError",
     "PartsError",
+    "Response",
     "Review",
     "SensorSpec",
     "Severity",
@@ -83,14 +88,17 @@ __all__ = [
     "load_text",
     "mended",
     "require_distinct_names",
+    "respond",
     "verify",
     "write_template",
 ]
 
 if TYPE_CHECKING:
     from sitscad.checks import HINTS, RULES, CheckResult, check, mended
-    from sitscad.design import Design
+    from sitscad.design import Design, respond
     from sitscad.estimates import METHODS, Estimates, estimate
+    from sitscad.estimates.response.model import NoResponse
+    from sitscad.estimates.response.values import Response
     from sitscad.finding import Finding, NotChecked, Severity
     from sitscad.layout import lay_out
     from sitscad.layout.board import Layout

@@ -14,7 +14,12 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
     from sitscad.estimates import Estimates
+    from sitscad.estimates.response.model import ResponseModel
+    from sitscad.estimates.response.values import Response
     from sitscad.layout.board import Layout
     from sitscad.layout.cutting.panel import Panel
     from sitscad.layout.routing.patience import Patience
@@ -69,6 +74,13 @@ class Design:
         from sitscad.estimates import estimate
 
         return estimate(self.layout)
+
+    @cached_property
+    def response(self) -> ResponseModel:
+        """What the coils read when the target moves; raises `NoResponse` where nothing can."""
+        from sitscad.estimates.response.model import response_model
+
+        return response_model(self.layout, self.estimates)
 
     @cached_property
     def at_room_temperature(self) -> Design:
@@ -132,6 +144,35 @@ class Design:
         if self.has_board_of(changed):
             return Design(changed, replace(self.layout, spec=changed))
         return Design(changed, lay_out(changed, patience))
+
+
+def respond(
+    design: Design | SensorSpec,
+    poses: ArrayLike | None = None,
+    *,
+    loads: ArrayLike | None = None,
+    frequency: float | None = None,
+    tolerance: float | None = None,
+) -> Response:
+    """What the coils read with the target at `poses` (n, 6: x, y, z in metres, rx, ry, rz in radians, from rest; axes
+    as in `sitscad.scene.pose.Pose`), or under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons).
+
+    `frequency` (Hz) is what inductances and resistances are taken at, each coil's own tank frequency where None;
+    `tolerance` limits what interpolation between many poses may be off by. A `Design` keeps what it solved. Raises
+    ValueError for other shapes and numbers, for neither or both of poses and loads, and `NoResponse` (a ValueError)
+    where the design has nothing that could respond.
+    """
+    import numpy as np
+
+    if (poses is None) == (loads is None):
+        raise ValueError("give either poses or loads")
+    model = (design if isinstance(design, Design) else Design(design)).response
+    rows = np.asarray(loads if poses is None else poses, dtype=float)
+    wanted = 3 if poses is None else 6
+    if rows.ndim == 0 or rows.shape[-1] != wanted:
+        raise ValueError(f"rows of {wanted} numbers are wanted, not an array of shape {rows.shape}")
+    flat: NDArray[np.float64] = rows.reshape(-1, wanted)
+    return model.respond(model.poses_of(flat) if poses is None else flat, frequency, tolerance)
 
 
 def without_text(spec: SensorSpec) -> SensorSpec:

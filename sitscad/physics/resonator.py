@@ -51,12 +51,14 @@ class Network:
     resistance: float = 0.0
 
     def admittance(self, omega: float, inductance: float, resistance: float) -> tuple[complex, complex]:
-        """Admittance (S) at the pins of a coil of (H, ohm) at omega (rad/s), and the coil's voltage over the pins'."""
+        """Admittance (S) at the pins of a coil of (H, ohm) at omega (rad/s), and the coil's voltage over the pins'; of
+        arrays, too.
+        """
         branch = 1j * omega * self.capacitor / (1.0 + 1j * omega * self.capacitor * self.capacitor_resistance)
-        far = 1j * omega * self.coil_side + 1.0 / complex(resistance, omega * inductance)
+        far = 1j * omega * self.coil_side + 1.0 / (resistance + 1j * omega * inductance)
         near = 1j * omega * self.converter_side
         far, near = (far + branch, near) if self.capacitor_at_coil else (far, near + branch)
-        behind = 1.0 + far * complex(self.resistance, omega * self.inductance)
+        behind = 1.0 + far * (self.resistance + 1j * omega * self.inductance)
         return near + far / behind, 1.0 / behind
 
 

@@ -97,13 +97,13 @@ class CoilPotential:
 
 def coil_potential(
     tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: float = -math.inf,
-    returned: Returned | None = None,
+    returned: Returned | None = None, direct: bool = True,
 ) -> CoilPotential:  # fmt: skip
     """The potential of tracks in series, layers one above the other, currents along their corners.
 
     It holds from `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A mirror at
     z = `floor` (m) returns waves of wave number k (1/m) by the factor `returned`: -1, as a perfect conductor does,
-    where that is None.
+    where that is None. Without `direct` it is what the mirror returns alone: the part out of phase of a lossy one's.
     """
     top = max(track.z for track in tracks)
     extent = 2.0 * max(float(np.abs(track.corners).max()) for track in tracks)
@@ -118,12 +118,13 @@ def coil_potential(
     for track in tracks:
         layer = _spread_spectrum(track, count, spacing)
         through = 1.0 + (number * track.thickness) ** 2 / 24.0
-        rising += layer * through * np.exp(-number * (top - track.z))
+        if direct:
+            rising += layer * through * np.exp(-number * (top - track.z))
         if math.isfinite(floor):
             rising += layer * through * factor * np.exp(-number * (top + track.z - 2.0 * floor))
     with np.errstate(divide="ignore"):
         rising *= np.where(number > 0.0, 0.5 * MU0 / number, 0.0)
-    dipoles = _dipoles(tracks, floor, float(factor[0, 1]))
+    dipoles = _dipoles(tracks, floor, float(factor[0, 1]), direct)
     octaves = tuple(_octave(rising, side, nearest * 2.0**n, top, dipoles, n) for n in range(OCTAVES))
     return CoilPotential(top, side, nearest, floor, octaves, dipoles)
 
@@ -220,17 +221,16 @@ def _cubic(t: Array) -> Array:
     return np.stack([-b * c * d / 6.0, 0.5 * a * c * d, -0.5 * a * b * d, a * b * c / 6.0], axis=1)
 
 
-def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float) -> tuple[_Dipole, ...]:
+def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float, direct: bool) -> tuple[_Dipole, ...]:
     areas, ends = [], []
     for track in tracks:
         x, y = track.corners.T
         areas.append(0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])))
         ends.append(complex(x[-1] - x[0], y[-1] - y[0]))
     total, height = math.fsum(areas), sum(track.z for track in tracks) / len(tracks)
-    coil = _Dipole(total, height, sum(ends))
-    return (
-        (coil,) if math.isinf(floor) else (coil, _Dipole(returned * total, 2.0 * floor - height, returned * coil.ends))
-    )
+    coil = (_Dipole(total, height, sum(ends)),) if direct else ()
+    image = _Dipole(returned * total, 2.0 * floor - height, returned * sum(ends))
+    return coil if math.isinf(floor) else (*coil, image)
 
 
 def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:

@@ -43,28 +43,20 @@ class SolvedTarget:
         The target is turned by `turns` (poses, 3, 3) about the middle of its near face, which is at `places` (poses, 3)
         in metres; `coils` are the coils' potentials about their own axes, which are at `centres` (coils, 2).
         """
-        at_once = max(1, AT_ONCE // (len(self.surface.points) * len(centres)))
-        found = [
-            self._changes(turns[k : k + at_once], places[k : k + at_once], coils, centres)
-            for k in range(0, len(places), at_once)
-        ]
-        return np.concatenate(found) if found else np.zeros((0, len(centres), len(centres)), dtype=complex)
+        return changes_at([self], turns, places, coils, centres)[0]
 
-    def _changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
-        potential = self._potential(turns, places, coils, centres)
-        shape = len(places), len(centres)
+    def _changes(self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int]) -> ComplexArray:
+        # From what the coils drive of every class, and what the image couples in every pose.
         total = np.zeros((*shape, shape[1]), dtype=complex)
         responses = []
-        for one, answer in zip(self.surface.classes, self.answers, strict=True):
-            linked = one.drive(potential)
-            response = answer @ linked
-            total -= np.einsum("npc,npd->pcd", linked.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
+        for drive, answer in zip(linked, self.answers, strict=True):
+            response = answer @ drive
+            total -= np.einsum("npc,npd->pcd", drive.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
             responses.append(response)
-        if self.images is None or self.mirror is None or self.among_images is None:
+        if self.images is None or self.among_images is None:
             return total
         driven = combined(responses, self.images.within).reshape(-1, *shape)
-        for pose in range(shape[0]):
-            coupling = self.images.coupling(turns[pose], places[pose], self.mirror)
+        for pose, coupling in enumerate(couplings):
             both = np.eye(len(coupling)) + coupling @ self.among_images
             total[pose] += driven[:, pose].T @ np.linalg.solve(both, coupling @ driven[:, pose])
         return total
@@ -80,6 +72,29 @@ class SolvedTarget:
         both = np.stack([flat.real, flat.imag], axis=-1)
         found = np.einsum("pcni,pij->njpc", both, turns[:, :2], optimize=True)
         return np.asarray(found.reshape(len(local), 3, -1))
+
+
+def changes_at(
+    targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array
+) -> ComplexArray:
+    """`SolvedTarget.changes` of one target that was solved at several frequencies: (targets, poses, coils, coils).
+
+    What the coils drive in it is worked out once for all of them.
+    """
+    first = targets[0]
+    at_once = max(1, AT_ONCE // (len(first.surface.points) * len(centres)))
+    found = np.zeros((len(targets), len(places), len(centres), len(centres)), dtype=complex)
+    for k in range(0, len(places), at_once):
+        some = slice(k, k + at_once)
+        potential = first._potential(turns[some], places[some], coils, centres)
+        linked = [one.drive(potential) for one in first.surface.classes]
+        couplings = []
+        if first.images is not None and first.mirror is not None:
+            posed = zip(turns[some], places[some], strict=True)
+            couplings = [first.images.coupling(turn, place, first.mirror) for turn, place in posed]
+        for number, target in enumerate(targets):
+            found[number, some] = target._changes(linked, couplings, (len(places[some]), len(centres)))
+    return found
 
 
 def solve(

@@ -1,0 +1,348 @@
+"""The response of a design: solved once for its target, asked for any poses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.circuit.coils import coil_circuits
+from sitscad.estimates.circuit.tank import CoilCircuit, Tank
+from sitscad.estimates.response.errors import stated_errors
+from sitscad.estimates.response.pad import holding, pushed
+from sitscad.estimates.response.plate import MAGNETIC, Plate, conducting_plate
+from sitscad.estimates.response.scan import Changes, Exact, mapped
+from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
+from sitscad.estimates.response.values import Response
+from sitscad.estimates.states.assembly import Assembly, Surroundings, metal_behind
+from sitscad.estimates.states.finite_target import TargetShares
+from sitscad.estimates.steps import Wound, given, wind
+from sitscad.estimates.values import Estimates
+from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
+from sitscad.layout.board import Layout
+from sitscad.physics.eddy.target import turned
+from sitscad.physics.metal.half_spaces import Plate as Sheet
+from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
+from sitscad.readout import FAMILIES
+from sitscad.record import record
+from sitscad.scene.bodies import target as target_body
+from sitscad.scene.pose import REST_POSE
+from sitscad.scene.state import REST, State
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Progress = Callable[[int, int], None]
+
+
+class NoResponse(ValueError):
+    """The design has nothing that could respond; the text says what it lacks."""
+
+
+NEARER, FARTHER = 1.5, 1.3
+"""Ratios of the heights and of the reaches for which a target is solved: one solution serves many poses."""
+
+LEAST_HEIGHT = 40e-6
+"""Height (m) over the copper's mid-plane below which a field is taken at it: tracks are no filaments there."""
+
+MOST_NODES = 640
+"""Nodes along one side of the table of a coil's potential."""
+
+BAND = 0.9, 1.15
+"""Frequencies for which the target is solved: this part of the lowest and of the highest that any state has."""
+
+HEIGHTS = 4
+"""Heights, evenly spaced in their logarithm, at which the crowding of the currents is worked out."""
+
+
+@record(eq=False)
+class _Near:
+    # What is solved for poses no nearer and no farther: the target, the coils without it (inductance matrix, H, by
+    # frequency), and the part of the target's change that crowding adds: by height (m) and frequency.
+    plate: Plate
+    bare: Curves
+    heights: Array
+    crowding: Curves
+
+
+@record(eq=False)
+class ResponseModel:
+    """Layout and estimates of a design with a target that conducts; what is solved is kept in `solved`."""
+
+    layout: Layout
+    estimates: Estimates
+    solved: dict[tuple[object, ...], _Near] = field(default_factory=dict)
+
+    @cached_property
+    def wound(self) -> Wound:
+        """The winding and what is around it at rest."""
+        return wind(given(self.layout, None), None, None)
+
+    @property
+    def spec(self) -> SensorSpec:
+        """The spec, its metals at the required temperature."""
+        return self.wound.given.spec
+
+    @cached_property
+    def behind(self) -> Reflector | None:
+        """What is behind the board."""
+        return metal_behind(self.spec)
+
+    @cached_property
+    def rest(self) -> Array:
+        """The centre (m) of the target's near face at rest, in the layout's coordinates."""
+        body = target_body(self.spec)
+        assert body is not None
+        return np.array([*body.footprint.centre, body.lower])
+
+    @cached_property
+    def band(self) -> tuple[float, float]:
+        """The frequencies (Hz) between which the tanks run."""
+        found = [s.frequency for coil in self.estimates.coils for s in coil.states.values() if s.frequency > 0.0]
+        if not found:
+            raise NoResponse("no tank of the design oscillates in any state, so there are no frequencies to look at")
+        return BAND[0] * min(found), BAND[1] * max(found)
+
+    @cached_property
+    def tank(self) -> Tank:
+        """Capacitor, pins and cable."""
+        return Tank(self.estimates.readout.capacitance, self.spec.readout)
+
+    def respond(
+        self, poses: Array, frequency: float | None = None, tolerance: float | None = None,
+        progress: Progress | None = None,
+    ) -> Response:  # fmt: skip
+        """Everything at (n, 6) poses; see `Response`. Many of them are interpolated where that stays within the stated
+        error, or within `tolerance` (of the larger of a change and 1 % of the free inductance).
+        """
+        poses = np.asarray(poses, dtype=float).reshape(-1, 6)
+        if not np.all(np.isfinite(poses)):
+            raise ValueError("a pose has six finite numbers: metres and radians")
+        placed = _Placed.of(self.spec, self.rest, poses)
+        at_tank = self._near(placed, self.band)
+        changes = mapped(self._exact(at_tank), poses, self._scale, tolerance, progress)
+        terminals = self._terminals(at_tank, placed, changes)
+        shown, taken_at = changes, terminals.frequency
+        inductance, resistance = terminals.inductance, terminals.resistance
+        if frequency is not None:
+            near = self._near(placed, (frequency, 1.05 * frequency))
+            shown = mapped(self._exact(near), poses, self._scale, tolerance, progress)
+            taken_at = np.full_like(taken_at, frequency)
+            whole = self._impedances(near, placed, shown)
+            inductance, resistance = at_frequencies(whole, taken_at, self.tank)
+        filled = np.where(np.isfinite(taken_at), taken_at, math.sqrt(self.band[0] * self.band[1]))
+        change, lost = shown.at(filled)
+        errors = stated_errors(self.spec, change, self._scale, placed.lowest, shown.error)
+        strain, held = self._strain(poses), holding(self.spec, poses)
+        return Response(
+            coils=tuple(coil.name for coil in self.layout.coils), poses=poses, inductance=inductance,
+            resistance=resistance, target_change=change, target_change_error=errors, target_resistance=lost,
+            taken_at=taken_at, frequency=terminals.frequency, counts=self._counts(terminals.frequency),
+            parallel_resistance=terminals.parallel_resistance, amplitude=self._amplitudes(terminals),
+            strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
+            notes=tuple(_notes(self.spec, placed, terminals, strain)),
+        )  # fmt: skip
+
+    def poses_of(self, loads: Array) -> Array:
+        """Poses (n, 6) under (n, 3) loads: see `pad.pushed`."""
+        return pushed(self.spec, loads)
+
+    @property
+    def _scale(self) -> float:
+        return self.wound.winding.inductance
+
+    def _strain(self, poses: Array) -> Array | None:
+        pad = self.spec.elastomer
+        return None if pad is None else -poses[:, 2] / pad.thickness
+
+    def _counts(self, frequency: Array) -> Array:
+        readout = self.estimates.readout
+        if readout.input_divider is None:
+            return np.full_like(frequency, np.nan)
+        share = frequency / (readout.input_divider * readout.reference_frequency)
+        return np.floor(share * 2.0**28 + 0.5)
+
+    def _amplitudes(self, terminals: Terminals) -> Array:
+        readout, family = self.estimates.readout, FAMILIES[self.spec.readout.device.family]
+        codes = [readout.code_of(k) for k in range(len(self.layout.coils))]
+        currents = [math.nan if code is None else family.drive_current(code, readout.high_current) for code in codes]
+        volts = [family.amplitude_at(1.0, current) for current in currents]
+        return terminals.parallel_resistance * np.array(volts)
+
+    def _terminals(self, near: _Near, placed: _Placed, changes: Changes) -> Terminals:
+        networks = [self.tank.network(circuit) for circuit in self._circuits(self.wound.winding)]
+        found = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
+        usual = math.sqrt(self.band[0] * self.band[1])
+        start = np.array([found.get(coil.name, usual) for coil in self.layout.coils])
+        impedances = self._impedances(near, placed, changes)
+        return oscillating(impedances, networks, self.tank, np.tile(start, (len(placed.places), 1)))
+
+    def _impedances(self, near: _Near, placed: _Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
+        # All coils between their contacts at (n,) frequencies, one a pose.
+        heights = placed.heights(np.array([coil.placement.centre for coil in self.layout.coils]))
+        diagonal = np.arange(heights.shape[1])
+
+        def whole(frequencies: Array) -> ComplexArray:
+            change = changes.complex_at(frequencies)
+            more = _between(near.heights, near.crowding(frequencies), heights)
+            change[:, diagonal, diagonal] *= 1.0 + more
+            return near.bare(frequencies) + change
+
+        return whole
+
+    def _exact(self, near: _Near) -> Exact:
+        plate = near.plate
+
+        def exact(poses: Array) -> tuple[ComplexArray, ComplexArray]:
+            placed = _Placed.of(self.spec, self.rest, poses)
+            return plate.changes(placed.turns, placed.places)
+
+        return Exact(plate.frequencies, exact)
+
+    def _near(self, placed: _Placed, band: tuple[float, float]) -> _Near:
+        top = max(winding.z for winding in self.layout.coils[0].windings)
+        centre = np.array(self.spec.array.middle)
+        coils = max(math.hypot(*(np.array(c.placement.centre) - centre)) for c in self.layout.coils)
+        extent = max(self.spec.coil.size)
+        reach = FARTHER ** math.ceil(math.log(placed.reach(centre) + coils, FARTHER))
+        least = max(LEAST_HEIGHT, 3.6 * (0.5 * extent + 0.6 * reach) / (0.36 * MOST_NODES))
+        height = max(float(placed.lowest.min()) - top, least)
+        height = max(NEARER ** math.floor(math.log(height, NEARER)), least)
+        key = (height, reach, band)
+        if key not in self.solved:
+            self.solved[key] = self._solve(height + top, reach, band)
+        return self.solved[key]
+
+    def _solve(self, lowest: float, reach: float, band: tuple[float, float]) -> _Near:
+        spec, coils = self.spec, self.layout.coils
+        plate = conducting_plate(spec, coils, band, self.behind, lowest, 0.6 * reach)
+        nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
+        near = replace(self.wound.given.assembly, states=(nothing, replace(nothing, above=self._endless(lowest))))
+        winding = solve_winding(spec.coil, coils[0], near, self.wound.winding.conductivity, None, None)
+        bare = curves(*band, lambda at: self._bare(winding, replace(near, states=(nothing,)), at))
+        thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
+        heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
+        crowding = curves(*band, lambda at: np.stack([self._crowding(winding, at, z) for z in heights], axis=1), 4)
+        return _Near(plate, bare, np.log(heights), crowding)
+
+    def _endless(self, height: float) -> Reflector:
+        target = self.spec.target
+        assert target is not None
+        metal = target.material
+        sheet = Sheet(metal.conductivity, metal.relative_permeability, target.thickness)
+        return Reflector(max(height, LEAST_HEIGHT), (sheet,))
+
+    def _crowding(self, winding: SolvedWinding, frequencies: Array, height: float) -> ComplexArray:
+        # What an endless target at a height (m) changes of the crowding of the currents, over its whole change.
+        if winding.crowding is None or winding.spectrum is None:
+            return np.zeros(frequencies.size, dtype=complex)
+        above = self._endless(height)
+        crowded = winding.crowding.changes(frequencies, above, self.behind)
+        crowded = crowded - winding.crowding.changes(frequencies, None, self.behind)
+        whole = reflected_inductances(winding.spectrum, frequencies, above, self.behind, (0.0,))
+        whole = whole - reflected_inductances(winding.spectrum, frequencies, None, self.behind, (0.0,))
+        return np.asarray(crowded / whole[:, 0])
+
+    def _bare(self, winding: SolvedWinding, assembly: Assembly, frequencies: Array) -> ComplexArray:
+        # The coils in their places without the target: complex inductance matrices (H) at their contacts.
+        circuits = self._circuits(winding, assembly)
+        found = np.zeros((frequencies.size, len(circuits), len(circuits)), dtype=complex)
+        centres = [coil.centre for coil in self.layout.coils]
+        for i, circuit in enumerate(circuits):
+            inductance, resistance = circuit.own(REST, frequencies)
+            found[:, i, i] = inductance - 1j * resistance / (2.0 * math.pi * frequencies)
+            for j in range(i):
+                distance = round(math.dist(centres[i], centres[j]), 9)
+                change = circuit.reflections[REST].mutual(distance, frequencies)
+                found[:, i, j] = found[:, j, i] = self.wound.matrix[i, j] + change
+        return found
+
+    def _circuits(self, winding: SolvedWinding, assembly: Assembly | None = None) -> Sequence[CoilCircuit]:
+        start = self.wound.given
+        around = start.assembly if assembly is None else assembly
+        return coil_circuits(start.layout, winding, self.wound.matrix, around, TargetShares({}, {}, ()), start.spared)
+
+
+@record(eq=False)
+class _Placed:
+    # Poses as turns (n, 3, 3) and places (n, 3) of the near face's centre (m), and the lowest point of each (m).
+    turns: Array
+    places: Array
+    lowest: Array
+    half: tuple[float, float]
+
+    @classmethod
+    def of(cls, spec: SensorSpec, rest: Array, poses: Array) -> _Placed:
+        target = spec.target
+        assert target is not None
+        own = target.rotation if target.shape != "circle" else 0.0
+        turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, own]]))[0]
+        places = rest + poses[:, :3]
+        x, y = 0.5 * target.size[0], 0.5 * target.size[1]
+        along, across = x * np.abs(turns[:, 2, 0]), y * np.abs(turns[:, 2, 1])
+        down = np.hypot(along, across) if target.shape == "circle" else along + across
+        return cls(turns, places, places[:, 2] - down, (x, y))
+
+    def reach(self, centre: Array) -> float:
+        """How far (m) from a place any point of the target gets."""
+        return float(np.hypot(*(self.places[:, :2] - centre).T).max()) + math.hypot(*self.half)
+
+    def heights(self, centres: Array) -> Array:
+        """Logarithm of the height (m) of the near face's plane over every coil's centre, (n, coils), no more than the
+        face itself reaches up and down.
+        """
+        normal = self.turns[:, :, 2]
+        away = centres[None, :, :] - self.places[:, None, :2]
+        plane = self.places[:, None, 2] - np.einsum("nci,ni->nc", away, normal[:, :2]) / normal[:, 2:]
+        span = (self.places[:, 2] - self.lowest)[:, None]
+        middle = self.places[:, 2:]
+        return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
+
+
+def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
+    """The polynomial through `values` (n, m) at (m,) places, at (n, k) others, held beyond the ends."""
+    x = np.clip(at, places[0], places[-1])
+    found = np.zeros(at.shape, dtype=complex)
+    for i, place in enumerate(places):
+        weight = np.ones_like(x)
+        for j, other in enumerate(places):
+            if i != j:
+                weight = weight * (x - other) / (place - other)
+        found += weight * values[:, i : i + 1]
+    return found
+
+
+def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
+    """The model of a design; raises `NoResponse` where it has no target, or one that is no mere conductor."""
+    target = layout.spec.target
+    if target is None:
+        raise NoResponse("the spec has no target: nothing moves over the coils")
+    if target.material.relative_permeability >= MAGNETIC:
+        raise NoResponse(
+            f"the target is of {target.material.name}, which is magnetic (relative permeability "
+            f"{target.material.relative_permeability:g}): its poses are not modelled, only the states of `estimate`"
+        )
+    return ResponseModel(layout, estimates)
+
+
+STRAIN_LIMIT = 0.35
+"""Strain of the pad beyond which no model of it is trusted."""
+
+
+def _notes(spec: SensorSpec, placed: _Placed, terminals: Terminals, strain: Array | None) -> list[tuple[str, ...]]:
+    lost = ~np.isfinite(terminals.frequency)
+    found = []
+    for k, lowest in enumerate(placed.lowest):
+        notes = []
+        if lowest < 0.0:
+            notes.append(f"contact: the target's lowest point would be {-1e3 * lowest:.3g} mm inside the board")
+        if strain is not None and strain[k] > STRAIN_LIMIT:
+            notes.append(f"the pad would be pressed by {100.0 * strain[k]:.0f} % of its thickness")
+        if lost[k].any():
+            notes.append("the tank does not oscillate")
+        found.append(tuple(notes))
+    return found

@@ -1,0 +1,192 @@
+"""The target of a design as a surface of eddy currents, with the coils' fields at it and the mirror behind them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.winding.methods import bent_track
+from sitscad.layout.board import Coil
+from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.box import Box, box
+from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_potential
+from sitscad.physics.eddy.disc import Disc, disc
+from sitscad.physics.eddy.image import Mirror, image_modes
+from sitscad.physics.eddy.skin import skin
+from sitscad.physics.eddy.surface import Surface
+from sitscad.physics.eddy.target import SolvedTarget, changes_at, solve
+from sitscad.physics.metal.half_spaces import Reflector, reflection
+from sitscad.physics.metal.polyline_spectrum import chorded
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec, Target
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+MAGNETIC = 1.5
+"""Relative permeability from which on a target is no mere conductor: its surface would carry poles, too."""
+
+LEAST_CONDUCTIVITY = 1e-3
+"""Conductivity (S/m) that a target has at least: its skin depth is then metres, and its effect nothing."""
+
+OUT_OF_PHASE = 1e-4
+"""Share of the field that a mirror returns out of phase (its loss) from which on that counts."""
+
+
+@record
+class Detail:
+    """How fine a target is resolved: least height (m) of it over the coils' copper, and the coils' size (m)."""
+
+    height: float
+    coil: float
+
+    @property
+    def length(self) -> float:
+        """Over which the coils' field at the target varies (m)."""
+        return self.height + 0.1 * self.coil
+
+    def points(self, length: float) -> int:
+        """How many Gauss points resolve it along a length (m)."""
+        return 12 + math.ceil(1.4 * length / self.length)
+
+    def widest(self, length: float) -> float:
+        """Distance (m) of the splines' knots in the middle of a length."""
+        return min(0.11 * length, 0.9 * self.length)
+
+
+def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
+    """The target about its own middle, knots `edge` (m) apart at its edges."""
+    (x, y), z = target.size, target.thickness
+    through = 4 + math.ceil(z / detail.length)
+    if target.shape == "circle":
+        orders = min(8 + math.ceil(0.8 * x / detail.length), 32)
+        return disc(x, z, edge, detail.widest(x), (detail.points(0.5 * x), through), orders)
+    counts = detail.points(x), detail.points(y), through
+    return box((x, y, z), edge, max(detail.widest(x), detail.widest(y)), counts)
+
+
+def with_points(whole: Box | Disc, distance: float) -> Surface:
+    """The same with as few points as resolve the field of its own image, so far (m) away."""
+
+    def count(length: float) -> int:
+        return 4 + math.ceil(1.2 * length / distance)
+
+    if isinstance(whole, Disc):
+        return replace(whole, counts=(count(whole.face.half), 3))
+    x, y, _ = (2.0 * line.half for line in whole.lines)
+    return replace(whole, counts=(count(x), count(y), 3))
+
+
+@record(eq=False)
+class Plate:
+    """A target that conducts, solved at some frequencies (Hz), and the potentials of all coils at it.
+
+    Where what lies behind the coils loses, `potentials` has what it returns out of phase after those of the coils, in
+    the same order. `centres` (m) are the coils', once or twice.
+    """
+
+    frequencies: tuple[float, ...]
+    targets: tuple[SolvedTarget, ...]
+    potentials: tuple[CoilPotential, ...]
+    centres: Array
+    coils: int
+
+    def changes(self, turns: Array, places: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Of the coils' inductance matrix (H, complex) at every frequency, (frequencies, poses, coils, coils): all of
+        it, and what it would be with a mirror that does not lose, whose loss is the target's own.
+        """
+        found = changes_at(self.targets, turns, places, self.potentials, self.centres)
+        n = self.coils
+        own = found[..., :n, :n]
+        if found.shape[-1] == n:
+            return own, own
+        across = found[..., :n, n:]
+        return own + 1j * (across + np.swapaxes(across, -1, -2)) - found[..., n:, n:], own
+
+
+def conducting_plate(
+    spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, lowest: float,
+    reach: float,
+) -> Plate:  # fmt: skip
+    """The target solved at frequencies (Hz), for poses whose lowest point stays above z = `lowest` (m) and that stay
+    within `reach` (m) of the coils' middle.
+    """
+    target, middle = spec.target, math.sqrt(min(frequencies) * max(frequencies))
+    assert target is not None
+    centres = np.array([coil.placement.centre for coil in coils])
+    top = max(winding.z for winding in coils[0].windings)
+    size = max(spec.coil.size)
+    detail = Detail(lowest - top, size)
+    depth = 1.0 / math.sqrt(math.pi * middle * MU0 * _conductivity(target))
+    whole = surface(target, detail, min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)))
+    near_face = -0.5 * target.thickness
+    mirror = None if behind is None else mirror_like(behind, middle, lowest)
+    images = None
+    if mirror is not None:
+        coarse = with_points(whole, 2.0 * (lowest - mirror.floor))
+        images = image_modes(whole, coarse, near_face, lowest, mirror)
+    skins = [skin(frequency, _conductivity(target), target.thickness) for frequency in frequencies]
+    targets = tuple(solve(whole, near_face, one, mirror, images) for one in skins)
+    tables = _potentials(_Coils(tuple(coils), spec.coil.trace_width, detail.height, reach), behind, middle)
+    twice = len(tables) // len(coils)
+    return Plate(tuple(frequencies), targets, tables, np.tile(centres, (twice, 1)), len(coils))
+
+
+def _conductivity(target: Target) -> float:
+    return max(target.material.conductivity, LEAST_CONDUCTIVITY)
+
+
+def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
+    """The perfect mirror, deeper and weaker, that returns waves as long as the target at a height (m) is far from what
+    is behind like this does: only the image of the target's own currents is taken in it, the coils' is exact.
+    """
+    away = height + behind.distance
+    k = np.array([0.7, 1.4]) / away
+    long, short = reflection(k, frequency, behind.plates).real
+    deeper = 0.0
+    if abs(short) > 1e-9 and long / short > 1.0:
+        deeper = min(0.5 * math.log(long / short) / float(k[1] - k[0]), away)
+    strength = -float(long) * math.exp(2.0 * float(k[0]) * deeper)
+    return Mirror(-behind.distance - deeper, strength)
+
+
+@record
+class _Coils:
+    # The coils, their tracks' width (m), and for which height and reach (m) of points their potential is wanted.
+    coils: tuple[Coil, ...]
+    width: float
+    height: float
+    reach: float
+
+    def potentials(
+        self, floor: float = -math.inf, returned: Returned | None = None, direct: bool = True
+    ) -> tuple[CoilPotential, ...]:
+        """Of every coil; those that are not turned against each other have one in common."""
+        known: dict[float, CoilPotential] = {}
+        for coil in self.coils:
+            turn = coil.placement.rotation
+            if turn not in known:
+                x, y = coil.placement.centre
+                paths = [replace(w, path=w.path.shifted(-x, -y)) for w in coil.windings]
+                tracks = [chorded(bent_track(w, self.width), self.height) for w in paths]
+                known[turn] = coil_potential(tracks, self.height, self.reach, floor, returned, direct)
+        return tuple(known[coil.placement.rotation] for coil in self.coils)
+
+
+def _potentials(seen: _Coils, behind: Reflector | None, frequency: float) -> tuple[CoilPotential, ...]:
+    # With what comes back from behind in phase; then, where that loses, what comes back out of phase.
+    if behind is None:
+        return seen.potentials()
+    plates, floor = behind.plates, -behind.distance
+
+    def factor(k: Array) -> ComplexArray:
+        return reflection(k.ravel(), frequency, plates).reshape(k.shape)
+
+    found = seen.potentials(floor, lambda k: factor(k).real)
+    if np.abs(factor(np.geomspace(1e2, 0.5 / seen.height, 9)).imag).max() < OUT_OF_PHASE:
+        return found
+    return found + seen.potentials(floor, lambda k: factor(k).imag, direct=False)

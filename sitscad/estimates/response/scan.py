@@ -1,0 +1,202 @@
+"""Changes at many poses: all of them exactly, or a map through some of them where that is as good."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Progress = Callable[[int, int], None]
+
+FEW = 300
+"""Poses up to which each is worked out by itself."""
+
+LINE = 21
+"""Chebyshev points along a line of poses by which it is seen how many a map needs there."""
+
+TAIL = 2e-4
+"""Part of the largest value that the terms left out of a map may have."""
+
+CHECKED = 16
+"""Poses at which a map is held against what is exact."""
+
+USUAL = 2e-3
+"""Error of a map that is taken, of the larger of a change and 1 % of the free inductance."""
+
+
+@record(eq=False)
+class Exact:
+    """What gives the changes at (n, 6) poses at some frequencies (Hz): all, and with no loss in the mirror."""
+
+    frequencies: tuple[float, ...]
+    solve: Callable[[Array], tuple[ComplexArray, ComplexArray]]
+
+
+@record(eq=False)
+class Changes:
+    """Changes of the inductance matrix (H, complex), (frequencies, poses, coils, coils); `lossless` are those with a
+    mirror that does not lose. `error` is what interpolation adds to their relative errors.
+
+    In between, and a little beyond, they are straight in one over the root of the frequency, as skin depths are.
+    """
+
+    frequencies: tuple[float, ...]
+    total: ComplexArray
+    lossless: ComplexArray
+    error: float = 0.0
+
+    def complex_at(self, frequencies: Array) -> ComplexArray:
+        """All of it at (n,) frequencies, one a pose."""
+        part = self._part(frequencies)[:, None, None]
+        return self.total[0] + part * (self.total[1] - self.total[0])
+
+    def at(self, frequencies: Array) -> tuple[Array, Array]:
+        """The change (H) at (n, coils) frequencies, and the loss (ohm) in the target alone, (n, coils)."""
+        pairs = 0.5 * (frequencies[:, :, None] + frequencies[:, None, :])
+        part = self._part(pairs)
+        change = self.total[0].real + part * (self.total[1] - self.total[0]).real
+        own = np.einsum("fpcc->fpc", self.lossless).imag
+        lost = own[0] + self._part(frequencies) * (own[1] - own[0])
+        return np.asarray(change), np.asarray(-2.0 * math.pi * frequencies * lost)
+
+    def _part(self, frequencies: Array) -> Array:
+        low, high = (frequency**-0.5 for frequency in self.frequencies)
+        return (frequencies**-0.5 - low) / (high - low)
+
+
+def mapped(
+    exact: Exact, poses: Array, scale: float, tolerance: float | None = None, progress: Progress | None = None
+) -> Changes:
+    """The changes at poses; `scale` (H) is the free inductance. Through a map where there are many poses."""
+    if len(poses) > FEW:
+        found = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
+        if found is not None:
+            return found
+    return Changes(exact.frequencies, *_all(exact, poses, progress))
+
+
+AT_ONCE = 64
+
+
+def _all(exact: Exact, poses: Array, progress: Progress | None) -> tuple[ComplexArray, ComplexArray]:
+    parts = []
+    for k in range(0, max(len(poses), 1), AT_ONCE):
+        parts.append(exact.solve(poses[k : k + AT_ONCE]))
+        if progress is not None:
+            progress(min(k + AT_ONCE, len(poses)), len(poses))
+    total, lossless = (np.concatenate(some, axis=1) for some in zip(*parts, strict=True))
+    return total, lossless
+
+
+def _interpolated(
+    exact: Exact, poses: Array, scale: float, tolerance: float, progress: Progress | None
+) -> Changes | None:
+    low, high = poses.min(axis=0), poses.max(axis=0)
+    moved = [axis for axis in range(6) if high[axis] - low[axis] > 1e-12]
+    if not moved:
+        return None
+    grid = _grid(exact, low, high, moved)
+    if math.prod(len(points) for points in grid) > 0.6 * len(poses):
+        return None
+    nodes = np.tile(0.5 * (low + high), (math.prod(map(len, grid)), 1))
+    nodes[:, moved] = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, len(moved))
+    decay = _decay(exact, low, high)
+    values = _packed(_all(exact, nodes, progress)) * np.exp(decay * nodes[:, 2])[:, None]
+    tensor = values.reshape(*map(len, grid), -1)
+
+    def through(some: Array) -> Array:
+        return _evaluated(tensor, grid, some[:, moved]) * np.exp(-decay * some[:, 2])[:, None]
+
+    generator = np.random.default_rng(7)
+    tried = poses[generator.choice(len(poses), CHECKED, replace=False)]
+    true = _packed(exact.solve(tried))
+    apart = np.abs(through(tried) - true) / np.maximum(np.abs(true), 0.01 * scale)
+    error = 2.0 * float(apart.max())
+    if error > tolerance:
+        return None
+    shape = _all(exact, poses[:1], None)[0].shape
+    total, lossless = _unpacked(through(poses), len(exact.frequencies), shape[-1])
+    return Changes(exact.frequencies, total, lossless, error)
+
+
+def _packed(changes: tuple[ComplexArray, ComplexArray]) -> Array:
+    # Real numbers, poses first.
+    both = np.stack(changes)
+    flat = np.moveaxis(both, 2, 0).reshape(both.shape[2], -1)
+    return np.concatenate([flat.real, flat.imag], axis=1)
+
+
+def _unpacked(flat: Array, frequencies: int, coils: int) -> tuple[ComplexArray, ComplexArray]:
+    half = flat.shape[1] // 2
+    both = (flat[:, :half] + 1j * flat[:, half:]).reshape(-1, 2, frequencies, coils, coils)
+    total, lossless = np.moveaxis(both, 0, 2)
+    return total, lossless
+
+
+def _decay(exact: Exact, low: Array, high: Array) -> float:
+    # How fast (1/m) the changes die away with the height.
+    if high[2] - low[2] < 1e-12:
+        return 0.0
+    ends = np.tile(0.5 * (low + high), (2, 1))
+    ends[:, 2] = low[2], high[2]
+    size = np.abs(exact.solve(ends)[0]).max(axis=(0, 2, 3))
+    return float(math.log(size[0] / size[1]) / (high[2] - low[2]))
+
+
+def _chebyshev(low: float, high: float, count: int) -> Array:
+    angle = math.pi * (np.arange(count) + 0.5) / count
+    return np.asarray(0.5 * (low + high) - 0.5 * (high - low) * np.cos(angle))
+
+
+def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int]) -> list[Array]:
+    # As many points along each axis as two lines along it need: through the middle, and where the target is nearest.
+    found = []
+    decay = _decay(exact, low, high)
+    for axis in moved:
+        lines = np.tile(0.5 * (low + high), (3, LINE, 1))
+        lines[1:, :, 2] = low[2]
+        lines[2, :, :2] = low[:2] + 0.2 * (high[:2] - low[:2])
+        lines[:, :, axis] = _chebyshev(float(low[axis]), float(high[axis]), LINE)
+        flat = lines.reshape(-1, 6)
+        values = _packed(exact.solve(flat)) * np.exp(decay * flat[:, 2])[:, None]
+        waves = _waves(LINE, math.pi * (np.arange(LINE) + 0.5) / LINE)
+        size = np.abs(np.einsum("kl,nlv->nkv", waves, values.reshape(3, LINE, -1))) / LINE
+        wanted = size.max(axis=(0, 2)) / max(float(np.abs(values).max()), 1e-300)
+        count = 1 + max((k for k in range(LINE) if wanted[k] > TAIL), default=1)
+        found.append(_chebyshev(float(low[axis]), float(high[axis]), min(max(count + 1, 3), LINE)))
+    return found
+
+
+def _waves(count: int, angle: Array) -> Array:
+    return np.asarray(np.cos(np.arange(count)[:, None] * angle))
+
+
+def _evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
+    # The product of Chebyshev's polynomials through the tensor's values, at (n, axes) places.
+    weights = [_barycentric(points, places[:, axis]) for axis, points in enumerate(grid)]
+    found = np.empty((len(places), tensor.shape[-1]))
+    for first in range(0, len(places), 2000):
+        some = slice(first, first + 2000)
+        part = np.tensordot(weights[0][some], tensor, axes=(1, 0))
+        for weight in weights[1:]:
+            part = np.einsum("ni,ni...->n...", weight[some], part)
+        found[some] = part
+    return found
+
+
+def _barycentric(points: Array, at: Array) -> Array:
+    """Weights (n, points) of values at Chebyshev points in the polynomial through them, at (n,) places."""
+    count = points.size
+    angle = math.pi * (np.arange(count) + 0.5) / count
+    share = (-1.0) ** np.arange(count) * np.sin(angle)
+    away = at[:, None] - points
+    hit = np.abs(away) < 1e-15 + 1e-12 * np.abs(points).max()
+    weights = share / np.where(hit, 1.0, away)
+    weights = np.where(hit.any(axis=1)[:, None], hit, weights)
+    return np.asarray(weights / weights.sum(axis=1)[:, None])

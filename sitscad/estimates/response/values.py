@@ -1,0 +1,89 @@
+"""What a response says: arrays over the poses, in SI units."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+POSE_NAMES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
+"""The six numbers of a pose, in the order of every row of `Response.poses`."""
+
+
+@record(eq=False)
+class Response:
+    """The coils at some poses of the target; the first axis of every array runs over the poses, others over the coils.
+
+    `poses` (n, 6) are metres and radians in board axes, from rest (`sitscad.scene.pose.Pose`). `inductance` (H) and
+    `resistance` (ohm) are the terminals', with everything around and neighbours idle. `target_change` (H, two axes of
+    coils) is what the target alone changes of the windings' inductance matrix, their currents even and the other coils
+    open; `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's inductance;
+    `target_resistance` (ohm) the loss in the target alone. All these are at `taken_at` (Hz), each coil's tank frequency
+    where none was asked for. `frequency` (Hz), `counts` (the converter's 28-bit result) and `parallel_resistance` (ohm)
+    are those of the tank, NaN where it does not oscillate, and `amplitude` (V) is that at the converter's pins.
+    `strain` is how far the pad is pressed at the near face's centre, over its thickness; `force` (N) and `moment` (Nm)
+    (n, 3) are what holds the target there, NaN where they are not known; without an elastomer all three are None.
+    """
+
+    coils: tuple[str, ...]
+    poses: Array
+    inductance: Array
+    resistance: Array
+    target_change: Array
+    target_change_error: Array
+    target_resistance: Array
+    taken_at: Array
+    frequency: Array
+    counts: Array
+    parallel_resistance: Array
+    amplitude: Array
+    strain: Array | None
+    force: Array | None
+    moment: Array | None
+    notes: tuple[tuple[str, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def arrays(self) -> dict[str, Array]:
+        """The arrays by the names that the documents give them, those that are not known left out."""
+        found = {
+            "pose": self.poses,
+            "force_N": self.force,
+            "moment_Nm": self.moment,
+            "inductance_H": self.inductance,
+            "resistance_ohm": self.resistance,
+            "target_change_H": self.target_change,
+            "target_change_error": self.target_change_error,
+            "target_resistance_ohm": self.target_resistance,
+            "frequency_Hz": self.frequency,
+            "counts": self.counts,
+            "parallel_resistance_ohm": self.parallel_resistance,
+            "strain": self.strain,
+        }
+        return {name: value for name, value in found.items() if value is not None}
+
+    def point_document(self, number: int) -> dict[str, object]:
+        """One pose as the contract's JSON has it."""
+        found: dict[str, object] = {
+            "pose": dict(zip(POSE_NAMES, map(float, self.poses[number]), strict=True)),
+            "force_N": None if self.force is None else _plain(self.force[number]),
+            "moment_Nm": None if self.moment is None else _plain(self.moment[number]),
+        }
+        for name, value in self.arrays().items():
+            if name not in ("pose", "force_N", "moment_Nm"):
+                found[name] = _plain(value[number])
+        found["counts"] = [None if math.isnan(x) else int(x) for x in self.counts[number]]
+        return {"strain": None} | found | {"notes": list(self.notes[number])}
+
+
+def _plain(value: Array | float) -> object:
+    # Lists of floats, None for what is not finite; a vector without a number is None itself.
+    if np.ndim(value) == 0:
+        return float(value) if math.isfinite(float(value)) else None
+    return [_plain(one) for one in np.asarray(value)]

@@ -1,0 +1,215 @@
+"""The coils' response to a target that moves: one truth with the states, and what must hold of any pose."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sitscad
+from sitscad import Design, NoResponse, respond
+from sitscad.estimates.response.scan import FEW, Changes, Exact, mapped
+from sitscad.estimates.response.terminals import curves, tank_frequencies
+from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.resonator import Network, oscillate
+from sitscad.spec.load import load_text
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+MM = 1e-3
+
+
+def sensor(coil="shape: circle, outer_diameter: 5", target="shape: square, size: 6", more=""):
+    return Design(
+        load_text(
+            f"sitscad: 1\nname: moved\ncoil: {{{coil}, turns: 8, layers: 2, trace_width: 100 um, "
+            f"trace_spacing: 100 um}}\n"
+            f"array: {{pattern: line, count: 2, pitch: 6}}\ntarget: {{{target}, thickness: 0.2, material: copper}}\n"
+            f"elastomer: {{shape: square, size: 6, thickness: 1}}\nrequirements: {{normal_force: 2 N}}\n{more}"
+        )
+    )
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return sensor()
+
+
+@pytest.fixture(scope="module")
+def grasper():
+    return Design(sitscad.load(TEMPLATES / "grasper_4layer.yaml"))
+
+
+@pytest.fixture(scope="module")
+def squares():
+    return sensor("shape: square, outer_diameter: 5", "shape: circle, size: 6")
+
+
+@pytest.mark.parametrize("name", ["plain", "grasper", "squares"])
+def test_at_rest_and_pressed_it_is_what_the_states_say(name, request):
+    """Where their errors are those of a finite plate's share (a few per cent of the change of L)."""
+    design = request.getfixturevalue(name)
+    estimates = design.estimates
+    poses = np.zeros((2, 6))
+    poses[1, 2] = estimates.gaps["pressed"] - estimates.gaps["rest"]
+    found = respond(design, poses)
+    for k, coil in enumerate(estimates.coils):
+        for pose, state in enumerate(coil.states[name] for name in ("rest", "pressed")):
+            change = abs(found.target_change[pose, k, k])
+            assert found.inductance[pose, k] == pytest.approx(state.inductance, abs=0.05 * change)
+            assert found.resistance[pose, k] == pytest.approx(
+                state.resistance, abs=0.1 * found.target_resistance[pose, k]
+            )
+            assert found.frequency[pose, k] == pytest.approx(state.frequency, rel=0.025 * change / state.inductance)
+            assert found.parallel_resistance[pose, k] == pytest.approx(state.parallel_resistance, rel=0.01)
+            assert found.amplitude[pose, k] == pytest.approx(state.amplitude, rel=0.01)
+
+
+POSE = np.array([0.4, -0.3, -0.2, 0.05, -0.08, 0.2]) * [MM, MM, MM, 1, 1, 1]
+
+
+def test_the_matrix_is_reciprocal_metal_lowers_l_and_loses(plain, grasper, squares):
+    for design in (plain, grasper, squares):
+        found = respond(design, [POSE])
+        change = found.target_change[0]
+        assert change == pytest.approx(change.T, rel=1e-9)
+        assert np.linalg.eigvalsh(change).max() < 0.0
+        assert np.all(found.target_resistance > 0.0)
+
+
+def test_a_target_far_away_changes_nothing(plain):
+    near, far = respond(plain, [[0.0] * 6, [0.0, 0.0, 30.0 * MM, 0.1, 0.0, 0.0]]).target_change
+    assert np.abs(far).max() < 2e-5 * np.abs(near).max()
+
+
+def test_a_large_target_is_an_endless_sheet():
+    design = sensor(target="shape: square, size: 30")
+    at = 5e6
+    found = respond(design, [[0.0] * 6, [0.0, 0.0, -0.6 * MM, 0.0, 0.0, 0.0]], frequency=at)
+    wound = design.response.wound
+    for change, height in zip(found.target_change, (1.0 * MM, 0.4 * MM), strict=True):
+        sheet = Reflector(height, (Plate(wound.given.spec.target.material.conductivity, 1.0, 0.2 * MM),))
+        endless = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0, 6.0 * MM))[0]
+        own, mutual = endless.real
+        scale = 0.01 * wound.winding.inductance
+        assert change[0, 0] == pytest.approx(own, rel=5e-3)
+        assert change[0, 1] == pytest.approx(mutual, abs=0.02 * scale)
+
+
+def test_numbers_at_a_frequency_are_those_of_the_tank_there(plain):
+    usual = respond(plain, [POSE])
+    at = respond(plain, [POSE], frequency=float(usual.frequency[0, 0]))
+    assert at.inductance[0, 0] == pytest.approx(usual.inductance[0, 0], rel=1e-6)
+    assert at.resistance[0, 0] == pytest.approx(usual.resistance[0, 0], rel=1e-3)
+    assert at.target_resistance[0, 0] == pytest.approx(usual.target_resistance[0, 0], rel=2e-3)
+    assert at.frequency == pytest.approx(usual.frequency)
+
+
+def test_counts_are_the_converter_s(plain):
+    found, readout = respond(plain, [POSE]), plain.estimates.readout
+    back = found.counts / 2.0**28 * readout.input_divider * readout.reference_frequency
+    assert back == pytest.approx(found.frequency, rel=1e-7)
+
+
+def test_tilting_one_side_nearer_is_seen_by_its_coil(grasper):
+    change = respond(grasper, [[0.0, 0.0, 0.0, 0.0, 0.05, 0.0]]).target_change[0]
+    assert change[1, 1] < 1.1 * change[0, 0] < 0.0
+
+
+def test_loads_move_the_target_as_the_pad_gives_way(plain):
+    estimates = plain.estimates
+    found = respond(plain, loads=[[2.0, 0.0, 0.0], [2.0, 0.3, -0.1]])
+    assert found.poses[0, 2] == pytest.approx(estimates.gaps["pressed"] - estimates.gaps["rest"], rel=1e-9)
+    assert found.strain[0] == pytest.approx(estimates.compression.strain, rel=1e-9)
+    assert found.poses[1, 0] > 0.0 > found.poses[1, 1]
+    assert found.force[1] == pytest.approx([0.3, -0.1, -2.0], rel=1e-6)
+    assert found.moment[1, 0] < 0.0
+
+
+def test_a_map_of_many_poses_is_what_each_of_them_is(plain):
+    axes = [np.linspace(-1.0, 1.0, 12), np.linspace(-1.0, 1.0, 12), np.linspace(-0.5, 0.0, 10)]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) * MM
+    poses = np.concatenate([places, np.zeros_like(places)], axis=1)
+    many, some = respond(plain, poses), [5, 700, 1300]
+    few = respond(plain, poses[some])
+    assert many.target_change_error.max() > few.target_change_error.max()
+    scale = 0.01 * plain.response.wound.winding.inductance
+    apart = np.abs(many.target_change[some] - few.target_change)
+    assert np.all(apart <= many.target_change_error[some] * np.maximum(np.abs(few.target_change), scale))
+    assert many.frequency[some] == pytest.approx(few.frequency, rel=1e-4)
+
+
+def test_what_a_map_cannot_follow_is_worked_out_pose_by_pose():
+    def rough(poses):
+        values = np.sign(poses[:, 0] - 0.3)[None, :, None, None] * np.ones((2, 1, 1, 1), dtype=complex)
+        return values, values
+
+    poses = np.zeros((FEW + 1, 6))
+    poses[:, 0] = np.linspace(0.0, 1.0, FEW + 1)
+    found = mapped(Exact((1e6, 2e6), rough), poses, 1.0)
+    assert found.error == 0.0
+    assert np.array_equal(found.total, rough(poses)[0])
+
+
+def test_changes_follow_the_skin_depth():
+    one = np.full((2, 1, 1, 1), 1.0, dtype=complex)
+    one[1] = 2.0
+    found = Changes((1e6, 4e6), one, one)
+    assert found.complex_at(np.array([1e6]))[0, 0, 0] == pytest.approx(1.0)
+    assert found.complex_at(np.array([4e6]))[0, 0, 0] == pytest.approx(2.0)
+    assert found.at(np.array([[16e6]]))[0][0, 0, 0] == pytest.approx(2.5)
+
+
+def test_curves_go_through_smooth_functions():
+    found = curves(1e6, 4e6, lambda at: (np.sqrt(at) + 1j * at)[:, None])
+    at = np.array([1.1e6, 2.7e6, 3.9e6])
+    assert found(at)[:, 0] == pytest.approx(np.sqrt(at) + 1j * at, rel=1e-5)
+
+
+@pytest.mark.parametrize("at_coil", [True, False])
+def test_many_tanks_swing_like_one(at_coil):
+    network = Network(20e-12, 10e-12, 300e-12, at_coil, 0.02, 180e-9, 0.3)
+    inductance, resistance = np.array([2e-6, 1.5e-6, 2e-6]), np.array([3.0, 5.0, 4e3])
+    frequency, parallel = tank_frequencies(network, inductance, resistance, 5e-9)
+    for k in range(2):
+        one = oscillate(network, inductance[k], resistance[k], 5e-9)
+        assert frequency[k] == pytest.approx(one.frequency, rel=1e-9)
+        assert parallel[k] == pytest.approx(one.parallel_resistance, rel=1e-6)
+    assert math.isnan(frequency[2])
+
+
+def test_a_pose_inside_the_board_says_so(plain):
+    found = respond(plain, [[0.0, 0.0, -1.2 * MM, 0.0, 0.0, 0.0], [0.0] * 6])
+    assert "contact" in found.notes[0][0]
+    assert found.notes[1] == ()
+    assert np.all(np.isfinite(found.inductance))
+
+
+def test_a_document_has_the_contract_s_names(plain):
+    document = respond(plain, [POSE]).point_document(0)
+    assert list(document["pose"]) == ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
+    assert {"inductance_H", "resistance_ohm", "target_change_H", "target_change_error", "target_resistance_ohm",
+            "frequency_Hz", "counts", "parallel_resistance_ohm", "strain", "notes", "force_N",
+            "moment_Nm"} <= set(document)  # fmt: skip
+    assert all(isinstance(count, int) for count in document["counts"])
+    assert document["force_N"] == [None] * 3
+
+
+def test_what_cannot_respond_says_why(plain):
+    ferrite = load_text(
+        "sitscad: 1\nname: f\ncoil: {shape: circle, outer_diameter: 5, turns: 8, trace_width: 100 um, "
+        "trace_spacing: 100 um}\ntarget: {shape: square, size: 6, thickness: 0.2, material: ferrite}\n"
+    )
+    with pytest.raises(NoResponse, match="magnetic"):
+        respond(ferrite, [[0.0] * 6])
+    with pytest.raises(NoResponse, match="no target"):
+        respond(sitscad.load(TEMPLATES / "single_coil.yaml"), [[0.0] * 6])
+    with pytest.raises(ValueError, match="6 numbers"):
+        respond(plain, [[0.0] * 5])
+    with pytest.raises(ValueError, match="either"):
+        respond(plain)
+    with pytest.raises(ValueError, match="finite"):
+        respond(plain, [[math.nan] * 6])
+    with pytest.raises(ValueError, match="0 or more"):
+        respond(plain, loads=[[-1.0, 0.0, 0.0]])
