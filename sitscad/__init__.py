@@ -49,6 +49,12 @@ _HOMES = {
     "CheckedSpec": "sitscad.report.findings",
     "checked_spec": "sitscad.report.findings",
     "FINDING_FORMATS": "sitscad.report.findings",
+    "Manner": "sitscad.report.findings",
+    "job_summary": "sitscad.report.findings.github",
+    "Inspection": "sitscad.inspection",
+    "inspect": "sitscad.inspection",
+    "unreadable": "sitscad.inspection",
+    "SCHEMAS": "sitscad.schemas",
     "ESTIMATE_FORMATS": "sitscad.report.numbers",
 }
 
@@ -58,6 +64,7 @@ __all__ = [
     "HINTS",
     "METHODS",
     "RULES",
+    "SCHEMAS",
     "STAGES",
     "BuildResult",
     "CheckResult",
@@ -65,7 +72,9 @@ __all__ = [
     "Design",
     "Estimates",
     "Finding",
+    "Inspection",
     "Layout",
+    "Manner",
     "MissingExtra",
     "NoResponse",
     "NotChecked",
@@ -81,6 +90,8 @@ __all__ = [
     "check",
     "checked_spec",
     "estimate",
+    "inspect",
+    "job_summary",
     "json_schema",
     "lay_out",
     "list_templates",
@@ -89,6 +100,7 @@ __all__ = [
     "mended",
     "require_distinct_names",
     "respond",
+    "unreadable",
     "verify",
     "write_template",
 ]
@@ -100,6 +112,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.model import NoResponse
     from sitscad.estimates.response.values import Response
     from sitscad.finding import Finding, NotChecked, Severity
+    from sitscad.inspection import Inspection, inspect, unreadable
     from sitscad.layout import lay_out
     from sitscad.layout.board import Layout
     from sitscad.package import (
@@ -113,9 +126,11 @@ if TYPE_CHECKING:
         write_template,
     )
     from sitscad.parts import MissingExtra, PartsError
-    from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, checked_spec
+    from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner, checked_spec
+    from sitscad.report.findings.github import job_summary
     from sitscad.report.numbers import ESTIMATE_FORMATS
     from sitscad.review import Review
+    from sitscad.schemas import SCHEMAS
     from sitscad.spec.format.schema import json_schema
     from sitscad.spec.load import SpecError, load, load_text
     from sitscad.spec.sensor import SensorSpec

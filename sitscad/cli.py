@@ -6,16 +6,15 @@ import gc
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 import sitscad
-from sitscad.finding import NotChecked, Severity
+from sitscad.finding import Severity
 
 if TYPE_CHECKING:
-    from sitscad import BuildResult, CheckedSpec
+    from sitscad import BuildResult, CheckedSpec, Inspection, Manner
 
 ISSUES = "the project's issue tracker"
 
@@ -87,6 +86,30 @@ def _colour(stream: Any) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
+def _manner(stream: Any, fail_on: Severity = Severity.ERROR) -> Manner:
+    """How findings are told on a stream; paths count from the repository's root where a CI server says which it is."""
+    root = os.environ.get("GITHUB_WORKSPACE") or os.environ.get("CI_PROJECT_DIR") or "."
+    return sitscad.Manner(_colour(stream), tuple(_rules()), fail_on, root)
+
+
+SUMMARY_LIMIT = 1_000_000
+"""Bytes of a job's page: GitHub takes one mebibyte a step and drops the whole page of a longer one."""
+
+
+def _append_job_summary(checked: list[CheckedSpec], inspected: list[Inspection]) -> None:
+    """Write the page of the job where GitHub Actions asks for one; pictures go first where it would be too long."""
+    path = os.environ.get("GITHUB_STEP_SUMMARY")
+    if not path:
+        return
+    pictures = {each.checked.path: each.picture for each in inspected}
+    for drawn in (pictures, {}):
+        page = sitscad.job_summary(checked, drawn).encode("utf-8")
+        if len(page) <= SUMMARY_LIMIT:
+            break
+    with open(path, "ab") as stream:
+        stream.write(page[:SUMMARY_LIMIT])
+
+
 def _print(text: str) -> None:
     """A result: to stdout, as it is."""
     click.echo(text, nl=not text.endswith("\n"), color=True)
@@ -152,9 +175,12 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool) 
     return 0
 
 
+FORMS = "text, json, sarif, junit or github."
+
+
 @cli.command(example="sitscad check sensor.yaml --format json")
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
-@click.option("--format", "format_name", default="text", show_default=True, help="text or json.")
+@click.option("--format", "format_name", default="text", show_default=True, help=FORMS)
 @click.option("--select", type=_Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
 @click.option("--ignore", type=_Names(), default=(), help="Not these rules.")
 @click.option("--strict", is_flag=True, help="Warnings fail, too: exit code 1. Notes never do.")
@@ -172,8 +198,12 @@ def check(
     for pattern in (*select, *ignore):
         _require_rule(pattern)
     _row(dict.fromkeys(sitscad.HINTS), hints, "--hints")
-    checked = [_chosen(_checked(path, hints), select, ignore) for path in specs]
-    _print(show(checked, _colour(sys.stdout)))
+    inspected = [sitscad.inspect(path, hints) for path in specs]
+    checked = [_chosen(each.checked, select, ignore) for each in inspected]
+    fail_on = Severity.WARNING if strict else Severity.ERROR
+    _print(show(checked, _manner(sys.stdout, fail_on)))
+    if format_name == "github":
+        _append_job_summary(checked, inspected)
     code = max(spec.exit_code for spec in checked)
     warnings = sum(spec.count(Severity.WARNING) for spec in checked)
     if strict and warnings and code == 0:
@@ -221,7 +251,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     try:
         loaded = sitscad.load(spec)
     except sitscad.SpecError as error:
-        unread = _unreadable(spec, error)
+        unread = sitscad.unreadable(spec, error)
         _print(show(spec, None, unread, _colour(sys.stdout)))
         return unread.exit_code
     layout = sitscad.lay_out(loaded)
@@ -260,7 +290,7 @@ def build(specs: tuple[str, ...], output: str, only: tuple[str, ...] | None, for
         try:
             loaded.append(sitscad.load(path))
         except sitscad.SpecError as error:
-            _show_findings([_unreadable(path, error)])
+            _show_findings([sitscad.unreadable(path, error)])
             code = 2
     sitscad.require_distinct_names(loaded)
     for spec in loaded:
@@ -294,11 +324,12 @@ def rules() -> int:
 
 
 @cli.command(example="sitscad schema > sitscad.schema.json")
-def schema() -> int:
-    """Print the JSON Schema of the spec, for editors."""
+@click.option("--of", "document", default="spec", show_default=True, help="spec, or check: what --format json prints.")
+def schema(document: str) -> int:
+    """Print the JSON Schema of the spec, for editors, or of what `check` prints for programs."""
     import json
 
-    _print(json.dumps(sitscad.json_schema(), indent=1))
+    _print(json.dumps(_row(sitscad.SCHEMAS, document, "--of")(), indent=1))
     return 0
 
 
@@ -316,41 +347,6 @@ def verify(directory: str) -> int:
         _print(difference)
     _print(f"{'ok' if found.ok else 'differs'}: {', '.join(found.looked_at)}")
     return 0 if found.ok else 1
-
-
-def _checked(path: str, hints: str) -> CheckedSpec:
-    """Load and check one spec; what keeps it from being read is a finding too."""
-    try:
-        spec = sitscad.load(path)
-    except sitscad.SpecError as error:
-        return _unreadable(path, error, hints)
-    result = sitscad.check(spec, hints=hints)
-    return sitscad.checked_spec(spec, result.findings, result.not_checked, result.signals)
-
-
-SHOWN = 1 << 18
-"""Bytes of an unreadable spec that are read to show its lines: as many as a spec may have."""
-
-
-def _beginning(path: Path) -> str:
-    """What a spec may hold at most, to show a line of it; nothing of what is no plain file (a pipe would never end)."""
-    if not path.is_file():
-        return ""
-    with path.open("rb") as stream:
-        return stream.read(SHOWN).decode("utf-8", errors="replace")
-
-
-def _unreadable(path: str, error: Any, hints: str = "decisive") -> CheckedSpec:
-    """The findings of a spec that could not be loaded; every other rule is listed as not checked."""
-    try:
-        text = _beginning(Path(path))
-    except (OSError, ValueError):
-        text = ""
-    reported = {finding.rule for finding in error.findings}
-    skipped = (rule.id for rule in _rules() if rule.id not in reported)
-    not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    findings = sitscad.mended(error, hints) if error.cramped is not None else error.findings
-    return sitscad.CheckedSpec(path, text, tuple(findings), not_checked, error.texts)
 
 
 def _build_one(spec: Any, output: str, only: Iterable[str] | None, force: bool) -> int:
@@ -388,7 +384,7 @@ def _progress(stage: str, outcome: str, seconds: float) -> None:
 
 def _show_findings(checked: list[CheckedSpec]) -> None:
     """Findings as text to stderr, where they are a message and not the result."""
-    text = sitscad.FINDING_FORMATS["text"](checked, _colour(sys.stderr))
+    text = sitscad.FINDING_FORMATS["text"](checked, _manner(sys.stderr))
     click.echo(text, err=True, nl=False, color=True)
 
 

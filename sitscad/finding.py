@@ -14,6 +14,11 @@ class Severity(StrEnum):
     WARNING = "warning"
     NOTE = "note"
 
+    def weighs(self, least: Severity) -> bool:
+        """Whether it is as grave as `least`, or graver."""
+        order = list(Severity)
+        return order.index(self) <= order.index(least)
+
 
 @record
 class Place:
@@ -130,3 +135,12 @@ class NotChecked:
 
     rule: str
     reason: str
+
+
+@record
+class Ignored:
+    """A finding not held against the design, why, and by what: a ``comment`` in the spec, or the ``baseline``."""
+
+    finding: Finding
+    reason: str
+    by: str

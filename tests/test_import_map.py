@@ -46,10 +46,13 @@ MAY_IMPORT = {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design", "review",
         "drawing", "formats", "papers", "writer", "report", "extraction",
     },
+    "inspection": {"finding", "spec", "design", "checks", "remedy", "review", "drawing", "report"},
+    "schemas": {"spec"},
     "cli": {"", "finding"},
     "__main__": {"cli"},
     "__init__": {
         "finding", "spec", "layout", "parts", "estimates", "design", "checks", "review", "package", "report",
+        "inspection", "schemas",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 FOLDER = Path(__file__).parent
 
@@ -17,3 +18,11 @@ def rows(name: str) -> tuple[Row, ...]:
     """
     with (FOLDER / f"{name}.csv").open(encoding="utf-8", newline="") as lines:
         return tuple(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def json_file(name: str) -> dict[str, Any]:
+    """The document of a JSON file by its name (a path below this folder, without `.json`)."""
+    import json  # most commands read none
+
+    document: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    return document

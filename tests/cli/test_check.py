@@ -54,7 +54,7 @@ def test_json_is_the_documented_document_and_nothing_else(run):
     keys = {"rule", "name", "severity", "message", "hint", "key", "line", "column"}
     keys |= {"measured", "limit", "unit", "source"}
     for spec in document["specs"]:
-        assert set(spec) == {"spec", "ok", "findings", "not_checked", "signal"}
+        assert set(spec) == {"spec", "ok", "findings", "ignored", "not_checked", "signal"}
         for finding in spec["findings"]:
             assert keys <= set(finding)
             assert finding["severity"] in ("error", "warning", "note")
@@ -141,3 +141,56 @@ def test_strict_fails_on_warnings_alone_and_prints_the_same(run):
 def test_strict_keeps_all_other_exit_codes(run, arguments, code):
     done = run("check", *arguments, "--strict")
     assert done.code == code and "--strict" not in done.err
+
+
+FORMS = ("text", "json", "sarif", "junit", "github")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("good.yaml",), 0),
+        (("good.yaml", "--strict"), 1),
+        (("weak.yaml",), 1),
+        (("weak.yaml", "broken.yaml"), 2),
+        (("absent.yaml",), 2),
+    ],
+)
+def test_exit_codes_are_the_same_in_every_form(run, form, arguments, code):
+    assert run("check", *arguments, "--hints", "none", "--format", form).code == code
+
+
+def test_the_job_page_shows_the_boards_and_nothing_is_written_elsewhere(run, monkeypatch, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("before\n")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(page))
+    monkeypatch.setenv("GITHUB_WORKSPACE", str(tmp_path.parent))
+    assert run("check", "good.yaml", "--format", "json").code == 0
+    assert page.read_text() == "before\n"
+    done = run("check", "good.yaml", "weak.yaml", "broken.yaml", "--hints", "none", "--format", "github")
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("before\n")
+    pictures = re.findall(r"```text\n([^`]*)```", text)
+    assert len(pictures) == 2, "what cannot be read has no picture"
+    for picture in pictures:
+        assert sum("\u2800" < letter <= "\u28ff" for letter in picture) > 300
+    assert f"file={tmp_path.name}/broken.yaml,line=4" in done.out
+
+
+def test_the_job_page_stays_within_what_github_takes(run, monkeypatch, tmp_path):
+    page = tmp_path / "page.md"
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(page))
+    monkeypatch.setattr("sitscad.cli.SUMMARY_LIMIT", 4000)
+    run("check", "good.yaml", "weak.yaml", "--hints", "none", "--format", "github")
+    assert page.stat().st_size <= 4000 and "```text" not in page.read_text(encoding="utf-8")
+
+
+def test_the_schema_of_what_check_prints_is_published(run):
+    import jsonschema
+
+    schema = json.loads(run("schema", "--of", "check").out)
+    document = json.loads(run("check", "good.yaml", "weak.yaml", "broken.yaml", "--format", "json").out)
+    jsonschema.validate(document, schema)
+    assert json.loads(run("schema").out)["title"] == "sitscad spec"
+    assert run("schema", "--of", "chek").code == 2

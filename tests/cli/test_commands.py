@@ -126,7 +126,7 @@ def test_a_fault_of_ours_is_one_sentence_without_a_traceback(run, monkeypatch):
     def faulty(*_args, **_kwargs):
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setattr(sitscad, "check", faulty)
+    monkeypatch.setattr(sitscad, "inspect", faulty)
     done = run("check", "good.yaml")
     assert done.code == 2
     assert "Traceback" not in done.err

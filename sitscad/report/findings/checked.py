@@ -1,0 +1,102 @@
+"""What checks found in one spec, with the text that findings point into, and the orders that reports list them in."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import field, replace
+from typing import TYPE_CHECKING
+
+from sitscad.finding import Finding, Ignored, NotChecked, Severity
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.source import SpecSource
+
+if TYPE_CHECKING:
+    from sitscad.estimates.signal import Signal
+
+
+@record
+class CheckedSpec:
+    """One spec after its checks: the path as typed, the text that findings point into, and what was found.
+
+    ``texts`` are those of other files that findings point into, by path; ``signals`` what each coil does from rest to
+    the required force; ``ignored`` what was found and is not held against the spec, each with the reason.
+    """
+
+    path: str
+    text: str
+    findings: tuple[Finding, ...]
+    not_checked: tuple[NotChecked, ...] = ()
+    texts: Mapping[str, str] = field(default_factory=dict)
+    signals: tuple[Signal, ...] = ()
+    ignored: tuple[Ignored, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether no error was found."""
+        return not self.count(Severity.ERROR)
+
+    @property
+    def exit_code(self) -> int:
+        """2 when the spec itself is at fault (an error of SIT0xx), else 1 with any error, else 0."""
+        errors = [finding for finding in self.findings if finding.severity == Severity.ERROR]
+        return 2 if any(finding.rule.startswith("SIT0") for finding in errors) else 1 if errors else 0
+
+    def fails(self, on: Severity) -> bool:
+        """Whether anything was found that weighs as much as `on`, or more."""
+        return any(finding.severity.weighs(on) for finding in self.findings)
+
+    def count(self, severity: Severity) -> int:
+        """How many findings have this severity."""
+        return sum(finding.severity == severity for finding in self.findings)
+
+    def without(self, rules: Collection[str], reason: str) -> CheckedSpec:
+        """The same without what these rules found; they count as not checked, for this reason."""
+        findings = tuple(finding for finding in self.findings if finding.rule not in rules)
+        not_checked = tuple(skipped for skipped in self.not_checked if skipped.rule not in rules)
+        left_out = tuple(NotChecked(rule, reason) for rule in rules)
+        return replace(self, findings=findings, not_checked=not_checked + left_out)
+
+    def line(self, number: int | None, file: str | None = None) -> str | None:
+        """A line of the spec's text, or of another file's, counted from 1; None where there is none."""
+        lines = (self.text if file is None else self.texts.get(file, "")).splitlines()
+        return lines[number - 1] if number and 0 < number <= len(lines) else None
+
+
+def checked_spec(
+    spec: SensorSpec,
+    findings: Sequence[Finding],
+    not_checked: Sequence[NotChecked],
+    signals: Sequence[Signal] = (),
+) -> CheckedSpec:
+    """A spec with its findings, each given its place in the text where it has none yet, and the coils' signals."""
+    source, placed = spec.source, (_placed(spec.source, finding) for finding in findings)
+    return CheckedSpec(source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals))
+
+
+def _placed(source: SpecSource, finding: Finding) -> Finding:
+    if finding.line is not None:
+        return finding
+    line, column = source.locate(finding.key)
+    return replace(finding, line=line, column=column)
+
+
+def in_order(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings in the order of the spec's text."""
+    return sorted(findings, key=lambda f: (f.file or "", f.line or 0, f.column or 0, f.rule))
+
+
+def by_weight(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings as the report lists them: errors first, then in the order of the spec's text."""
+    return sorted(findings, key=lambda f: (list(Severity).index(f.severity), f.line or 0, f.rule))
+
+
+def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
+    """The findings that have a place on the board, numbered from 1 as report and pictures number them."""
+    return list(enumerate((finding for finding in by_weight(findings) if finding.place is not None), 1))
+
+
+def worst_first(checked: Sequence[CheckedSpec]) -> list[tuple[CheckedSpec, Finding]]:
+    """The findings of all specs, each with its spec: errors first, then in the order of specs and of their text."""
+    pairs = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
+    return sorted(pairs, key=lambda pair: list(Severity).index(pair[1].severity))

@@ -1,0 +1,108 @@
+"""Findings as JSON for a program: the document of ``check`` (docs/commands.md, data/check.schema.json)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sitscad.finding import Finding, Ignored, Remedy
+from sitscad.report.findings.checked import CheckedSpec
+from sitscad.version import __version__
+
+if TYPE_CHECKING:
+    from sitscad.estimates.signal import Signal
+
+
+def as_json(checked: Sequence[CheckedSpec]) -> str:
+    """The JSON document of ``check`` (docs/commands.md): one entry a spec, absent numbers null."""
+    return to_json(json_document(checked))
+
+
+def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
+    """The findings as plain values for JSON."""
+    return {
+        "sitscad": __version__,
+        "ok": all(spec.ok for spec in checked),
+        "specs": [
+            {
+                "spec": spec.path,
+                "ok": spec.ok,
+                "findings": [finding_json(finding) for finding in spec.findings],
+                "ignored": [_ignored_json(ignored) for ignored in spec.ignored],
+                "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
+                "signal": [signal_json(signal) for signal in spec.signals],
+            }
+            for spec in checked
+        ],
+    }
+
+
+def _ignored_json(ignored: Ignored) -> dict[str, Any]:
+    return {"reason": ignored.reason, "by": ignored.by, "finding": finding_json(ignored.finding)}
+
+
+def to_json(document: object) -> str:
+    """JSON text with every number that is not finite as null, and pure ASCII for every terminal and locale."""
+    import json  # text needs none of it, and most checks are read by people
+
+    return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
+
+
+def signal_json(signal: Signal) -> dict[str, Any]:
+    """What one coil's reading does from rest to the required force, as plain values for JSON."""
+    return {
+        "coil": signal.coil,
+        "force_N": signal.force,
+        "rest_inductance_H": signal.rest,
+        "inductance_H_per_N": signal.per_newton,
+        "sigma_inductance_H_per_N": signal.sigma,
+        "frequency_Hz_per_N": signal.frequency_per_newton,
+        "sigma_frequency_Hz_per_N": signal.frequency_sigma,
+        "share": signal.share,
+        "frequency_share": signal.frequency_share,
+        "steps": signal.steps,
+    }
+
+
+def finding_json(finding: Finding) -> dict[str, Any]:
+    """One finding as plain values for JSON."""
+    entry: dict[str, Any] = {
+        "rule": finding.rule,
+        "name": finding.name,
+        "severity": finding.severity.value,
+        "message": finding.message,
+        "hint": finding.hint,
+        "key": finding.key,
+        "line": finding.line,
+        "column": finding.column,
+        "measured": finding.measured,
+        "limit": finding.limit,
+        "unit": finding.unit,
+        "source": finding.source,
+    }
+    if finding.sigma is not None:
+        entry["sigma"] = finding.sigma
+    if finding.file is not None:
+        entry["file"] = finding.file
+    if finding.place is not None:
+        place = finding.place
+        entry["place"] = {"x_m": place.x, "y_m": place.y, "layer": place.layer, "nets": list(place.nets)}
+    entry["fixes"] = [remedy_json(remedy) for remedy in finding.fixes]
+    return entry
+
+
+def remedy_json(remedy: Remedy) -> dict[str, Any]:
+    """What mends a finding, as plain values for JSON."""
+    edits = [{"key": edit.key, "old": edit.old, "new": edit.new, "what": edit.what} for edit in remedy.edits]
+    return {"edits": edits, "safe": remedy.is_safe, "brings": list(remedy.brings)}
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

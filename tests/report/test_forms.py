@@ -1,0 +1,69 @@
+"""Every form that findings are told in, held against a kept text; REWRITE=1 in the environment writes them anew."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+import told
+
+from sitscad.report.findings import FINDING_FORMATS, Manner
+from sitscad.report.findings.github import job_summary
+
+KEPT = Path(__file__).parent / "snapshots"
+NAMES = {"text": "text.txt", "json": "check.json", "sarif": "check.sarif", "junit": "junit.xml", "github": "github.txt"}
+FEW = Manner(rules=tuple(rule for rule in told.MANNER.rules if rule.id in ("SIT001", "SIT103", "SIT201", "SIT301")))
+"""A few rules, so that a rule's new words do not change the kept texts; what the findings name must be told all the
+same where a rule's texts are not known.
+"""
+
+
+def held_against(name: str, text: str) -> None:
+    path = KEPT / name
+    if os.environ.get("REWRITE"):
+        path.write_text(text, encoding="utf-8")
+    assert text == path.read_text(encoding="utf-8"), f"{name} is told otherwise; REWRITE=1 keeps the new text"
+
+
+def test_every_form_has_a_kept_text():
+    assert set(NAMES) == set(FINDING_FORMATS)
+    assert {path.name for path in KEPT.iterdir()} == {*NAMES.values(), "summary.md"}
+
+
+@pytest.mark.parametrize("form", NAMES)
+def test_a_form_says_what_it_said(form):
+    held_against(NAMES[form], FINDING_FORMATS[form](told.BOTH, FEW))
+
+
+def test_the_page_of_a_job_says_what_it_said():
+    held_against("summary.md", job_summary(told.BOTH, {told.FIRST.path: "\u28ff picture"}))
+
+
+@pytest.mark.parametrize("form", NAMES)
+def test_a_form_is_printable_and_the_same_twice(form):
+    one, two = (FINDING_FORMATS[form](told.BOTH, told.MANNER) for _ in range(2))
+    assert one == two and "\x1b" not in one and one.endswith("\n")
+
+
+@pytest.mark.parametrize("form", NAMES)
+def test_a_form_takes_no_specs_and_no_findings(form):
+    assert FINDING_FORMATS[form]((), told.MANNER)
+
+
+def test_the_json_document_keeps_to_its_published_schema():
+    import jsonschema
+
+    from sitscad.schemas import SCHEMAS
+
+    schema = SCHEMAS["check"]()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    document = json.loads(FINDING_FORMATS["json"](told.BOTH, told.MANNER))
+    jsonschema.validate(document, schema)
+    told_keys = {key for spec in document["specs"] for finding in spec["findings"] for key in finding}
+    assert told_keys <= set(schema["$defs"]["finding"]["properties"]), "a key that the schema does not name"
+    assert set(document["specs"][0]) == set(schema["properties"]["specs"]["items"]["properties"])
+    del document["specs"][0]["findings"][0]["rule"]
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(document, schema)

@@ -1,0 +1,99 @@
+"""JUnit's XML, read by two programs that were written for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import junitparser
+import pytest
+import told
+from junit2htmlreport.parser import Junit
+
+import sitscad
+from sitscad.finding import Finding, Severity
+from sitscad.report.findings import CheckedSpec
+from sitscad.report.findings.junit import render
+
+
+@pytest.fixture
+def written(tmp_path):
+    path = tmp_path / "junit.xml"
+    path.write_text(render(told.BOTH, told.MANNER), encoding="utf-8")
+    return path
+
+
+def outcomes(path) -> dict[str, dict[str, str]]:
+    """For every suite the outcome of every case, by junitparser."""
+    words = {junitparser.Failure: "failed", junitparser.Error: "error", junitparser.Skipped: "skipped"}
+    return {
+        suite.name: {
+            case.name.split()[0]: next((words[type(result)] for result in case.result), "passed") for case in suite
+        }
+        for suite in junitparser.JUnitXml.fromfile(str(path))
+    }
+
+
+def test_there_is_one_case_a_rule_and_spec(written):
+    found = outcomes(written)
+    assert list(found) == ["sensors/first, 100%: new.yaml", "second.yaml"]
+    for cases in found.values():
+        assert set(cases) == {rule.id for rule in sitscad.RULES}
+
+
+def test_outcomes_are_the_findings(written):
+    first, second = outcomes(written).values()
+    told_of = {rule: outcome for rule, outcome in first.items() if outcome != "passed"}
+    assert told_of == {"SIT103": "skipped", "SIT201": "failed", "SIT301": "skipped", "SIT302": "skipped"}
+    assert {rule for rule, outcome in second.items() if outcome == "error"} == {"SIT001"}
+
+
+def test_a_second_reader_counts_the_same(written):
+    report = Junit(filename=str(written))
+    found = outcomes(written)
+    assert [suite.name for suite in report.suites] == list(found)
+    for suite in report.suites:
+        words = list(found[suite.name].values())
+        assert len(suite.all()) == len(words)
+        assert len(suite.failed()) == words.count("failed") + words.count("error")
+        assert len(suite.skipped()) == words.count("skipped")
+        assert len(suite.passed()) == words.count("passed")
+
+
+def test_counts_stand_at_suites_and_in_all(written):
+    document = junitparser.JUnitXml.fromfile(str(written))
+    stated = (document.tests, document.failures, document.errors, document.skipped)
+    document.update_statistics()
+    assert stated == (document.tests, document.failures, document.errors, document.skipped)
+    for suite in document:
+        stated = (suite.tests, suite.failures, suite.errors, suite.skipped)
+        suite.update_statistics()
+        assert stated == (suite.tests, suite.failures, suite.errors, suite.skipped)
+
+
+@pytest.mark.parametrize(
+    ("fail_on", "failed"),
+    [
+        (Severity.ERROR, {"SIT201"}),
+        (Severity.WARNING, {"SIT201", "SIT206"}),
+        (Severity.NOTE, {"SIT201", "SIT206", "SIT308", "SIT108"}),
+    ],
+)
+def test_what_fails_the_command_fails_the_case(tmp_path, fail_on, failed):
+    path = tmp_path / "junit.xml"
+    path.write_text(render((told.FIRST,), replace(told.MANNER, fail_on=fail_on)), encoding="utf-8")
+    (cases,) = outcomes(path).values()
+    assert {rule for rule, outcome in cases.items() if outcome == "failed"} == failed
+
+
+def test_milder_findings_stand_in_the_output(written):
+    (first, _) = junitparser.JUnitXml.fromfile(str(written))
+    (case,) = [case for case in first if case.name.startswith("SIT206")]
+    assert "first, 100%: new.yaml:3:43 warning: near\nhint: fewer layers" in case.system_out
+
+
+def test_any_text_is_xml(tmp_path):
+    hostile = Finding("SIT001", "x", Severity.ERROR, "]]><&\x00\x0b\ud800\ufffe\x1b", "\x7f\u2028", None, 1, 1)
+    path = tmp_path / "junit.xml"
+    path.write_text(render((CheckedSpec("<&\x01.yaml", "", (hostile,)),), told.MANNER), encoding="utf-8")
+    (cases,) = outcomes(path).values()
+    assert cases["SIT001"] == "error"

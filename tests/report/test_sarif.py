@@ -1,0 +1,124 @@
+"""SARIF: valid by the official schema, at the right place, and the same finding in the next run."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import pytest
+import told
+
+import sitscad
+from sitscad.inspection import inspect
+from sitscad.report.findings import CheckedSpec, Manner
+from sitscad.report.findings.sarif import extent, render
+
+HERE = Path(__file__).parent
+SCHEMA = json.loads((HERE / "sarif-schema-2.1.0.json").read_text(encoding="utf-8"))
+VALID = jsonschema.validators.validator_for(SCHEMA)(SCHEMA)
+TEMPLATES = sorted((HERE.parents[1] / "templates").glob("*.yaml"))
+
+
+def document_of(checked: tuple[CheckedSpec, ...], manner: Manner = told.MANNER) -> dict:
+    document = json.loads(render(checked, manner))
+    VALID.validate(document)
+    return document
+
+
+def results_of(checked: CheckedSpec) -> list[dict]:
+    return document_of((checked,))["runs"][0]["results"]
+
+
+def test_it_is_valid_by_the_official_schema():
+    assert SCHEMA["title"].startswith("Static Analysis Results Format (SARIF) Version 2.1.0")
+    (run,) = document_of(told.BOTH)["runs"]
+    assert [rule["id"] for rule in run["tool"]["driver"]["rules"]] == [rule.id for rule in sitscad.RULES]
+    for result in run["results"]:
+        assert run["tool"]["driver"]["rules"][result["ruleIndex"]]["id"] == result["ruleId"]
+        assert len(result["locations"]) == 1, "code hosts drop results without a place"
+    assert document_of(())["runs"][0]["results"] == []
+
+
+def test_the_validator_does_refuse():
+    document = json.loads(render(told.BOTH, told.MANNER))
+    document["runs"][0]["results"][0]["level"] = "fatal"
+    assert not VALID.is_valid(document)
+
+
+def test_rules_carry_the_text_of_explain():
+    rules = document_of(())["runs"][0]["tool"]["driver"]["rules"]
+    for rule, told_rule in zip(sitscad.RULES, rules, strict=True):
+        for text in (rule.summary, rule.why, rule.mend, rule.source):
+            assert text in told_rule["help"]["text"] and text in told_rule["help"]["markdown"]
+        assert told_rule["defaultConfiguration"]["level"] == rule.severity.value
+
+
+def test_what_was_not_checked_is_a_notification_and_no_result():
+    (run,) = document_of(told.BOTH)["runs"]
+    notes = run["invocations"][0]["toolExecutionNotifications"]
+    assert [note["associatedRule"]["id"] for note in notes] == ["SIT301", "SIT302", "SIT002"]
+    assert "no mount in the spec" in notes[0]["message"]["text"]
+
+
+def test_what_is_ignored_is_a_suppressed_result_with_its_reason():
+    (suppressed,) = [result for result in results_of(told.FIRST) if "suppressions" in result]
+    assert suppressed["ruleId"] == "SIT103"
+    assert suppressed["suppressions"][0]["kind"] == "inSource"
+    assert suppressed["suppressions"][0]["justification"] == "their quotation of 3 May"
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "text"),
+    [
+        ("turns: 6.5", 8, "6.5"),
+        ("turns: 6.5   # many", 8, "6.5"),
+        ("a: 4 mil # x", 4, "4 mil"),
+        ("c: {turns: 6.5, b: 2}", 12, "6.5"),
+        ("c: [1, [2, 3], 4] # x", 4, "[1, [2, 3], 4]"),
+        ("c: [1,", 4, "[1,"),
+        ('a: "x # y, z" # c', 4, '"x # y, z"'),
+        ("a: 'it''s' ", 4, "'it''s'"),
+        ("a: c#1", 4, "c"),
+        ("coil:", 1, "coil:"),
+        ("a: ", 4, ""),
+    ],
+)
+def test_a_region_ends_where_the_value_does(line, column, text):
+    assert extent(line, column) == max(1, len(text))
+    assert line[column - 1 : column - 1 + extent(line, column)] == text
+
+
+def test_paths_count_from_the_root(tmp_path):
+    spec = replace(told.FIRST, path=str(tmp_path / "sensors" / "a b.yaml"))
+    (run,) = document_of((spec,), replace(told.MANNER, root=str(tmp_path)))["runs"]
+    place = run["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
+    assert place == {"uri": "sensors/a%20b.yaml", "uriBaseId": "%SRCROOT%"}
+    (run,) = document_of((spec,), replace(told.MANNER, root=str(tmp_path / "other")))["runs"]
+    place = run["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
+    assert place["uri"].startswith("file:///") and "uriBaseId" not in place
+
+
+def marks_of(text: str, path: Path) -> dict[str, int]:
+    """Fingerprints of a spec's findings, and the lines that they are at."""
+    path.write_text(text, encoding="utf-8")
+    found = results_of(inspect(str(path), "none").checked)
+    lines = [result["locations"][0]["physicalLocation"]["region"]["startLine"] for result in found]
+    marks = [result["partialFingerprints"]["sitscadFinding/v1"] for result in found]
+    assert len(set(marks)) == len(marks), "two findings of one spec are never the same"
+    return dict(zip(marks, lines, strict=True))
+
+
+def test_fingerprints_survive_moved_lines_and_other_numbers(tmp_path):
+    text = next(path for path in TEMPLATES if path.stem == "grasper_3p5mm").read_text(encoding="utf-8")
+    path = tmp_path / "sensor.yaml"
+    before = marks_of(text, path)
+    after = marks_of("# one line\n# and another\n" + text, path)
+    assert {mark: line + 2 for mark, line in before.items()} == after
+    assert any(result.message for result in inspect(str(path), "none").checked.findings)
+
+
+def test_fingerprints_tell_specs_apart(tmp_path):
+    text = TEMPLATES[0].read_text(encoding="utf-8")
+    assert not set(marks_of(text, tmp_path / "a.yaml")) & set(marks_of(text, tmp_path / "b.yaml"))
