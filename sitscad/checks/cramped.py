@@ -21,7 +21,6 @@ from sitscad.remedy.search import Left
 from sitscad.spec.resolver.array import least_scale
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.turns import most_turns
 
 MOST_COILS = 4
 """Each trial of a larger array would take many seconds: they keep the hint in closed form."""
@@ -38,7 +37,7 @@ def mended(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Findi
     that, and which of all `rules` the mended design then breaks; as far as the budget of these hints goes.
     """
     spec = error.cramped
-    if spec is None or len(spec.array.placements) > MOST_COILS or spec.coil.unequal_turns:
+    if spec is None or len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
         return error.findings
     search = _Search(spec, rules, Budget.of(hints, spec, is_checked=False))
     fix = search.roomy({finding.rule for finding in error.findings})
@@ -70,7 +69,7 @@ class _Search:
     def _fewer(self) -> list[Fix]:
         """The most turns that leave room for the vias inside, and some parts of a turn less."""
         coil = self._spec.coil
-        most = most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
+        most = coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
         fitting: list[Fix] = []
         for fix in fewer_turns(self._spec, most, MOST_STEPS):
             if len(fitting) == MOST_ROUTED or not self.left.affords(winding_work(fix.spec)):

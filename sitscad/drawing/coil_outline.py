@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
-from sitscad.geometry.path import TWO_PI, Path, Point, bounding_box, circle, polar, rectangle, rounded
+from sitscad.geometry.path import Path, bounding_box
 from sitscad.layout.board import Coil
 from sitscad.spec.sensor import CoilSpec
-
-CORNERS = {"hexagon": 6, "octagon": 8}
 
 
 def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
@@ -16,7 +12,8 @@ def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
 
     Corners are as round as the pen that draws them leaves the copper: half a track's width and the corner's own radius.
     """
-    return _unturned(spec).rotated(coil.placement.rotation).shifted(*coil.centre)
+    unturned = spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2)
+    return unturned.rotated(coil.placement.rotation).shifted(*coil.centre)
 
 
 def coil_extent(spec: CoilSpec, coil: Coil) -> tuple[float, float, float, float]:
@@ -31,16 +28,3 @@ def coil_extent(spec: CoilSpec, coil: Coil) -> tuple[float, float, float, float]
     return (
         min(outline[0], x0 - half), min(outline[1], y0 - half), max(outline[2], x1 + half), max(outline[3], y1 + half)
     )  # fmt: skip
-
-
-def _unturned(spec: CoilSpec) -> Path:
-    (x, y), radius = (side / 2 for side in spec.size), spec.corner_radius + spec.trace_width / 2
-    if spec.shape == "circle":
-        return circle(Point(0.0, 0.0), x)
-    if spec.shape == "racetrack":
-        return rectangle(-x, -y, x, y, min(x, y))
-    if spec.shape not in CORNERS:
-        return rectangle(-x, -y, x, y, radius)
-    step = TWO_PI / CORNERS[spec.shape]
-    reach = x / math.cos(step / 2)
-    return rounded([polar(reach, (i + 0.5) * step) for i in range(CORNERS[spec.shape])], radius)

@@ -204,12 +204,12 @@ def coil_text(layout: Layout) -> str:
     """The coils' size as the drawing dimensions it: over the outer copper, polygons across flats; who is turned."""
     spec = layout.spec.coil
     size = " x ".join(f"{side * 1e3:.6g}" for side in dict.fromkeys(spec.size))
-    across = {"circle": "in diameter ", "hexagon": "across flats ", "octagon": "across flats "}.get(spec.shape, "")
     turned = {coil.name: math.degrees(coil.placement.rotation) for coil in layout.coils if coil.placement.rotation}
     words = ", ".join(f"{name} by {angle:g} deg" for name, angle in turned.items())
+    rotated = f"; turned: {words}" if words and not spec.outline.is_round else ""
     return (
-        f"Coils ({spec.shape}): {size} mm {across}over the outer copper edges, tracks {show(spec.trace_width, 'm')}, "
-        f"gaps {show(spec.trace_spacing, 'm')}{f'; turned: {words}' if words and spec.shape != 'circle' else ''}."
+        f"Coils ({spec.shape}): {size} mm {spec.outline.across}over the outer copper edges, "
+        f"tracks {show(spec.trace_width, 'm')}, gaps {show(spec.trace_spacing, 'm')}{rotated}."
     )
 
 

@@ -1,13 +1,11 @@
-"""The centre line of one inward layer of a planar spiral, for every outline, exactly as the spec defines it.
+"""The centre line of one inward layer of a planar spiral, for every way to wind, exactly as the spec defines it.
 
-Every function winds counter-clockwise about the origin from the outside in; `wind` turns and mirrors the result. A new
-outline is one function here and one row of `SPIRALS`.
+Every function winds counter-clockwise about the origin from the outside in; `sitscad.geometry.shapes` has the outlines.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, polar, rounded_polyline
@@ -32,7 +30,7 @@ class SpiralDimensions:
         return (self.size[1] - self.trace_width) / 2
 
 
-def circle(dimensions: SpiralDimensions, outer_angle: float) -> Path:
+def archimedean(dimensions: SpiralDimensions, outer_angle: float) -> Path:
     """Archimedean spiral r = (D - w)/2 - p theta / (2 pi), drawn as arcs through three of its points each."""
     slope = dimensions.pitch / TWO_PI
     total = TWO_PI * dimensions.turns
@@ -62,29 +60,31 @@ def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
     return Arc(start, end, centre, ccw=cross > 0)
 
 
-def polygon(corners: int) -> Callable[[SpiralDimensions, float], Path]:
+def regular(corners: int, dimensions: SpiralDimensions, outer_angle: float) -> Path:
     """The spiral on a regular polygon, one flat facing +x: side m lies floor(m / corners) pitches further in.
 
     The step inwards at the end of a whole turn shortens its last side; where less than a track's width would be left
     of it (in an octagon's small turns less than nothing), the spiral ends a corner earlier.
     """
+    step = TWO_PI / corners
+    first = math.floor((outer_angle - step / 2) / step + 1e-9)
+    count = round(dimensions.turns * corners)
 
-    def wind_polygon(dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        step = TWO_PI / corners
-        first = math.floor((outer_angle - step / 2) / step + 1e-9)
-        count = round(dimensions.turns * corners)
+    def side(m: int, turn: int) -> tuple[float, float]:
+        return first + 1 + m, _flat(dimensions, first + 1 + m, corners) - dimensions.pitch * turn
 
-        def side(m: int, turn: int) -> tuple[float, float]:
-            return first + 1 + m, _flat(dimensions, first + 1 + m, corners) - dimensions.pitch * turn
+    sides = [side(-1, 0), *(side(m, m // corners) for m in range(count))]
+    points = [crossing(one, other, step) for one, other in pairwise(sides)]
+    end = crossing(sides[-1], side(count, count // corners), step)
+    if count % corners or _advance(points[-1], end, sides[-1][0] * step) >= dimensions.trace_width:
+        points.append(end)
+    return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
-        sides = [side(-1, 0), *(side(m, m // corners) for m in range(count))]
-        points = [_crossing(one, other, step) for one, other in pairwise(sides)]
-        end = _crossing(sides[-1], side(count, count // corners), step)
-        if count % corners or _advance(points[-1], end, sides[-1][0] * step) >= dimensions.trace_width:
-            points.append(end)
-        return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
-    return wind_polygon
+def corner(corners: int, angle: float) -> float:
+    """The angle (rad) of the last corner at or before an angle, walking counter-clockwise."""
+    step = TWO_PI / corners
+    return math.floor((angle - step / 2) / step + 1e-9) * step + step / 2
 
 
 def _advance(start: Point, end: Point, normal: float) -> float:
@@ -98,7 +98,7 @@ def _flat(dimensions: SpiralDimensions, index: int, corners: int) -> float:
     return (dimensions.size[axis] - dimensions.trace_width) / 2
 
 
-def _crossing(one: tuple[float, float], other: tuple[float, float], step: float) -> Point:
+def crossing(one: tuple[float, float], other: tuple[float, float], step: float) -> Point:
     """Where two lines cross, each given by the number of its normal's direction and its distance from the origin."""
     a, b = one[0] * step, other[0] * step
     determinant = math.sin(b - a)
@@ -133,44 +133,6 @@ def racetrack(dimensions: SpiralDimensions, outer_angle: float) -> Path:
     return Path(tuple(segments))
 
 
-SPIRALS: dict[str, Callable[[SpiralDimensions, float], Path]] = {
-    "circle": circle,
-    "square": polygon(4),
-    "rectangle": polygon(4),
-    "hexagon": polygon(6),
-    "octagon": polygon(8),
-    "racetrack": racetrack,
-}
-
-CORNERS = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}
-
-
-def wind(shape: str, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1) -> Path:
-    """One layer from its outer end inwards, about the origin.
-
-    ``outer_angle`` (rad) is where the outer end stands (polygons: the last corner at or before it, in the direction of
-    winding); ``sense`` is +1 for counter-clockwise, -1 for clockwise. Raises KeyError for an unknown shape.
-    """
-    if sense > 0:
-        return SPIRALS[shape](dimensions, outer_angle)
-    return SPIRALS[shape](dimensions, -outer_angle).mapped(lambda p: Point(p.x, -p.y), flips=True)
-
-
-def corner_angle(shape: str, angle: float, sense: int) -> float:
-    """The angle at which a layer really begins: the angle itself for a circle, else the last corner at or before it.
-
-    A racetrack begins where a straight side does: with angle 0 at +x, +y (clockwise: +x, -y), with half a turn at the
-    opposite junction. Its junctions are named by the middle of their quadrant.
-    """
-    if shape == "racetrack":
-        return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
-    corners = CORNERS.get(shape)
-    if corners is None:
-        return angle
-    step = TWO_PI / corners
-    return sense * ((math.floor((sense * angle - step / 2) / step + 1e-9)) * step + step / 2)
-
-
 def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
     """An inward polygon spiral with its corners rounded by `radius` (m), less where the sides are too short for it.
 
@@ -184,39 +146,3 @@ def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path
     for turn, corner in enumerate(range(len(corners) - 1 - sides, 0, -sides), start=1):
         radii[corner] = min(radius, turn * pitch)
     return rounded_polyline(corners, radii)
-
-
-def outer_boundary(shape: str, size: tuple[float, float], offset: float) -> Path:
-    """The closed counter-clockwise curve at `offset` (m) outside a coil's outer copper edge, beginning at +x, y = 0."""
-    if shape == "circle":
-        radius = size[0] / 2 + offset
-        east, north = Point(radius, 0.0), Point(0.0, radius)
-        west, south = Point(-radius, 0.0), Point(0.0, -radius)
-        origin = Point(0.0, 0.0)
-        return Path(tuple(Arc(a, b, origin) for a, b in ((east, north), (north, west), (west, south), (south, east))))
-    if shape == "racetrack":
-        return _around_racetrack(size, offset)
-    corners = CORNERS[shape]
-    step = TWO_PI / corners
-
-    def flat(index: int) -> tuple[float, float]:
-        axis = index % 2 if corners == 4 else 1
-        return index, size[axis] / 2 + offset
-
-    points = [_crossing(flat(i), flat(i + 1), step) for i in range(corners)]
-    east = Point(size[0] / 2 + offset, 0.0)
-    ring = [east, *points, east]
-    segments: list[Segment] = [Line(a, b) for a, b in pairwise(ring)]
-    return Path(tuple(segments))
-
-
-def _around_racetrack(size: tuple[float, float], offset: float, parts: int = 12) -> Path:
-    """Straight sides that touch both semicircles from outside: roads around a coil are laid side by side."""
-    half, radius = (size[0] - size[1]) / 2, size[1] / 2 + offset
-    step = math.pi / parts
-    reach = radius / math.cos(step / 2)
-    points = [polar(reach, step * (i + 0.5), Point(half, 0.0)) for i in range(parts // 2)]
-    points += [polar(reach, math.pi / 2 + step * (i + 0.5), Point(-half, 0.0)) for i in range(parts)]
-    points += [polar(reach, -math.pi / 2 + step * (i + 0.5), Point(half, 0.0)) for i in range(parts // 2)]
-    east = Point(half + radius, 0.0)
-    return Path(tuple(Line(a, b) for a, b in pairwise([east, *points, east])))

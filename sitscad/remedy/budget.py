@@ -23,9 +23,8 @@ FULL = 400_000.0
 TRIALS_OF_ONE_CHANGE = 10_000
 """No changed board is routed for more trials than these: the next change may be easier."""
 
-TURN, PAIR = {"circle": 2.0}, {"circle": 0.1}
-USUAL_TURN, USUAL_PAIR = 8.0, 0.05
-"""Units that a turn costs the estimate, and a pair of turns; of coils of sides and arcs, where no shape is named."""
+TURN, PAIR = {True: 2.0, False: 8.0}, {True: 0.1, False: 0.05}
+"""Units that a turn costs the estimate, and a pair of turns: of round coils, and of coils of sides and arcs."""
 
 LONG = 2.5
 """Coils longer than wide have fewer figures that repeat: so many times that."""
@@ -54,7 +53,7 @@ def estimate_work(spec: SensorSpec, is_same_board: bool = False) -> float:
 
 def _solving(coil: CoilSpec, coils: int) -> float:
     turns = sum(coil.layer_turns)
-    alone = TURN.get(coil.shape, USUAL_TURN) * turns + PAIR.get(coil.shape, USUAL_PAIR) * turns**2
+    alone = TURN[coil.outline.is_round] * turns + PAIR[coil.outline.is_round] * turns**2
     return (LONG if coil.size[0] != coil.size[1] else 1.0) * alone * (1.0 + 0.3 * (coils - 1))
 
 

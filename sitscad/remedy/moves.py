@@ -15,7 +15,6 @@ from sitscad.remedy.fix import Fix
 from sitscad.spec.places import footprint
 from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import CoilSpec, ElastomerPad, SensorSpec, Target
-from sitscad.spec.turns import most_turns, turn_fraction
 from sitscad.units import show
 
 MOST_LAYERS = 8
@@ -35,15 +34,15 @@ def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     of the shape, with which no lead runs back round the coil. Nothing for layers of unequal turns.
     """
     coil = spec.coil
-    if coil.unequal_turns:
+    if coil.has_unequal_turns:
         return
-    parts = turn_fraction(coil.shape) or 4
-    room = math.floor(parts * most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch) + 1e-9)
+    parts = coil.outline.ends or 4
+    room = math.floor(parts * coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch) + 1e-9)
     most = next((part for part in range(room, 0, -1) if not _runs_back(coil, part / parts)), room)
-    wanted = min(_up(coil, math.ceil(parts * coil.turns * factor - 1e-9), parts), most)
+    wanted = min(_up(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
     middle = min(_up(coil, math.ceil((wanted + most) / 2.0 - 1e-9), parts), most)
     for part in dict.fromkeys((wanted, middle, most)):
-        if part / parts > coil.turns:
+        if part / parts > coil.most_turns:
             yield with_turns(spec, part / parts)
 
 
@@ -62,13 +61,13 @@ def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
     always such with which no lead runs back round the coil, but for those as they are.
     """
     coil = spec.coil
-    if coil.unequal_turns:
+    if coil.has_unequal_turns:
         return
-    parts = turn_fraction(coil.shape) or 4
+    parts = coil.outline.ends or 4
     whole = math.floor(parts * room + 1e-9)
     fewer = (part / parts for part in range(whole, 0, -1) if not _runs_back(coil, part / parts))
-    for turns in dict.fromkeys((coil.turns, *islice(fewer, steps + 1))):
-        if 0.0 < turns <= most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch):
+    for turns in dict.fromkeys((coil.most_turns, *islice(fewer, steps + 1))):
+        if 0.0 < turns <= coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch):
             yield with_turns(spec, turns)
 
 
@@ -77,13 +76,13 @@ def whole_turns(spec: SensorSpec) -> Iterator[Fix]:
     come from one place. Nothing for layers of unequal turns.
     """
     coil, layers = spec.coil, len(spec.coil.layers)
-    if coil.unequal_turns:
+    if coil.has_unequal_turns:
         return
-    parts = math.gcd(turn_fraction(coil.shape) or layers, layers)
-    below = math.floor(parts * coil.turns + 1e-6) / parts
-    most = most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
-    for turns in sorted((below, below + 1.0 / parts), key=lambda turns: round(abs(turns - coil.turns), 6)):
-        if 0.0 < turns <= most and abs(turns - coil.turns) > 1e-6:
+    parts = math.gcd(coil.outline.ends or layers, layers)
+    below = math.floor(parts * coil.most_turns + 1e-6) / parts
+    most = coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
+    for turns in sorted((below, below + 1.0 / parts), key=lambda turns: round(abs(turns - coil.most_turns), 6)):
+        if 0.0 < turns <= most and abs(turns - coil.most_turns) > 1e-6:
             yield with_turns(spec, turns)
 
 
@@ -94,29 +93,29 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
     across = math.floor((y - by) * 1e5 + 1e-6) / 1e5  # as it is written
     if across <= 2.0 * coil.trace_width:
         return
-    long = coil.shape in ("rectangle", "racetrack")
+    long = coil.outline.is_long
     size = Edit("coil.outer_diameter", f"[{x * 1e3:g}, {across * 1e3:g}]" if long else f"{across * 1e3:g}")
     small = replace(spec, coil=replace(coil, size=(x if long else across, across)))
-    for fix in fewer_turns(small, coil.turns - (y - across) / 2.0 / coil.pitch, 0):
+    for fix in fewer_turns(small, coil.most_turns - (y - across) / 2.0 / coil.pitch, 0):
         yield _besides((size,), fix, coil)
 
 
 def _besides(edits: tuple[Edit, ...], turned: Fix, coil: CoilSpec) -> Fix:
     """Edits together with those of the turns, where these are others than the coil has now."""
-    return replace(turned, edits=(*edits, *(turned.edits if turned.spec.coil.turns != coil.turns else ())))
+    return replace(turned, edits=(*edits, *(turned.edits if turned.spec.coil.most_turns != coil.most_turns else ())))
 
 
 def other_ends(spec: SensorSpec) -> Iterator[Fix]:
     """Other start angles, then a part of a turn less and more: what moves the layers' ends, and so their leads."""
-    coil, parts = spec.coil, turn_fraction(spec.coil.shape) or 4
+    coil, parts = spec.coil, spec.coil.outline.ends or 4
     corners = [360.0 * k / parts for k in range(1, parts)]
-    for turned in (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 270.0) if coil.shape == "circle" else corners:
+    for turned in (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 270.0) if coil.outline.ends is None else corners:
         angle = (math.degrees(coil.start_angle) + turned) % 360.0
         turned_coil = replace(coil, start_angle=math.radians(float(f"{angle:.6g}")))
         yield Fix((Edit("coil.start_angle", f"{angle:.6g} deg"),), replace(spec, coil=turned_coil))
-    fewer = fewer_turns(spec, coil.turns - 1.0 / parts, 0)
-    more = more_turns(spec, 1.0 + 0.5 / (parts * coil.turns))
-    yield from (fix for fix in (*fewer, *more) if fix.spec.coil.turns != coil.turns)
+    fewer = fewer_turns(spec, coil.most_turns - 1.0 / parts, 0)
+    more = more_turns(spec, 1.0 + 0.5 / (parts * coil.most_turns))
+    yield from (fix for fix in (*fewer, *more) if fix.spec.coil.most_turns != coil.most_turns)
 
 
 def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
@@ -124,7 +123,7 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     the first installed one that has as many.
     """
     coil, now = spec.coil, len(spec.coil.layers)
-    if coil.unequal_turns or coil.layers != tuple(range(1, now + 1)):
+    if coil.has_unequal_turns or coil.layers != tuple(range(1, now + 1)):
         return
     first = max(2 * math.ceil(now * factor / 2.0 - 1e-9), now + 2 - now % 2)
     for count in range(first, min(first + 2, MOST_LAYERS) + 1, 2):
@@ -150,7 +149,7 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
         for key in ("trace_width", "trace_spacing")
         if getattr(wide, key) > getattr(coil, key) + 1e-12
     )
-    room = coil.turns * coil.pitch / wide.pitch
+    room = coil.most_turns * coil.pitch / wide.pitch
     for fix in fewer_turns(replace(spec, coil=wide), room):
         yield _besides(edits, fix, coil)
 

@@ -12,7 +12,6 @@ from dataclasses import replace
 from itertools import combinations
 
 from sitscad.finding import Edit, Missing
-from sitscad.geometry.spiral import CORNERS
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.routing.lanes import bus_for
 from sitscad.layout.winding.wound_coils import wind_all
@@ -39,7 +38,7 @@ Move = Callable[[SensorSpec, float], Fix]
 def larger_coils(spec: SensorSpec, by: float) -> Fix:
     """Coils larger by so much (m) across, their gaps kept."""
     size = (spec.coil.size[0] + by, spec.coil.size[1] + by)
-    is_long = spec.coil.shape in ("rectangle", "racetrack")
+    is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
     edit = Edit("coil.outer_diameter", written)
     apart = coils_apart(spec, by)
@@ -132,14 +131,12 @@ def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def _angles(spec: SensorSpec) -> Iterator[float]:
-    # A polygon begins at a corner: any angle between two of them is the same.
-    corners = CORNERS.get(spec.coil.shape)
-    if corners:
-        yield from (2.0 * math.pi * k / corners for k in range(1, corners))
-    elif spec.coil.shape == "circle":
+    # What ends at a corner begins at one: any angle between two of them is the same.
+    ends = spec.coil.outline.ends
+    if ends is None:
         yield from map(math.radians, TURNED)
     else:
-        yield math.pi
+        yield from (2.0 * math.pi * k / ends for k in range(1, ends))
 
 
 def wider_connectors(spec: SensorSpec) -> Iterator[Fix]:

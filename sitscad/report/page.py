@@ -94,9 +94,6 @@ def render(
     )
 
 
-_ADJECTIVES = {"circle": "circular", "rectangle": "rectangular", "hexagon": "hexagonal", "octagon": "octagonal"}
-
-
 def _verdict(checked: CheckedSpec) -> str:
     """In green only what nothing at all was said of."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
@@ -120,11 +117,11 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
     counts = [_counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     felt = "; ".join(headline(signals(estimates)))
     coil = spec.coil
-    each = "each of " if len(coil.layers) > 1 and not coil.unequal_turns else ""
+    each = "each of " if len(coil.layers) > 1 and not coil.has_unequal_turns else ""
     turns = f"{coil.turns_in_words} turns on {each}{_counted(len(coil.layers), 'layer')}"
-    shape = _ADJECTIVES.get(coil.shape, coil.shape)
+    coils = _counted(len(spec.array.placements), f"{coil.outline.adjective} coil")
     what = (
-        f"{_counted(len(spec.array.placements), f'{shape} coil')} of {show(coil.outer_diameter, 'm')}, {turns}, "
+        f"{coils} of {show(coil.outer_diameter, 'm')}, {turns}, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
     )
     banner = "" if checked.ok else f"<p class='banner'>{FORCED}</p>"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from sitscad.geometry.shapes import SHAPES, Outline
 from sitscad.record import record
 from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules
@@ -21,30 +22,44 @@ class CoilSpec:
     """One coil: all its copper layers in series, one conductor and one net.
 
     ``size`` is measured across the outer copper edges (polygons: across flats), equal in x and y except for rectangle
-    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` are those of every
-    layer or, where they differ, the most that a layer has, and ``unequal_turns`` those of each.
+    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` is one number for
+    all of them, or those of each.
     """
 
     shape: str
     size: tuple[float, float]
-    turns: float
+    turns: float | tuple[float, ...]
     layers: tuple[int, ...]
     trace_width: float
     trace_spacing: float
     start_angle: float = 0.0
     clockwise: bool = False
     corner_radius: float = 0.0
-    unequal_turns: tuple[float, ...] = ()
+
+    @property
+    def outline(self) -> Outline:
+        """What its shape is."""
+        return SHAPES[self.shape]
 
     @property
     def layer_turns(self) -> tuple[float, ...]:
         """The turns of each layer, in winding order."""
-        return self.unequal_turns or (self.turns,) * len(self.layers)
+        return self.turns if isinstance(self.turns, tuple) else (self.turns,) * len(self.layers)
+
+    @property
+    def has_unequal_turns(self) -> bool:
+        """Whether its layers' turns are written one by one."""
+        return isinstance(self.turns, tuple)
+
+    @property
+    def most_turns(self) -> float:
+        """Turns of the layer that has most."""
+        return max(self.layer_turns)
 
     @property
     def turns_in_words(self) -> str:
         """The turns for people: one number, or those of every layer."""
-        return ", ".join(f"{turns:g}" for turns in self.unequal_turns) or f"{self.turns:g}"
+        return ", ".join(f"{turns:g}" for turns in (self.layer_turns if self.has_unequal_turns else (self.turns,)))
 
     @property
     def pitch(self) -> float:

@@ -17,6 +17,7 @@ from measure import Growth, Measured, growth, peak, timed
 from sitscad.estimates.circuit.neighbours import mutual_error, side_by_side
 from sitscad.estimates.winding.methods import METHODS, Method, WindingGeometry
 from sitscad.geometry.path import Point
+from sitscad.geometry.shapes import SHAPES
 from sitscad.spec.sensor import CoilSpec
 
 TURNS, LAYERS = (12.0, 25.0, 50.0, 100.0, 200.0), (1, 2, 4, 8)
@@ -30,7 +31,7 @@ def geometry(design: designs.Design) -> WindingGeometry:
 
 def methods(shape: str) -> list[Method]:
     """Every method for a shape, closed formulas too."""
-    return [method for method in METHODS if shape in method.shapes]
+    return [method for method in METHODS if method.serves(SHAPES[shape])]
 
 
 def measured(each: int) -> Iterator[Measured]:

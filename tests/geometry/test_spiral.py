@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitscad.geometry.path import Arc, Point, polar
-from sitscad.geometry.spiral import SpiralDimensions, corner_angle, outer_boundary, rounded_corners, wind
+from sitscad.geometry.shapes import SHAPES
+from sitscad.geometry.spiral import SpiralDimensions, rounded_corners
 
 MM = 1e-3
 
@@ -24,7 +25,7 @@ MM = 1e-3
 def test_a_circle_follows_the_archimedean_spiral(diameter, pitch, turns, start, sense):
     turns = min(turns, (diameter - pitch) / 2 / pitch * 0.95)
     size = SpiralDimensions((diameter * MM, diameter * MM), pitch * MM / 2, pitch * MM, turns)
-    path = wind("circle", size, start, sense)
+    path = SHAPES["circle"].wind(size, start, sense)
     worst = 0.0
     for i in range(400):
         theta = 2 * math.pi * turns * i / 399
@@ -39,7 +40,7 @@ def test_a_circle_follows_the_archimedean_spiral(diameter, pitch, turns, start, 
 
 def test_the_square_of_the_contract_corner_by_corner():
     """D = 3 mm, w = s = 0.1 mm: h = 1.45 mm, p = 0.2 mm; one flat faces +x, so the first side begins at -45 degrees."""
-    path = wind("square", SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.5), 0.0)
+    path = SHAPES["square"].wind(SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.5), 0.0)
     corners = [path.start, *(segment.end for segment in path)]
     expected = [(1.45, -1.45), (1.45, 1.45), (-1.45, 1.45), (-1.45, -1.45), (1.25, -1.45), (1.25, 1.25), (-1.25, 1.25)]
     for corner, (x, y) in zip(corners, expected, strict=True):
@@ -50,7 +51,7 @@ def test_the_square_of_the_contract_corner_by_corner():
 @pytest.mark.parametrize("sense", [1, -1])
 def test_polygon_sides_lie_on_their_flats(shape, corners, sense):
     diameter, width, pitch, turns = 5 * MM, 0.1 * MM, 0.2 * MM, 4
-    path = wind(shape, SpiralDimensions((diameter, diameter), width, pitch, turns), 0.3, sense)
+    path = SHAPES[shape].wind(SpiralDimensions((diameter, diameter), width, pitch, turns), 0.3, sense)
     assert len(path.segments) == corners * turns
     for m, side in enumerate(path.segments):
         middle = side.at(0.5)
@@ -76,7 +77,7 @@ def test_a_polygon_winds_one_way_to_its_end(shape, width, spread, sides, inside)
     turns, pitch = max(0.5, sides / corners), width * spread
     diameter = pitch * (2 * math.ceil(turns) + inside)
     size = SpiralDimensions((diameter * MM, diameter * MM), width * MM, pitch * MM, turns)
-    path = wind(name, size, 0.0)
+    path = SHAPES[name].wind(size, 0.0)
     along = [math.atan2(line.end.y - line.start.y, line.end.x - line.start.x) for line in path]
     for one, other in pairwise(along):
         assert math.remainder(other - one, 2 * math.pi) == pytest.approx(2 * math.pi / corners)
@@ -84,28 +85,28 @@ def test_a_polygon_winds_one_way_to_its_end(shape, width, spread, sides, inside)
 
 
 def test_a_rectangle_is_longer_one_way():
-    path = wind("rectangle", SpiralDimensions((6 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.0), 0.0)
+    path = SHAPES["rectangle"].wind(SpiralDimensions((6 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.0), 0.0)
     assert path.start.distance(Point(2.95 * MM, -1.45 * MM)) < 1e-12
     assert path.segments[1].length == pytest.approx(5.9 * MM)
 
 
 def test_mirrored_layers_are_mirror_images():
     size = SpiralDimensions((4 * MM, 4 * MM), 0.1 * MM, 0.2 * MM, 5.3)
-    one, other = wind("circle", size, 0.7, 1), wind("circle", size, -0.7, -1)
+    one, other = SHAPES["circle"].wind(size, 0.7, 1), SHAPES["circle"].wind(size, -0.7, -1)
     for a, b in zip(one.segments, other.segments, strict=True):
         assert a.start.distance(Point(b.start.x, -b.start.y)) < 1e-15
 
 
 def test_corner_angle_is_the_last_corner_at_or_before_in_the_direction_of_winding():
-    assert corner_angle("circle", 0.3, 1) == 0.3
-    assert corner_angle("square", 0.0, 1) == pytest.approx(-math.pi / 4)
-    assert corner_angle("square", 0.0, -1) == pytest.approx(math.pi / 4)
-    assert corner_angle("square", math.pi / 4, 1) == pytest.approx(math.pi / 4)
-    assert corner_angle("hexagon", 0.0, 1) == pytest.approx(-math.pi / 6)
+    assert SHAPES["circle"].start(0.3, 1) == 0.3
+    assert SHAPES["square"].start(0.0, 1) == pytest.approx(-math.pi / 4)
+    assert SHAPES["square"].start(0.0, -1) == pytest.approx(math.pi / 4)
+    assert SHAPES["square"].start(math.pi / 4, 1) == pytest.approx(math.pi / 4)
+    assert SHAPES["hexagon"].start(0.0, 1) == pytest.approx(-math.pi / 6)
 
 
 def test_rounded_corners_keep_the_ends():
-    path = wind("square", SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 3.0), 0.0)
+    path = SHAPES["square"].wind(SpiralDimensions((3 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 3.0), 0.0)
     soft = rounded_corners(path, 0.3 * MM, 4, 0.2 * MM)
     assert soft.start == path.start and soft.end == path.end and soft.length < path.length
     assert rounded_corners(path, 0.0, 4, 0.2 * MM) is path
@@ -113,7 +114,7 @@ def test_rounded_corners_keep_the_ends():
 
 @pytest.mark.parametrize("shape", ["circle", "square", "hexagon", "octagon"])
 def test_the_outer_boundary_surrounds_the_coil_at_its_offset(shape):
-    ring = outer_boundary(shape, (4 * MM, 4 * MM), 0.2 * MM)
+    ring = SHAPES[shape].boundary((4 * MM, 4 * MM), 0.2 * MM)
     assert ring.is_closed
     distances = [math.hypot(*segment.at(0.5)) for segment in ring]
     assert min(distances) == pytest.approx(2.2 * MM, rel=1e-3 if shape == "circle" else 0.3)
@@ -122,12 +123,12 @@ def test_the_outer_boundary_surrounds_the_coil_at_its_offset(shape):
 
 def racetrack(turns, angle, sense):
     size = SpiralDimensions((9 * MM, 5 * MM), 0.1 * MM, 0.2 * MM, turns)
-    return wind("racetrack", size, angle, sense)
+    return SHAPES["racetrack"].wind(size, angle, sense)
 
 
 def test_the_racetrack_of_the_contract():
     """D = [9, 5] mm: straights from x = 2 to -2 mm, R = 2.45 mm, the +x end p/2 across with p/2 less radius."""
-    path = racetrack(1.5, corner_angle("racetrack", 0.0, 1), 1)
+    path = racetrack(1.5, SHAPES["racetrack"].start(0.0, 1), 1)
     assert path.start.distance(Point(2 * MM, 2.45 * MM)) < 1e-12
     assert path.segments[0].end.distance(Point(-2 * MM, 2.45 * MM)) < 1e-12
     first, other, third = (s for s in path if isinstance(s, Arc))
@@ -156,13 +157,13 @@ def test_a_racetrack_is_smooth_and_spaced_from_every_junction(quadrant, sense, t
 
 def test_the_layers_of_a_racetrack_meet_inside():
     for turns in (1.0, 2.5):
-        angle = corner_angle("racetrack", 0.0, 1)
+        angle = SHAPES["racetrack"].start(0.0, 1)
         inner, other = racetrack(turns, angle, 1), racetrack(turns, angle + 4 * math.pi * turns, -1)
         assert inner.end.distance(other.end) < 0.11 * MM
 
 
 def test_the_boundary_of_a_racetrack_surrounds_it():
-    ring = outer_boundary("racetrack", (9 * MM, 5 * MM), 0.2 * MM)
+    ring = SHAPES["racetrack"].boundary((9 * MM, 5 * MM), 0.2 * MM)
     assert ring.is_closed
     for segment in ring:
         middle = segment.at(0.5)

@@ -48,7 +48,7 @@ def test_layers_meet_and_all_currents_circulate_the_same_way(name):
     layout = sitscad.lay_out(spec)
     assert layout.shortfalls == ()
     windings = layout.coils[0].windings
-    assert spec.coil.layer_turns == tuple(COILS[name][2]) and spec.coil.turns == max(COILS[name][2])
+    assert spec.coil.layer_turns == tuple(COILS[name][2]) and spec.coil.most_turns == max(COILS[name][2])
     for winding, turns in zip(windings, spec.coil.layer_turns, strict=True):
         ways = [p for segment in winding.path for p in segment.flattened(2e-6)]
         steps = [math.remainder(math.atan2(b.y, b.x) - math.atan2(a.y, a.x), 2 * math.pi)

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 
 from sitscad.estimates.uncertainty import sigmas
+from sitscad.geometry.shapes import SHAPES
 from sitscad.spec import templates
 from sitscad.spec.load import load, load_text
 from sitscad.spec.profiles import presets
 from sitscad.spec.resolver.positions import gap, named
 from sitscad.spec.rules import SPEC_RULES, SpecError
-from sitscad.spec.turns import is_whole, most_turns, nearest_turns
 
 COIL = "coil: {shape: circle, outer_diameter: 3.5, turns: 6.5, trace_width: 100 um, trace_spacing: 100 um}\n"
 ROOT = Path(__file__).parents[2]
@@ -252,8 +252,8 @@ def test_gaps_between_coils(shape, size, offset, expected):
     ],
 )
 def test_turns_end_where_the_shape_has_an_end(shape, turns, whole, nearest):
-    assert is_whole(shape, turns) is whole
-    assert nearest_turns(shape, turns) == pytest.approx(nearest)
+    assert SHAPES[shape].is_whole(turns) is whole
+    assert SHAPES[shape].nearest_turns(turns) == pytest.approx(nearest)
 
 
 @pytest.mark.parametrize(
@@ -268,7 +268,7 @@ def test_turns_end_where_the_shape_has_an_end(shape, turns, whole, nearest):
 )
 def test_the_innermost_trace_stays_clear_of_the_centre(shape, size, most):
     """Pitch 0.2, width 0.1: the room for pitches is (4.05/2 - 0.1) / 0.2 = 9.625."""
-    assert most_turns(shape, size, 0.1, 0.2) == pytest.approx(most, abs=1e-6)
+    assert SHAPES[shape].most_turns(size, 0.1, 0.2) == pytest.approx(most, abs=1e-6)
 
 
 def test_rule_ids_are_stable_and_complete():

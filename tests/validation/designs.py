@@ -17,13 +17,14 @@ import volume_integral
 from windings import coil
 
 from sitscad.geometry.path import Arc, Path
-from sitscad.geometry.spiral import SpiralDimensions, corner_angle, rounded_corners, wind
+from sitscad.geometry.shapes import SHAPES as OUTLINES
+from sitscad.geometry.spiral import SpiralDimensions
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.inductance.tracks import Track, track
 from sitscad.spec.sensor import CoilSpec
 
 SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
-PARTS = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}
+PARTS = {name: outline.ends for name, outline in OUTLINES.items() if outline.ends}
 POLYGONS = ("square", "rectangle", "hexagon", "octagon")
 FAMILIES = (*SHAPES, "rounded")
 MOST_TURNS = 12.0
@@ -74,14 +75,12 @@ def built(spec: CoilSpec, heights: tuple[float, ...], copper: float) -> Design:
                              [copper] * len(heights)))  # fmt: skip
         return Design(spec, spirals, (), tuple(volume_integral.spiral(layer) for layer in spirals))
     dimensions = SpiralDimensions(spec.size, spec.trace_width, spec.pitch, spec.turns)
-    angle, drawn, conductors = corner_angle(spec.shape, spec.start_angle, 1), [], []
+    angle, drawn, conductors = spec.outline.start(spec.start_angle, 1), [], []
     for k, z in enumerate(heights):
         inward = k % 2 == 0
         if not inward:
             angle += 4.0 * math.pi * spec.turns
-        path = wind(spec.shape, dimensions, angle, 1 if inward else -1)
-        if spec.corner_radius:
-            path = rounded_corners(path, spec.corner_radius, PARTS[spec.shape], spec.pitch)
+        path = spec.outline.wind(dimensions, angle, 1 if inward else -1, spec.corner_radius)
         pieces = pieces_of(path if inward else path.reversed())
         drawn.append(track(pieces, spec.trace_width, copper, z))
         named = [("arc" if len(piece) == 5 else "line", *piece) for piece in pieces]

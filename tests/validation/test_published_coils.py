@@ -78,16 +78,17 @@ def test_closed_formulas_reproduce_the_errors_printed_in_the_paper(row):
 
 def test_a_circle_has_no_wheeler_constants():
     outline = SpiralOutline(8, 4e-3, 1e-4, 1e-4)
-    assert modified_wheeler("circle", outline) is None
-    assert monomial("circle", outline) is None
-    assert current_sheet("circle", outline) > 0.0
+    assert modified_wheeler(0, outline) is None
+    assert monomial(0, outline) is None
+    assert current_sheet(0, outline) > 0.0
 
 
 def test_square_bench_coil_has_more_inductance_than_the_round_one():
     # thesis 6.3.2: 12 % more by finite elements with its own square; the sides as this project defines them give 28 %
-    from sitscad.geometry.spiral import SpiralDimensions, wind
+    from sitscad.geometry.shapes import SHAPES
+    from sitscad.geometry.spiral import SpiralDimensions
 
-    path = wind("square", SpiralDimensions((7 * MM, 7 * MM), 100 * UM, 200 * UM, 12.0), -math.pi / 4)
+    path = SHAPES["square"].wind(SpiralDimensions((7 * MM, 7 * MM), 100 * UM, 200 * UM, 12.0), -math.pi / 4)
     corners = np.array([path.start, *(segment.end for segment in path)])
     track = PolylineTrack(corners, 100 * UM, 35 * UM, 0.0)
     assert track_mutual_inductance(track, track) > 1.12 * 0.6498e-6

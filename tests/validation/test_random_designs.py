@@ -16,6 +16,7 @@ from bars import bars_exactly
 from windings import bench
 
 from sitscad.estimates.winding.methods import METHODS, WindingGeometry
+from sitscad.geometry.shapes import SHAPES
 from sitscad.physics.inductance.tracks import tracks_mutual_inductance
 
 EVERY = 12
@@ -25,7 +26,7 @@ REFERENCES = write_references.read()
 
 
 def methods(shape, closed=False):
-    return [m for m in METHODS if shape in m.shapes and m.is_cross_check == closed]
+    return [m for m in METHODS if m.serves(SHAPES[shape]) and m.is_cross_check == closed]
 
 
 def of_family(family, series="small"):

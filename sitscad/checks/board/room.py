@@ -92,7 +92,7 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
 def _room_inside(design: Design, plain: Complaint, left: Left) -> Complaint:
     """Fewer turns, then a larger coil with as much more room inside as its vias need."""
     spec = design.spec
-    steps = fewer_turns(spec, spec.coil.turns, MOST_STEPS)
+    steps = fewer_turns(spec, spec.coil.most_turns, MOST_STEPS)
     fewer = first_that_mends(islice((fix for fix in steps if _vias_fit(fix.spec, left)), 2), left)
     if fewer is not None:
         hint = f"{fewer.words} leaves room for them (it was tried); or take fewer layers or finer rules"

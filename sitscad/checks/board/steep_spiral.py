@@ -22,7 +22,7 @@ WHY = "on a spiral of so wide a pitch turns lie nearer than they are spaced alon
 def nearer_by(spec: SensorSpec) -> float:
     """By how much (m) neighbouring turns of a circle come nearer than its spacing, at most: at the inner end."""
     coil = spec.coil
-    if coil.shape != "circle":
+    if not coil.outline.is_round:
         return 0.0
     inner = (coil.size[0] - coil.trace_width) / 2 - coil.pitch * max(coil.layer_turns)
     slope = coil.pitch / (2.0 * math.pi * max(inner, coil.pitch / 2))

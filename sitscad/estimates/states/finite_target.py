@@ -36,9 +36,6 @@ Array = NDArray[np.float64]
 FREQUENCY = 5e6
 """The frequency (Hz) whose skin depth sets how far the field enters the target: the share hardly depends on it."""
 
-AREA = {"circle": math.pi / 4.0, "hexagon": math.sqrt(3.0) / 2.0, "octagon": 2.0 * (math.sqrt(2.0) - 1.0)}
-"""Area of a shape over that of the square about it (across flats); 1 for those not named."""
-
 
 @record
 class TargetShares:
@@ -190,17 +187,12 @@ def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
 def _layer_rings(coil: CoilSpec, count: float) -> tuple[Array, Array]:
     # Radii (m) and turns of the rings of a layer of so many turns.
     turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
-    # A circle winds in steadily, a racetrack by half a pitch each half turn, a polygon by a pitch after each turn.
-    middle = 0.5 * turns if coil.shape == "circle" else 0.25 if coil.shape == "racetrack" else 0.0
+    middle = np.array([coil.outline.shifts_inwards(turn) for turn in turns])
     inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
     sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
-    cut = (4.0 - math.pi) * np.minimum(_corner(coil) - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
-    return np.sqrt((AREA.get(coil.shape, 1.0) * sides.prod(axis=1) - cut) / math.pi), turns
-
-
-def _corner(coil: CoilSpec) -> float:
-    # Radius of the corners at the outer edge: a racetrack's ends are half circles.
-    return 0.5 * min(coil.size) if coil.shape == "racetrack" else coil.corner_radius
+    corner = coil.outline.corner_radius(coil.size, coil.corner_radius)
+    cut = (4.0 - math.pi) * np.minimum(corner - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
+    return np.sqrt((coil.outline.area * sides.prod(axis=1) - cut) / math.pi), turns
 
 
 LEAST_CONDUCTIVITY = 1e-3
@@ -240,7 +232,7 @@ def _notes(
         f"{100.0 * errors[0]:.0f} % of itself), and the loss that it adds is {lost} of the sheet's (within "
         f"{100.0 * errors[1]:.0f} %: currents crowd at its edges)"
     ]
-    if spec.coil.shape != "circle":
+    if not spec.coil.outline.is_round:
         notes.append(f"for that share a {spec.coil.shape} coil counts as a round one of the same area, turn by turn")
     return notes
 

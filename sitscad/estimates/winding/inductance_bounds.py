@@ -12,6 +12,7 @@ from functools import cache
 from itertools import pairwise
 
 from sitscad.data import rows
+from sitscad.geometry.shapes import nearest_sides
 from sitscad.record import record
 
 FEW_TURNS, ONE_TURN = 5.0, 1.5
@@ -33,7 +34,10 @@ LEAST = 1e-6
 
 @record
 class Crowding:
-    """What the error of a winding's inductance depends on; lengths in metres, `apart` between nearest mid-planes."""
+    """What the error of a winding's inductance depends on; lengths in metres, `apart` between nearest mid-planes.
+
+    `sides` are those of a polygon (0: round, or with round ends where it `is_long`), `corner_radius` 0 for sharp ones.
+    """
 
     turns: float
     width: float
@@ -43,6 +47,8 @@ class Crowding:
     size: float
     heights: tuple[float, ...]
     corner_radius: float = 0.0
+    sides: int = 0
+    is_long: bool = False
 
     @property
     def apart(self) -> float:
@@ -80,24 +86,46 @@ class Crowding:
         return found
 
 
-def error_bound(family: str, method: str, crowding: Crowding) -> float:
-    """Relative error that a method does not exceed; `family`: a shape, or "rounded" for polygons with a corner radius.
+def error_bound(method: str, crowding: Crowding) -> float:
+    """Relative error that a method does not exceed. Of a polygon whose number of sides was not fitted, the larger of
+    the bounds of those with fewer and with more: the corner's angle lies between theirs.
 
-    Raises KeyError where the table has no such method for the family.
+    Raises KeyError where the table has no such method for the outline.
     """
-    powers = _table()[family, method, "one" if len(crowding.heights) == 1 else "more"]
-    product = math.exp(math.fsum(powers[name] * value for name, value in crowding.features().items()))
-    return max(product, LEAST) + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
+    features, stack = crowding.features(), "one" if len(crowding.heights) == 1 else "more"
+    products = [
+        math.exp(math.fsum(powers[name] * value for name, value in features.items()))
+        for powers in (_table()[outline, method, stack] for outline in _outlines(crowding))
+    ]
+    return max(*products, LEAST) + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
+
+
+OutlineKey = tuple[str, str, str]
+"""Sides, whether it is long, whether its corners are rounded, as the table writes them."""
+
+ROUNDED: OutlineKey = ("any", "any", "yes")
+
+
+def outline_key(sides: int, is_long: bool) -> OutlineKey:
+    """How the table writes an outline with sharp corners or none."""
+    return str(sides), "yes" if is_long else "no", "no"
+
+
+def _outlines(crowding: Crowding) -> list[OutlineKey]:
+    if crowding.corner_radius:
+        return [ROUNDED]
+    fitted = (int(sides) for (sides, _, rounded), _, _ in _table() if rounded == "no")
+    return [outline_key(sides, crowding.is_long) for sides in nearest_sides(fitted, crowding.sides)]
 
 
 @cache
-def _table() -> dict[tuple[str, str, str], dict[str, float]]:
+def _table() -> dict[tuple[OutlineKey, str, str], dict[str, float]]:
     return {
-        (row["family"], row["method"], row["stack"]): {
+        ((row["sides"], row["long"], row["rounded"]), row["method"], row["stack"]): {
             name: float(value or 0.0) for name, value in row.items() if name not in NAMES
         }
         for row in rows("inductance_bounds")
     }
 
 
-NAMES = ("family", "method", "stack", "status", "source")
+NAMES = ("sides", "long", "rounded", "method", "stack", "status", "source")

@@ -53,10 +53,10 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     bent = [bent_track(winding, spec.trace_width) for winding in coil.windings]
     usual = wanted > FINE_TOLERANCE
     arcs = any(np.any(mitred(track).turns) for track in bent)
-    inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.turns
+    inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.most_turns
     half = usual and min(spec.layer_turns) >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
     # the field along a side is smooth, but for layers that cross near corners: those want twice the places
-    cuts = 4 if usual and (spec.shape == "racetrack" or len(bent) == 1) else 8
+    cuts = 4 if usual and (not spec.outline.sides or len(bent) == 1) else 8
     return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, half)
 
 
@@ -102,7 +102,7 @@ coil of equal length. Squares, hexagons and octagons of 0.1 to 0.45 mm over a mi
 
 def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
     """How far off the crowding of a coil that is not round may be with metal at `nearest` (m; None without metal)."""
-    if nearest is None or spec.shape == "circle":
+    if nearest is None or spec.outline.is_round:
         return ()
     for widths, of_inductance, of_resistance in POLYGONS_NEAR_METAL:
         if nearest < widths * spec.trace_width:

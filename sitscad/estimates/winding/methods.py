@@ -10,10 +10,17 @@ import numpy as np
 
 from sitscad.estimates.winding.inductance_bounds import FEW_TURNS, Crowding, error_bound
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment
+from sitscad.geometry.shapes import Outline
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.inductance.rings import ring_winding_inductance
-from sitscad.physics.inductance.spiral_formulas import SpiralOutline, current_sheet, modified_wheeler, monomial
+from sitscad.physics.inductance.spiral_formulas import (
+    COEFFICIENTS,
+    SpiralOutline,
+    current_sheet,
+    modified_wheeler,
+    monomial,
+)
 from sitscad.physics.inductance.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
 from sitscad.physics.inductance.tracks import Bend, Side, Track, track, track_inductance_matrix
 from sitscad.physics.loss.bent_tracks import BentTrack
@@ -49,7 +56,7 @@ class WindingGeometry:
     @property
     def inner_radius(self) -> float:
         """Distance (m) of the innermost centre line from the centre, never below half a track."""
-        return max((self.spec.outer_diameter - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.turns,
+        return max((self.spec.outer_diameter - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.most_turns,
                    self.spec.trace_width / 2)  # fmt: skip
 
     @property
@@ -59,12 +66,12 @@ class WindingGeometry:
         Their turns are closed; a round spiral's outermost one already comes inwards by a pitch, so its mean is less.
         """
         across = self.spec.outer_diameter - (self.spec.pitch if self.spirals else 0.0)
-        return SpiralOutline(self.spec.turns, across, self.spec.trace_width, self.spec.trace_spacing)
+        return SpiralOutline(self.spec.most_turns, across, self.spec.trace_width, self.spec.trace_spacing)
 
 
 def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
     """The geometry of a drawn coil, moved to its own centre."""
-    if spec.shape == "circle":
+    if spec.outline.is_round:
         radius = (spec.outer_diameter - spec.trace_width) / 2
         spirals = tuple(
             SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z, spec.trace_width, w.thickness)
@@ -153,14 +160,14 @@ def reflected_by(geometry: WindingGeometry, nearest: float) -> CurrentSpectrum:
 
 @record
 class Method:
-    """A way to the winding's inductance: for which shapes, its stated relative error, its rough cost (s).
+    """A way to the winding's inductance: for which outlines, its stated relative error, its rough cost (s).
 
     `solve` returns henries or None where the source has no constants; `error` is a bound where `is_valid`; `validity`
     says in words where that is. A closed formula is a cross-check: it is used only when asked for by name.
     """
 
     name: str
-    shapes: frozenset[str]
+    serves: Callable[[Outline], bool]
     solve: Callable[[WindingGeometry], float | None]
     error: Callable[[WindingGeometry], float]
     is_valid: Callable[[WindingGeometry], bool]
@@ -196,8 +203,8 @@ def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
     spec, layers = geometry.spec, geometry.spirals or geometry.drawn
     thickness = max(layer.thickness for layer in layers)
     heights = tuple(layer.z for layer in layers)
-    return Crowding(turns or spec.turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
-                    min(spec.size), heights, _rounding(spec))  # fmt: skip
+    return Crowding(turns or spec.most_turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
+                    min(spec.size), heights, _rounding(spec), spec.outline.sides, spec.outline.is_long)  # fmt: skip
 
 
 def _rounding(spec: CoilSpec) -> float:
@@ -207,9 +214,8 @@ def _rounding(spec: CoilSpec) -> float:
 
 def _bound(method: str) -> Callable[[WindingGeometry], float]:
     def error(geometry: WindingGeometry) -> float:
-        family = "rounded" if _rounding(geometry.spec) else geometry.spec.shape
         distinct = sorted(set(geometry.spec.layer_turns))
-        return max(error_bound(family, method, crowding(geometry, turns)) for turns in distinct)
+        return max(error_bound(method, crowding(geometry, turns)) for turns in distinct)
 
     return error
 
@@ -228,13 +234,13 @@ def _formula(name: str) -> Callable[[WindingGeometry], float | None]:
     def solve(geometry: WindingGeometry) -> float | None:
         # below one turn there is no inner diameter in the formulas' sense: an arc is not a coil
         if (
-            geometry.spec.unequal_turns
+            geometry.spec.has_unequal_turns
             or geometry.fewest_turns < 1.0
             or geometry.outline.inner_diameter <= 0.0
             or geometry.outline.fill <= 0.0
         ):
             return None
-        single = functions[name](geometry.spec.shape, geometry.outline)
+        single = functions[name](geometry.spec.outline.sides, geometry.outline)
         return None if single is None else single * len(geometry.spec.layers) ** 2
 
     return solve
@@ -249,30 +255,40 @@ def _formula_valid(geometry: WindingGeometry) -> bool:
     return geometry.outline.is_covered and len(geometry.spec.layers) == 1
 
 
-_ROUND = frozenset({"circle"})
-_STRAIGHT = frozenset({"square", "rectangle", "hexagon", "octagon", "racetrack"})
-_TABULATED = frozenset({"circle", "square", "hexagon", "octagon"})
+def _round(outline: Outline) -> bool:
+    return outline.is_round
+
+
+def _straight(outline: Outline) -> bool:
+    return not outline.is_round
+
+
+def tabulated(outline: Outline) -> bool:
+    """Whether Mohan (1999) has constants for an outline."""
+    return outline.sides in COEFFICIENTS and not outline.is_long
+
+
 _MOHAN = "Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10) 1999"
 _ONE_LAYER = "one layer, 1 to 20 turns, spacing up to 3 widths, fill 0.1 to 0.9; more layers as if fully coupled"
 
 METHODS: tuple[Method, ...] = (
-    Method("spiral-neumann", _ROUND, _spirals, _bound("spiral-neumann"), _always,
+    Method("spiral-neumann", _round, _spirals, _bound("spiral-neumann"), _always,
            "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
            "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
-    Method("spiral-filament", _ROUND, _spirals_coarse, _bound("spiral-filament"), _always,
+    Method("spiral-filament", _round, _spirals_coarse, _bound("spiral-filament"), _always,
            "tracks narrow against the inner radius", 2e-3, "the same with one filament a track"),
-    Method("rings", _ROUND, _rings, _ring_error, lambda g: g.fewest_turns >= 5.0,
+    Method("rings", _round, _rings, _ring_error, lambda g: g.fewest_turns >= 5.0,
            "five turns or more", 2e-2, "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
-    Method("strands", _STRAIGHT, _strands(2, 3), _bound("strands"), _always,
+    Method("strands", _straight, _strands(2, 3), _bound("strands"), _always,
            "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
            "Neumann's closed forms for parallel and inclined filaments (Grover 1946), points along arcs, corner terms"),
-    Method("filaments", _STRAIGHT, _strands(1, 1), _bound("filaments"), _always,
+    Method("filaments", _straight, _strands(1, 1), _bound("filaments"), _always,
            "the same, tracks narrow against the inner side", 4e-3, "the same with one filament a track"),
-    Method("current-sheet", _TABULATED, _formula("current-sheet"), _formula_error(0.15), _formula_valid,
+    Method("current-sheet", tabulated, _formula("current-sheet"), _formula_error(0.15), _formula_valid,
            _ONE_LAYER, 1e-5, _MOHAN, True),
-    Method("modified-wheeler", _TABULATED, _formula("modified-wheeler"), _formula_error(0.15), _formula_valid,
+    Method("modified-wheeler", tabulated, _formula("modified-wheeler"), _formula_error(0.15), _formula_valid,
            _ONE_LAYER, 1e-5, _MOHAN, True),
-    Method("monomial", _TABULATED, _formula("monomial"), _formula_error(0.18), _formula_valid,
+    Method("monomial", tabulated, _formula("monomial"), _formula_error(0.18), _formula_valid,
            _ONE_LAYER, 1e-5, _MOHAN, True),
 )  # fmt: skip
 """Every way to the winding's inductance; a new one is a row."""
@@ -285,7 +301,7 @@ def choose_method(geometry: WindingGeometry, name: str | None = None, tolerance:
 
     Raises ValueError for a name that does not exist or does not serve the shape; the text lists those that do.
     """
-    fitting = [method for method in METHODS if geometry.spec.shape in method.shapes]
+    fitting = [method for method in METHODS if method.serves(geometry.spec.outline)]
     if name is not None:
         chosen = next((method for method in fitting if method.name == name), None)
         if chosen is None or chosen.solve(geometry) is None:

@@ -34,14 +34,6 @@ PLACES = (24, 8)
 only some have: as many for any number of turns, so that a millionth more of these changes nothing. Within 0.2 % of four
 times as many (1.5 to 30 turns, one to eight layers)."""
 
-SHRINKS = {
-    "square": 8.0,
-    "rectangle": 8.0,
-    "hexagon": 12.0 * math.tan(math.pi / 6.0),
-    "octagon": 16.0 * math.tan(math.pi / 8.0),
-}
-"""How much shorter a turn gets per metre that it lies further inside; round ones by 2 pi."""
-
 
 @record(eq=False)
 class _Part:
@@ -135,7 +127,7 @@ def turn_lengths(coil: Coil, spec: SensorSpec, places: Array) -> Array:
     most = max(range(len(turns)), key=lambda k: turns[k])
     mean = coil.windings[most].path.length / turns[most]
     inside = spec.coil.pitch * (places - 0.5 * turns[most])
-    return np.asarray(np.maximum(mean - SHRINKS.get(spec.coil.shape, 2.0 * math.pi) * inside, 0.05 * mean))
+    return np.asarray(np.maximum(mean - spec.coil.outline.shrinks * inside, 0.05 * mean))
 
 
 def _voltages(parts: list[_Part], coil: Coil, spec: SensorSpec) -> Array:

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from sitscad.estimates.circuit.tank import CoilCircuit
 from sitscad.estimates.values import StateEstimate
 from sitscad.estimates.winding.losses import ALIKE_ROUNDED, POLYGONS_NEAR_METAL
+from sitscad.geometry.shapes import nearest_sides
 from sitscad.layout.board import Coil
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import missed_crossings, suited_resolution
@@ -40,9 +41,9 @@ ALONE, ROUNDED, RACETRACK, LONG = 0.017, 0.017, 0.003, 0.009
 """Of the added loss of polygons of one layer and with rounded corners; of racetracks, and of those of which one half
 stands for both (ALIKE_ROUNDED turns and more)."""
 
-CROSSING = {"square": (0.055, 0.02), "rectangle": (0.055, 0.02), "hexagon": (0.038, 0.016), "octagon": (0.036, 0.013)}
-"""Of the added loss of polygons of several layers, of fewer than FEW turns and of more: near corners, where the layers'
-sides do not lie face to face, they are cut at few places."""
+CROSSING = {4: (0.055, 0.02), 6: (0.038, 0.016), 8: (0.036, 0.013)}
+"""Of the added loss of polygons of several layers, by their sides, of fewer than FEW turns and of more: near corners,
+where the layers' sides do not lie face to face, they are cut at few places. The sharper the corner, the more."""
 
 LEADS = 0.01
 """Of the leads' resistance: 0.02 to 0.6 % against triangles over copper read back (tests/extraction)."""
@@ -101,7 +102,7 @@ def state_error(bound: ResistanceBound, circuit: CoilCircuit, state: StateEstima
 def near_metal_error(spec: CoilSpec, nearest: float) -> float:
     """Relative error, at most, that metal no nearer than `nearest` (m) to the copper's middle adds to a resistance."""
     found = METAL + (NEAR - METAL) * _faded(nearest / NEAR_DISTANCE)
-    if spec.shape != "circle":
+    if not spec.outline.is_round:
         found += max(row[2] * _faded(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
     return found
 
@@ -118,11 +119,11 @@ def _round(spirals: Sequence[SpiralLayer], conductivity: float, tolerance: float
 
 
 def _bent(spec: CoilSpec, layers: int) -> float:
-    if spec.shape == "racetrack":
+    if not spec.outline.sides:
         return LONG if min(spec.layer_turns) >= ALIKE_ROUNDED else RACETRACK
     if spec.corner_radius >= 0.5 * spec.trace_width:
         return ROUNDED
     if layers == 1:
         return ALONE
-    few, many = CROSSING[spec.shape]
+    few, many = CROSSING[nearest_sides(CROSSING, spec.outline.sides)[0]]
     return few if min(spec.layer_turns) < FEW else many

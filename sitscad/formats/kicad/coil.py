@@ -105,7 +105,7 @@ class _Footprint:
         inside = {2: "", 3: "; pad 3 is inside the coil: connect nothing to it"}.get(
             pads, f"; pads 3 to {pads} are inside the coil: connect nothing to them"
         )
-        each = "" if spec.unequal_turns else "each of "
+        each = "" if spec.has_unequal_turns else "each of "
         return (
             f"pads 1 and 2 are the ends of the winding{inside}; "
             f"{spec.shape} coil, {spec.turns_in_words} turns on {each}{layers}, "

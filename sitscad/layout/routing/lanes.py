@@ -163,12 +163,13 @@ def _single_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> li
         return [(corner, (_diagonal(ring.at(corner), height), Point(funnel_x, height)))]
     found: list[tuple[float, tuple[Point, ...]]] = []
     length, breadth = ring.half_size
+    outline = spec.coil.outline
     for degrees in (0, 20, -20, 40, -40):
         # about the middle of the end that faces the tail, which is the centre unless the coil is long
         turn = math.radians(degrees)
         angle = math.atan2(breadth * math.sin(turn), max(0.0, length - breadth) + breadth * math.cos(turn))
         place = ring.at(angle)
-        height = place.y if spec.coil.shape == "rectangle" else ring.centre.y + min(ring.half_size) * math.tan(turn)
+        height = place.y if outline.sides and outline.is_long else ring.centre.y + min(ring.half_size) * math.tan(turn)
         edge = Point(ring.centre.x + length, height)
         way = (edge, Point(funnel_x, edge.y)) if edge.distance(place) > 1e-9 else (Point(funnel_x, edge.y),)
         found.append((angle, way))

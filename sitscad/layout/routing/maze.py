@@ -101,7 +101,7 @@ class Lattice:
     def from_coil(self, placement: CoilPlacement, points: Floats) -> Floats:
         """Distance (m) of points (n, 2) from a coil's outer copper edge, negative inside; never more than the true."""
         away = points - np.array(placement.centre)
-        if self.spec.coil.shape == "circle":
+        if self.spec.coil.outline.is_round:
             return np.asarray(np.hypot(away[:, 0], away[:, 1]) - self.spec.coil.size[0] / 2)
         normals, distances = self._sides(placement)
         return np.asarray((away @ normals - distances).max(axis=1))

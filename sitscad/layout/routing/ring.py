@@ -7,7 +7,6 @@ from functools import cached_property
 from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
-from sitscad.geometry.spiral import outer_boundary
 from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, CoilSpec
 
@@ -28,7 +27,7 @@ class Ring:
     @cached_property
     def boundary(self) -> Path:
         """The ring about the origin, unrotated."""
-        return outer_boundary(self.coil.shape, self.coil.size, self.offset)
+        return self.coil.outline.boundary(self.coil.size, self.offset)
 
     @cached_property
     def half_size(self) -> tuple[float, float]:
@@ -47,7 +46,7 @@ class Ring:
         return self._known[angle]
 
     def _at(self, angle: float) -> Point:
-        if self.coil.shape == "circle":
+        if self.coil.outline.is_round:
             return polar(self.coil.size[0] / 2 + self.offset, angle, self.centre)
         local = angle - self.placement.rotation
         ux, uy = math.cos(local), math.sin(local)
@@ -69,7 +68,7 @@ class Ring:
     def _facing(self, point: Point) -> tuple[float, float]:
         centre = self.centre
         away = math.atan2(point.y - centre.y, point.x - centre.x)
-        if self.coil.shape == "circle":
+        if self.coil.outline.is_round:
             return away, away
         turn = self.placement.rotation
         local = polar(point.distance(centre), away - turn, Point(0.0, 0.0))
@@ -84,7 +83,7 @@ class Ring:
         sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
         if abs(sweep) < 1e-9 or TWO_PI - abs(sweep) < 1e-9:
             return Path(())
-        if self.coil.shape == "circle":
+        if self.coil.outline.is_round:
             return Path((Arc(self.at(start), self.at(end), self.centre, ccw),))
         points = [self.at(start), *self._corners(start, sweep), self.at(end)]
         return Path(tuple(Line(a, b) for a, b in pairwise(points) if a.distance(b) > 1e-9))

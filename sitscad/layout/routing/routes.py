@@ -9,7 +9,6 @@ from itertools import chain, islice, product
 from typing import TYPE_CHECKING
 
 from sitscad.geometry.path import Point
-from sitscad.geometry.spiral import outer_boundary
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track, hole_keep_out, joined_hole
 from sitscad.layout.outline import body_breadth, ends, far_end
 from sitscad.layout.routing.branches import OuterEnd, Surroundings, outer_ends
@@ -376,7 +375,7 @@ TRIED = 8
 
 def _other_coils(spec: SensorSpec, index: int) -> list[Track]:
     """The outermost copper of all coils but one, on every layer that they are wound on."""
-    boundary = outer_boundary(spec.coil.shape, spec.coil.size, -spec.coil.trace_width / 2)
+    boundary = spec.coil.outline.boundary(spec.coil.size, -spec.coil.trace_width / 2)
     return [
         Track(boundary.rotated(placement.rotation).shifted(*placement.centre), spec.coil.trace_width, layer)
         for i, placement in enumerate(spec.array.placements)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from sitscad.geometry.path import Point
-from sitscad.geometry.spiral import CORNERS, SpiralDimensions, corner_angle, rounded_corners, wind
+from sitscad.geometry.spiral import SpiralDimensions
 from sitscad.layout.board import Winding
 from sitscad.spec.sensor import CoilPlacement, CoilSpec, SensorSpec
 from sitscad.spec.stackup import CopperLayer
@@ -24,7 +24,7 @@ def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float) -> t
     # About the origin: the coils of an array differ in their places alone.
     sense = -1 if coil.clockwise else 1
     sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
-    angle = corner_angle(coil.shape, coil.start_angle, sense)
+    angle = coil.outline.start(coil.start_angle, sense)
     windings = []
     for index, copper in enumerate(layers):
         inward = index % 2 == 0
@@ -32,9 +32,7 @@ def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float) -> t
             angle += sweeps[index - 1] + sweeps[index]  # on to the inner end of the layer before, and out as far again
         layer_sense = sense if inward else -sense
         dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.layer_turns[index])
-        path = wind(coil.shape, dimensions, angle, layer_sense)
-        if coil.shape in CORNERS:
-            path = rounded_corners(path, coil.corner_radius, CORNERS[coil.shape], coil.pitch)
+        path = coil.outline.wind(dimensions, angle, layer_sense, coil.corner_radius)
         path = path if inward else path.reversed()
         path = path.rotated(rotation) if rotation else path
         windings.append(Winding(copper.number, copper.z, copper.thickness, angle + rotation, layer_sense, inward, path))

@@ -24,12 +24,13 @@ class SheetCoefficients:
     monomial: tuple[float, float, float, float, float, float] | None
 
 
-COEFFICIENTS: dict[str, SheetCoefficients] = {
-    "square": SheetCoefficients((1.27, 2.07, 0.18, 0.13), (2.34, 2.75), (1.62e-3, -1.21, -0.147, 2.40, 1.78, -0.030)),
-    "hexagon": SheetCoefficients((1.09, 2.23, 0.00, 0.17), (2.33, 3.82), (1.28e-3, -1.24, -0.174, 2.47, 1.77, -0.049)),
-    "octagon": SheetCoefficients((1.07, 2.29, 0.00, 0.19), (2.25, 3.55), (1.33e-3, -1.21, -0.163, 2.43, 1.75, -0.049)),
-    "circle": SheetCoefficients((1.00, 2.46, 0.00, 0.20), None, None),
+COEFFICIENTS: dict[int, SheetCoefficients] = {
+    4: SheetCoefficients((1.27, 2.07, 0.18, 0.13), (2.34, 2.75), (1.62e-3, -1.21, -0.147, 2.40, 1.78, -0.030)),
+    6: SheetCoefficients((1.09, 2.23, 0.00, 0.17), (2.33, 3.82), (1.28e-3, -1.24, -0.174, 2.47, 1.77, -0.049)),
+    8: SheetCoefficients((1.07, 2.29, 0.00, 0.19), (2.25, 3.55), (1.33e-3, -1.21, -0.163, 2.43, 1.75, -0.049)),
+    0: SheetCoefficients((1.00, 2.46, 0.00, 0.20), None, None),
 }
+"""By the number of sides; 0 is the circle."""
 
 
 @record
@@ -62,25 +63,25 @@ class SpiralOutline:
         return 1.0 <= self.turns <= 20.0 and self.spacing <= 3.0 * self.width and 0.1 <= self.fill <= 0.9
 
 
-def current_sheet(shape: str, outline: SpiralOutline) -> float:
-    """Equation (4): mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2), in henries; KeyError for another shape."""
-    c1, c2, c3, c4 = COEFFICIENTS[shape].sheet
+def current_sheet(sides: int, outline: SpiralOutline) -> float:
+    """Equation (4): mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2), in henries; KeyError for other sides."""
+    c1, c2, c3, c4 = COEFFICIENTS[sides].sheet
     rho = outline.fill
     bracket = math.log(c2 / rho) + c3 * rho + c4 * rho * rho
     return 0.5 * MU0 * outline.turns**2 * outline.mean_diameter * c1 * bracket
 
 
-def modified_wheeler(shape: str, outline: SpiralOutline) -> float | None:
+def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
     """Equation (1): K1 mu0 n^2 d_avg / (1 + K2 rho), in henries; None where the paper gives no constants."""
-    constants = COEFFICIENTS[shape].wheeler
+    constants = COEFFICIENTS[sides].wheeler
     if constants is None:
         return None
     return constants[0] * MU0 * outline.turns**2 * outline.mean_diameter / (1.0 + constants[1] * outline.fill)
 
 
-def monomial(shape: str, outline: SpiralOutline) -> float | None:
+def monomial(sides: int, outline: SpiralOutline) -> float | None:
     """Equation (5): beta d_out^a1 w^a2 d_avg^a3 n^a4 s^a5 (um, nH), in henries; None without constants."""
-    constants = COEFFICIENTS[shape].monomial
+    constants = COEFFICIENTS[sides].monomial
     if constants is None:
         return None
     beta, a1, a2, a3, a4, a5 = constants

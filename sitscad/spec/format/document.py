@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sitscad.geometry.shapes import SHAPES
 from sitscad.spec.format.fabricator_document import RulesChoice, RulesDocument
 from sitscad.spec.format.kinds import (
     Choice,
@@ -27,7 +28,6 @@ from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1
 FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")
-SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 
 
 def _version(value: Any) -> int:
@@ -127,7 +127,7 @@ ElastomerChoice = NameOr(Preset("elastomer"), Part(ElastomerDocument))
 class CoilDocument(Section):
     """One coil: all its layers are one conductor."""
 
-    shape: str = key(Choice(SHAPES), "outline of the turns")
+    shape: str = key(Choice(tuple(SHAPES)), "outline of the turns")
     outer_diameter: tuple[float, float] = key(
         CoilSize, "across the outer copper edges (polygons: across flats); rectangle and racetrack: [x, y]"
     )

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 
+from sitscad.geometry.shapes import SHAPES
 from sitscad.spec.format.document import CoilDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.sensor import CoilSpec
-from sitscad.spec.turns import is_whole, most_turns, nearest_turns, turn_fraction
 from sitscad.units import show
 
 
 def resolve_coil(document: CoilDocument, remarks: Remarks) -> CoilSpec:
     """The coil, with its turns held against its shape and size."""
-    shape = document.shape
-    turns = tuple(nearest_turns(shape, n) if is_whole(shape, n) else n for n in document.turns)
+    shape, outline = document.shape, SHAPES[document.shape]
+    turns = tuple(outline.nearest_turns(n) if outline.is_whole(n) else n for n in document.turns)
     if len(turns) not in (1, len(document.layers)):
         message = f"{len(turns)} numbers of turns for {len(document.layers)} layers"
         facts = {"measured": float(len(turns)), "limit": float(len(document.layers))}
@@ -22,14 +22,13 @@ def resolve_coil(document: CoilDocument, remarks: Remarks) -> CoilSpec:
     coil = CoilSpec(
         shape=shape,
         size=document.outer_diameter,
-        turns=max(turns),
+        turns=turns if len(set(turns)) > 1 else turns[0],
         layers=document.layers,
         trace_width=document.trace_width,
         trace_spacing=document.trace_spacing,
         start_angle=document.start_angle,
         clockwise=document.sense == "clockwise",
         corner_radius=document.corner_radius,
-        unequal_turns=turns if len(set(turns)) > 1 else (),
     )
     _check_size(coil, remarks)
     _check_room(coil, remarks)
@@ -61,11 +60,11 @@ def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
 
 def _check_size(coil: CoilSpec, remarks: Remarks) -> None:
     x, y = coil.size
-    if coil.shape not in ("rectangle", "racetrack") and x != y:
-        hint = "write one number, or choose rectangle or racetrack"
+    if not coil.outline.is_long and x != y:
+        hint = f"write one number, or choose {' or '.join(name for name, row in SHAPES.items() if row.is_long)}"
         remarks.flaw("SIT009", "coil.outer_diameter", f"a {coil.shape} has one size, not [x, y]", hint)
-    if coil.shape == "racetrack" and x <= y:
-        message = f"a racetrack's x ({show(x, 'm')}) must be larger than its y ({show(y, 'm')})"
+    if coil.outline.is_long and not coil.outline.sides and x <= y:
+        message = f"a {coil.shape}'s x ({show(x, 'm')}) must be larger than its y ({show(y, 'm')})"
         remarks.flaw(
             "SIT009", "coil.outer_diameter", message, "its straight sides run along x: write [x, y] with x > y"
         )
@@ -78,19 +77,18 @@ def _check_room(coil: CoilSpec, remarks: Remarks) -> None:
 
 
 def _most_turns(coil: CoilSpec) -> float:
-    return most_turns(coil.shape, coil.size, coil.trace_width, coil.pitch)
+    return coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
 
 
 def _check_turns(coil: CoilSpec, turns: float, key: str, remarks: Remarks) -> None:
     """Whether the turns of a layer, written at a key, end where the shape has an end, and fit."""
-    parts = turn_fraction(coil.shape)
-    if parts and not is_whole(coil.shape, turns):
-        nearest = nearest_turns(coil.shape, turns)
+    parts = coil.outline.ends
+    if parts and not coil.outline.is_whole(turns):
+        nearest = coil.outline.nearest_turns(turns)
         if nearest > (most := _most_turns(coil)) > 0:
             nearest = most
-        message = f"{turns:g} turns of a {coil.shape} do not end at a corner: a multiple of 1/{parts} is wanted"
-        if coil.shape == "racetrack":
-            message = f"{turns:g} turns of a racetrack do not end at a side: a multiple of 1/2 is wanted"
+        end = "corner" if coil.outline.sides else "side"
+        message = f"{turns:g} turns of a {coil.shape} do not end at a {end}: a multiple of 1/{parts} is wanted"
         remarks.flaw("SIT015", key, message, f"the nearest is {nearest:.7g}", measured=turns, limit=nearest)
     most = _most_turns(coil)
     if most > 0 and turns > most * (1 + 1e-9):
@@ -104,7 +102,7 @@ def _check_turns(coil: CoilSpec, turns: float, key: str, remarks: Remarks) -> No
 
 
 def _check_corner(coil: CoilSpec, remarks: Remarks) -> None:
-    if coil.corner_radius and coil.shape in ("circle", "racetrack"):
+    if coil.corner_radius and not coil.outline.sides:
         message = f"a {coil.shape} has no corners to round"
         remarks.flaw("SIT009", "coil.corner_radius", message, "leave corner_radius out")
     elif coil.corner_radius > coil.outer_diameter / 2:

@@ -7,10 +7,11 @@ tail at +x, and from negative to positive y where x is equal; written centres ke
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
+from sitscad.geometry.shapes import SHAPES
 from sitscad.spec.sensor import ArraySpec, CoilPlacement
-from sitscad.spec.turns import SIDES
 
 Point = tuple[float, float]
 
@@ -54,25 +55,14 @@ def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: Coi
     """
     # Every outline is a convex core of points with a radius round it; two convex cores are as far apart as they are in
     # the best direction, which is square to a side of one of them or, between two corners, along the line through both.
-    one, other = (_core(shape, size, place) for place in (first, second))
-    radius = {"circle": size[0] / 2, "racetrack": size[1] / 2}.get(shape, 0.0)
+    core, radius = SHAPES[shape].core(size)
+    one, other = (_placed(core, place) for place in (first, second))
     directions = [math.pi / 2 + math.atan2(b[1] - a[1], b[0] - a[0]) for core in (one, other) for a, b in _sides(core)]
     directions += [math.atan2(b[1] - a[1], b[0] - a[0]) for a in one for b in other]
     return max(_apart(one, other, angle + turn) for angle in directions for turn in (0.0, math.pi)) - 2.0 * radius
 
 
-def _core(shape: str, size: tuple[float, float], place: CoilPlacement) -> list[Point]:
-    x, y = size[0] / 2, size[1] / 2
-    if shape == "circle":
-        points = [(0.0, 0.0)]
-    elif shape == "racetrack":
-        points = [(x - y, 0.0), (y - x, 0.0)]
-    elif shape == "rectangle":
-        points = [(x, y), (-x, y), (-x, -y), (x, -y)]
-    else:
-        step = math.pi / SIDES[shape]
-        corners = [(2 * k + 1) * step for k in range(SIDES[shape])]
-        points = [(x / math.cos(step) * math.cos(a), x / math.cos(step) * math.sin(a)) for a in corners]
+def _placed(points: Sequence[Point], place: CoilPlacement) -> list[Point]:
     cosine, sine = math.cos(place.rotation), math.sin(place.rotation)
     return [(place.centre[0] + u * cosine - v * sine, place.centre[1] + u * sine + v * cosine) for u, v in points]
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sitscad.geometry import shapes
 from sitscad.geometry.path import Path
 from sitscad.geometry.primitives import distances, from_rows, path_rows
-from sitscad.geometry.spiral import outer_boundary
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver.positions import gap, named
 from sitscad.spec.rules import SpecError
@@ -26,7 +26,7 @@ SHAPES = {
 
 
 def drawn(shape, size, place) -> Path:
-    return outer_boundary(shape, size, 0.0).rotated(place.rotation).shifted(*place.centre)
+    return shapes.SHAPES[shape].boundary(size, 0.0).rotated(place.rotation).shifted(*place.centre)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
