@@ -1,4 +1,4 @@
-"""Arcs of tracks: few points where they are far, against many; layers that are mirror images solved once."""
+"""Arcs of tracks: few points where they are far, against many."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sitscad.physics.inductance import arcs, sides, tracks
-from sitscad.physics.inductance.arcs import pairs_with_arcs
-from sitscad.physics.inductance.far_arcs import far_arcs, far_sides
-from sitscad.physics.inductance.sides import sides_with_sides
-from sitscad.physics.inductance.track_strands import bundle, track
+from sitscad.physics.inductance import arcs
+from sitscad.physics.inductance.arcs import arcs_with_arcs, arcs_with_sides
+from sitscad.physics.inductance.track_strands import Pairs, bundle, common_levels, track
 from sitscad.physics.special.legendre import gauss
 
 MM = 1e-3
@@ -89,23 +87,41 @@ def sum_over(pairs, square):
     )
 
 
+def every(one, other, arcs_with="arcs"):
+    """All pairs of arcs, or of the one's arcs and the other's sides."""
+    count = len(other.arcs if arcs_with == "arcs" else other.starts)
+    i, j = np.divmod(np.arange(len(one.arcs) * count), count)
+    return Pairs(i, j, np.ones((i.size, 1)))
+
+
+def with_arcs(one, other):
+    """The integral over all pairs of pieces with at least one arc, two strands a track."""
+    strands = bundle(one, other, 2, common_levels(one, other, 2))
+    total = arcs_with_arcs(one, other, every(one, other), strands)
+    return total + sum(arcs_with_sides(a, b, every(a, b, "sides"), strands) for a, b in ((one, other), (other, one)))
+
+
 @pytest.mark.parametrize("corners", [4, 6, 8])
 def test_far_arcs_need_few_points(corners):
     one, other = rounded(corners, 2, 3.0, 0.3, 0.3), rounded(corners, 2, 3.0, 0.3, 0.3, z=0.2, mirror=True)
-    kinds = arcs._kinds(one, other)[0]
-    assert 0.5 < np.mean(kinds) < 1.0
     strands = bundle(one, other, 2, 1)
+    level = replace(strands, heights=np.zeros(1), clearances=(np.zeros(1), np.full(1, 0.05)))
+    far = arcs._sorted(one, other, every(one, other))[0]
+    assert 0.5 < np.mean(far) < 1.0
     mine, others, lines = by_many_points(one, other)
-    i, j = np.nonzero(kinds)
-    pairs = [(mine[2 * a + x], others[2 * b + y]) for a, b in zip(i, j, strict=True) for x in (0, 1) for y in (0, 1)]
+    chosen = every(one, other).where(far)
+    pairs = [(mine[2 * a + x], others[2 * b + y])
+             for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]  # fmt: skip
     # arcs of opposite ways nearly cancel: what is left is small against all pairs of one way
-    every = sum(abs(sum_over([pair], 0.05)) for pair in pairs)
-    assert far_arcs(one, other, strands, 0.01, kinds, 2) == pytest.approx(sum_over(pairs, 0.05), abs=1e-6 * every)
-    far = np.zeros((len(one.arcs), len(other.starts)), dtype=bool)
-    far[:, : len(far[0]) // 2] = np.hypot(*(one.arcs[:, None, :2] - other.starts[: len(far[0]) // 2]).T).T > 1.0
-    i, j = np.nonzero(far)
-    pairs = [(mine[2 * a + x], lines[2 * b + y]) for a, b in zip(i, j, strict=True) for x in (0, 1) for y in (0, 1)]
-    assert far_sides(one, other, strands, 0.01, far, 2) == pytest.approx(sum_over(pairs, 0.05), rel=3e-5)
+    whole = sum(abs(sum_over([pair], 0.05)) for pair in pairs)
+    assert arcs_with_arcs(one, other, chosen, level) == pytest.approx(sum_over(pairs, 0.05), abs=1e-6 * whole)
+    chosen = every(one, other, "sides")
+    half = arcs.half_lengths(one.arcs)[chosen.first]
+    chosen = chosen.where(arcs._middle_distances(one, other, chosen) > np.maximum(arcs.FAR * half, 0.5 + half))
+    pairs = [(mine[2 * a + x], lines[2 * b + y])
+             for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]  # fmt: skip
+    assert len(pairs) > 100
+    assert arcs_with_sides(one, other, chosen, level) == pytest.approx(sum_over(pairs, 0.05), rel=3e-5)
 
 
 @pytest.mark.parametrize("z", [0.0, 0.08])
@@ -114,42 +130,9 @@ def test_points_that_suit_the_distance_are_what_many_are(make, z, monkeypatch):
     """All pairs by the rules of near ones, with more points."""
     one = make()
     other = make(z=z, mirror=True) if z else one
-    usual = pairs_with_arcs(one, other, 2)
+    usual = with_arcs(one, other)
     for name in ("FAR", "MIDDLING", "APART", "SPACED", "BESIDE"):
         monkeypatch.setattr(arcs, name, math.inf)
     crowded = arcs._crowded
     monkeypatch.setattr(arcs, "_crowded", lambda count: crowded(2 * count))
-    assert usual == pytest.approx(pairs_with_arcs(one, other, 2), rel=3e-6)
-
-
-def test_layers_that_are_mirror_images_are_solved_once(monkeypatch):
-    layers = [rounded(8, 3, 2.0, 0.2, 0.3, z=0.1 * k, mirror=k % 2 == 1) for k in range(4)]
-    solved = []
-    one_by_one = tracks.tracks_mutual_inductance
-
-    def counted(first, second, strands):
-        solved.append((first.z, second.z))
-        return one_by_one(first, second, strands)
-
-    matrix = np.array([[one_by_one(a, b) for a in layers] for b in layers])
-    monkeypatch.setattr(tracks, "tracks_mutual_inductance", counted)
-    # where arcs cross, the points of the first are not those of the second
-    assert tracks.track_inductance_matrix(layers) == pytest.approx(matrix, rel=3e-5)
-    # each with itself; with the next, the next but one and the one after that
-    assert len(solved) == 4
-
-
-def test_tracks_of_one_outline_that_lie_otherwise_are_told_apart():
-    one = rounded(8, 2, 2.0, 0.2, 0.3)
-    near, far = (one.shifted(x, 0.0) for x in (5.0, 6.0))
-    matrix = tracks.track_inductance_matrix([one, near, far])
-    assert matrix[0, 0] == pytest.approx(matrix[2, 2], rel=1e-9)
-    assert matrix[0, 1] < 1.2 * matrix[0, 2] < 0.0
-
-
-def test_far_above_each_other_thick_sides_are_at_one_height(monkeypatch):
-    one, other = (replace(rounded(8, 12, 6.0, 0.2, 0.3, z=z), thickness=0.05) for z in (0.0, 0.12))
-    found = sides_with_sides(one, other, (2, 2), smooth=True)
-    monkeypatch.setattr(sides, "EVEN", math.inf)
-    both = sides_with_sides(one, other, (2, 2), smooth=True)
-    assert found == pytest.approx(both, rel=1e-6) and found != both
+    assert usual == pytest.approx(with_arcs(one, other), rel=3e-6)

@@ -25,7 +25,7 @@ from windings import square
 from sitscad.estimates.winding.losses import winding_losses, winding_resistance
 from sitscad.estimates.winding.methods import bent_track, choose_method, winding_geometry
 from sitscad.layout import lay_out
-from sitscad.physics.inductance.tracks import track, track_inductance_matrix
+from sitscad.physics.inductance.tracks import track, winding_inductance
 from sitscad.physics.loss import corner_excess
 from sitscad.physics.loss.bent_tracks import bent_winding_loss
 from sitscad.physics.loss.corner_excess import relaxation
@@ -71,7 +71,7 @@ def test_direct_current_cuts_corners(name):
     corners = polygon(sides, turns, apothem, pitch)
     cells = (4, 6) if turns == 1 else (3, 5)
     even, direct, resistance = limit_of(lambda n: [sheet(corners, width, copper, n, n)], [], cells)
-    ours = track_inductance_matrix([track(list(pairwise(map(tuple, corners))), width, copper, 0.0)]).sum()
+    ours = winding_inductance([track(list(pairwise(map(tuple, corners))), width, copper, 0.0)])
     assert ours == pytest.approx(even, rel=4e-4)
     change = corner_inductance([bent(corners, width, copper)])
     assert change == pytest.approx(direct - even, abs=6e-4 * even)

@@ -22,7 +22,7 @@ from sitscad.physics.inductance.spiral_formulas import (
     monomial,
 )
 from sitscad.physics.inductance.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
-from sitscad.physics.inductance.tracks import Bend, Side, Track, track, track_inductance_matrix
+from sitscad.physics.inductance.tracks import Bend, Side, Track, track, winding_inductance
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corners import MOST_TURN, bend_loops
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
@@ -193,7 +193,7 @@ def _rings(geometry: WindingGeometry) -> float:
 
 def _strands(*counts: int) -> Callable[[WindingGeometry], float]:
     def solve(geometry: WindingGeometry) -> float:
-        return float(track_inductance_matrix(geometry.drawn, (counts[0], counts[1])).sum())
+        return winding_inductance(geometry.drawn, (counts[0], counts[1]))
 
     return solve
 

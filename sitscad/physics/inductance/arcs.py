@@ -12,23 +12,20 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.inductance.far_arcs import FAR, far_arcs, far_sides, half_lengths, middles
-from sitscad.physics.inductance.track_strands import (
-    FLOOR,
-    Bundle,
-    Track,
-    bundle,
-    clearance_table,
-    common_levels,
-    directions,
-)
+from sitscad.physics.inductance.track_strands import FLOOR, Bundle, Pairs, Track, directions
 from sitscad.physics.special.legendre import gauss
+from sitscad.record import record
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Rule = tuple[Array, Array]
-Table = tuple[Array, Array]
-Method = Callable[..., Array]
+Method = Callable[..., float]
+
+FAR = 4.0
+"""Distance of an arc's middle from another piece, in its half lengths, from which few points are right to 4e-6 of the
+pair and, as most are farther, to 1e-7 of all."""
+
+POINTS = ((50.0, 3), (100.0, 4), (360.0, 5))
+"""Angles (degrees) up to which an arc's current, whose direction turns, is right to 1e-7 with so many points."""
 
 MIDDLING, MIDDLING_POINTS = 1.5, 8
 """Distance of an arc's middle from another piece, in its half lengths, from which it is summed at so many points."""
@@ -44,18 +41,6 @@ SAMPLES = 9
 
 CLEAR = 5.0
 """Distance, in widths, from which on strands' clearances no longer change: that of the table's last row."""
-
-
-def pairs_with_arcs(one: Track, other: Track, count: int) -> float:
-    """Integral of t1.t2 / distance (m) over all pairs of pieces with at least one arc, `count` strands a track."""
-    levels = common_levels(one, other, count)
-    strands = bundle(one, other, count, levels)
-    table = clearance_table(one, other, count, levels)
-    total = _arcs_with_arcs(one, other, strands, table, count)
-    beside = _arcs_with_sides(one, other, strands, table, count)
-    if one is other:
-        return total + 2.0 * beside
-    return total + beside + _arcs_with_sides(other, one, strands.swapped(), table, count)
 
 
 def _crowded(count: int) -> Rule:
@@ -85,85 +70,113 @@ def _dot(a: Array, b: Array) -> Array:
     return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1])
 
 
-def _arcs_with_sides(one: Track, other: Track, strands: Bundle, table: Table, count: int) -> float:
-    # Arcs of one at Gauss points in the closed potential of the sides of the other.
-    if not len(one.arcs) or not len(other.starts):
+def half_lengths(arcs: Array) -> Array:
+    """Half the length (m) of arcs (n, 6)."""
+    return np.asarray(0.5 * arcs[:, 2] * arcs[:, 5])
+
+
+def middles(arcs: Array) -> Array:
+    """Middle points (n, 2) of arcs (n, 6)."""
+    azimuth = arcs[:, 3] + 0.5 * arcs[:, 4] * arcs[:, 5]
+    return np.asarray(arcs[:, :2] + arcs[:, 2:3] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
+
+
+def _far_rule(arcs: Array) -> Rule:
+    turn = math.degrees(float(arcs[:, 5].max()))
+    return _plain(next(number for most, number in POINTS if turn <= most))
+
+
+def arc_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    """Distances (n; m) in the plane that pairs of arcs have at least; below nothing where they may touch."""
+    a, b = one.arcs, other.arcs
+    away = middles(a)[pairs.first] - middles(b)[pairs.second]
+    return np.asarray(np.hypot(*away.T) - half_lengths(a)[pairs.first] - half_lengths(b)[pairs.second])
+
+
+def arc_side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    """The same of pairs of the one's arcs and the other's sides."""
+    arcs = one.arcs
+    return np.asarray(_middle_distances(one, other, pairs) - half_lengths(arcs)[pairs.first])
+
+
+def _middle_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    # Distances (n; m) of arcs' middles from sides.
+    start, end = other.starts[pairs.second], other.ends[pairs.second]
+    t = directions(end - start)
+    away = middles(one.arcs)[pairs.first] - start
+    beyond = np.clip(_dot(away, t), 0.0, _dot(end - start, t))
+    return np.asarray(np.hypot(*(away - beyond[:, None] * t).T))
+
+
+def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+    """Integral of t1.t2 / distance (m) over pairs of the one's arcs and the other's sides: Gauss points of the arcs in
+    the closed potential of the sides.
+    """
+    if not pairs.first.size:
         return 0.0
-    arcs, half = one.arcs, half_lengths(one.arcs)[:, None]
-    t = directions(other.ends - other.starts)
-    reach = _dot(other.ends - other.starts, t)
-    away = middles(arcs)[:, None] - other.starts
-    beyond = np.clip(_dot(away, t), 0.0, reach)[..., None]
-    apart = np.hypot(*np.moveaxis(away - beyond * t, 2, 0))
+    apart, half = _middle_distances(one, other, pairs), half_lengths(one.arcs)[pairs.first]
     far = (apart >= FAR * half) & (apart - half >= CLEAR * max(one.width, other.width))
     middling = ~far & (apart >= MIDDLING * half)
-    total = far_sides(one, other, strands, float(table[1][-1]), far, count)
-    for chosen, rule in ((middling, _plain(MIDDLING_POINTS)), (~far & ~middling, _crowded(14))):
-        i, j = np.nonzero(chosen)
-        for part in strands.blocks(i.size, rule[0].size):
-            total += _some_arcs_with_sides(arcs[i[part]], other, j[part], strands, table, rule)
-    return total
+    rules = (far, _far_rule(one.arcs)), (middling, _plain(MIDDLING_POINTS)), (~far & ~middling, _crowded(14))
+    return math.fsum(
+        _some_arcs_with_sides(one.arcs, other, pairs.where(chosen).where(part), strands, rule)
+        for chosen, rule in rules for part in strands.blocks(int(np.sum(chosen)), rule[0].size)
+    )  # fmt: skip
 
 
-def _some_arcs_with_sides(arcs: Array, other: Track, sides: Index, strands: Bundle, table: Table, rule: Rule) -> float:
-    where, tangent, length = _arc_points(arcs, strands.offsets[0], rule)
-    start, end = strands.ends(other, sides, 1)
-    t = directions(other.ends[sides] - other.starts[sides])[:, None, :]
+def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bundle, rule: Rule) -> float:
+    where, tangent, length = _arc_points(arcs[pairs.first], strands.offsets[0], rule)
+    start, end = strands.ends(other, pairs.second, 1)
+    t = directions(other.ends[pairs.second] - other.starts[pairs.second])[:, None, :]
     reach = _dot(end - start, t)[..., None]
     away = where - start[:, :, None, :]
     along, across = _dot(away, t[:, :, None]), away[..., 0] * t[..., 1:] - away[..., 1] * t[..., :1]
     moved = strands.offsets[0] - strands.offsets[1]
     ends = np.minimum(np.abs(across[..., 0] + moved), np.abs(across[..., -1] + moved))
-    square = across**2 + np.interp(ends, *table)[..., None]
-    share = _dot(tangent, t[:, :, None]) * length
+    square = across**2 + strands.clearance(ends)[..., None]
+    beyond, times = reach - along, strands.at_heights(pairs.times)
+    share = _dot(tangent, t[:, :, None]) * length * strands.shares[:, None]
     total = 0.0
-    for height in strands.heights:
+    for k, height in enumerate(strands.heights):
         rho = np.sqrt(np.maximum(square + height * height, FLOOR))
-        potential = np.arcsinh((reach - along) / rho) + np.arcsinh(along / rho)
-        total += float(np.sum(potential * share, axis=(0, 2)) @ strands.shares)
-    return total / strands.heights.size
-
-
-def _arcs_with_arcs(one: Track, other: Track, strands: Bundle, table: Table, count: int) -> float:
-    if not len(one.arcs) or not len(other.arcs):
-        return 0.0
-    a, b = one.arcs, other.arcs
-    kinds = _kinds(one, other)
-    total = far_arcs(one, other, strands, float(table[1][-1]), kinds[0], count)
-    # of the same track, every pair once and twice over
-    every = np.ones(kinds[0].shape, dtype=bool)
-    shares = ((np.triu(every, 1), 2.0), (np.eye(len(a), dtype=bool), 1.0)) if one is other else ((every, 1.0),)
-    for chosen, (method, points) in zip(kinds[1:], METHODS, strict=True):
-        for wanted, times in shares:
-            i, j = np.nonzero(chosen & wanted)
-            for part in strands.blocks(i.size, points):
-                for height in strands.heights:
-                    values = method(a[i[part]], b[j[part]], strands, height * height, table)
-                    total += times * float(values @ strands.shares) / strands.heights.size
+        potential = np.arcsinh(beyond / rho) + np.arcsinh(along / rho)
+        total += float(np.einsum("nkp,nkp->n", potential, share) @ times[:, k])
     return total
 
 
-def _kinds(one: Track, other: Track) -> tuple[NDArray[np.bool_], ...]:
-    # Which pairs of arcs go to `far_arcs`, and to which one of METHODS.
-    a, b = one.arcs, other.arcs
-    apart = np.hypot(a[:, None, 0] - b[:, 0], a[:, None, 1] - b[:, 1])
-    low = np.where(a[:, 4] > 0, a[:, 3], a[:, 3] - a[:, 5])
-    other_low = np.where(b[:, 4] > 0, b[:, 3], b[:, 3] - b[:, 5])
-    turn = np.abs(np.remainder(low[:, None] - other_low + math.pi, 2.0 * math.pi) - math.pi)
-    concentric = (apart < 1e-9) & (turn < 1e-9) & (np.abs(a[:, None, 5] - b[:, 5]) < 1e-9)
-    width, half, other_half = max(one.width, other.width), half_lengths(a)[:, None], half_lengths(b)
-    p, q = middles(a), middles(b)
-    between = np.hypot(p[:, None, 0] - q[:, 0], p[:, None, 1] - q[:, 1])
+def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+    """Integral of t1.t2 / distance (m) over pairs of arcs."""
+    if not pairs.first.size:
+        return 0.0
+    far = _far_rule(np.concatenate([one.arcs, other.arcs]))
+    methods = ((_by(_opposite_arcs, far), far[0].size ** 2), *METHODS)
+    total = 0.0
+    for chosen, (method, points) in zip(_sorted(one, other, pairs), methods, strict=True):
+        some = pairs.where(chosen)
+        for part in strands.blocks(some.first.size, points):
+            times = strands.at_heights(some.times[part])
+            total += method(one.arcs[some.first[part]], other.arcs[some.second[part]], strands, times)
+    return total
+
+
+def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[NDArray[np.bool_], ...]:
+    # Which pairs are far, and to which one of METHODS the others go.
+    a, b = one.arcs[pairs.first], other.arcs[pairs.second]
+    apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
+    low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))
+    turn = np.abs(np.remainder(low - other_low + math.pi, 2.0 * math.pi) - math.pi)
+    concentric = (apart < 1e-9) & (turn < 1e-9) & (np.abs(a[:, 5] - b[:, 5]) < 1e-9)
+    width, half, other_half = max(one.width, other.width), half_lengths(a), half_lengths(b)
+    between = np.hypot(*(middles(a) - middles(b)).T)
     ratio = np.minimum((between - other_half) / half, (between - half) / other_half)
     far = ~concentric & (ratio >= FAR) & (between - half - other_half >= CLEAR * width)
     middling = ~concentric & ~far & (ratio >= MIDDLING)
     rest = ~(concentric | far | middling)
     spaces = np.full(rest.shape, np.inf)
-    i, j = np.nonzero(rest)
-    spaces[i, j] = _distances(a[i], b[j]) / np.maximum(half[i, 0], other_half[j])
+    spaces[rest] = _distances(a[rest], b[rest]) / np.maximum(half, other_half)[rest]
     middling |= rest & (spaces >= APART)
-    beside = one.z != other.z and apart < a[:, None, 2] + b[:, 2] + width
-    opposite = rest & ~middling & (apart > 0.3 * np.maximum(a[:, None, 2], b[:, 2])) & ~np.asarray(beside)
+    beside = (one.z != other.z) & (apart < a[:, 2] + b[:, 2] + width)
+    opposite = rest & ~middling & (apart > 0.3 * np.maximum(a[:, 2], b[:, 2])) & ~beside
     rest &= ~middling & ~opposite
     spaced = rest & (spaces >= SPACED)
     clear = rest & ~spaced & (spaces >= BESIDE)
@@ -180,39 +193,54 @@ def _distances(a: Array, b: Array) -> Array:
     return found
 
 
-def _opposite_arcs(a: Array, b: Array, strands: Bundle, square: float, table: Table, rule: Rule | None = None) -> Array:
+def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | None = None) -> float:
     # Arcs about centres well apart, on one layer: they meet at most at their ends, where points are crowded on both.
     rule, middle = rule or _crowded(10), np.zeros(1)
-    away = _arc_points(a, middle, rule)[0][:, :, :, None, :] - _arc_points(b, middle, rule)[0][:, :, None, :, :]
-    nearest = np.sqrt(np.min(_dot(away, away), axis=(1, 2, 3)))
+    p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
+    x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
+    clearance = strands.clearance(np.sqrt(np.min(x * x + y * y, axis=(1, 2, 3))))
     p, t, along = _arc_points(a, strands.offsets[0], rule)
     q, u, other_along = _arc_points(b, strands.offsets[1], rule)
-    away = p[:, :, :, None, :] - q[:, :, None, :, :]
-    dot = _dot(t[:, :, :, None, :], u[:, :, None, :, :])
-    apart = _dot(away, away) + square + np.interp(nearest, *table)[:, None, None, None]
-    value = dot / np.sqrt(np.maximum(apart, FLOOR))
-    return np.asarray(np.sum(np.matmul(value, other_along[..., None])[..., 0] * along, axis=(0, 2)))
+    x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
+    apart = x * x
+    y *= y
+    apart += y
+    apart += clearance[:, None, None, None]
+    # the elements' products: tangents are the same for all strands
+    dot = (t[..., 0, None] * u[:, :, None, :, 0] + t[..., 1, None] * u[:, :, None, :, 1])[:, 0]
+    total = 0.0
+    for k, height in enumerate(strands.heights):
+        np.maximum(np.add(apart, height * height, out=x), FLOOR, out=x)
+        np.divide(1.0, np.sqrt(x, out=x), out=x)
+        x *= dot[:, None]
+        inner = np.sum(np.matmul(x, other_along[..., None])[..., 0] * along, axis=2)
+        total += float(times[:, k] @ (inner @ strands.shares))
+    return total
 
 
-def _concentric_arcs(a: Array, b: Array, strands: Bundle, square: float, table: Table) -> Array:
+def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float:
     # Only the difference of azimuth v matters: (angle - v) is how much of the arcs has it.
     r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
     r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
     angle = a[:, 5, None, None]
-    clearance = np.interp(np.abs(a[:, 2] - b[:, 2]), *table)[:, None]
-    apart = np.maximum((r1 - r2) ** 2 + square + clearance, FLOOR)[..., None]
+    least = (r1 - r2) ** 2 + strands.clearance(np.abs(a[:, 2] - b[:, 2]))[:, None]
     product = (r1 * r2)[..., None]
     nodes, weights = gauss(14)
-    scale = np.sqrt(apart / product)
-    reach = np.arcsinh(angle / scale)
-    v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
-    jacobian = 0.5 * reach * weights * np.sqrt(v * v + scale * scale)
-    kernel = product * np.cos(v) / np.sqrt(apart + 4.0 * product * np.sin(0.5 * v) ** 2)
-    way = (a[:, 4] * b[:, 4])[:, None, None]
-    return np.asarray(np.sum(way * 2.0 * jacobian * (angle - v) * kernel, axis=(0, 2)))
+    total = 0.0
+    for k, height in enumerate(strands.heights):
+        apart = np.maximum(least + height * height, FLOOR)[..., None]
+        scale = np.sqrt(apart / product)
+        reach = np.arcsinh(angle / scale)
+        v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
+        jacobian = 0.5 * reach * weights * np.sqrt(v * v + scale * scale)
+        kernel = product * np.cos(v) / np.sqrt(apart + 4.0 * product * np.sin(0.5 * v) ** 2)
+        values = np.sum(2.0 * jacobian * (angle - v) * kernel, axis=2) @ strands.shares
+        total += float((times[:, k] * a[:, 4] * b[:, 4]) @ values)
+    return total
 
 
-def _other_arcs(a: Array, b: Array, strands: Bundle, square: float, table: Table, rule: Rule | None = None) -> Array:
+def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | None = None) -> float:
+    # Points of the one in the closed-graded inner integral over the other, at any distance.
     where, tangent, length = _arc_points(a, strands.offsets[0], rule or _crowded(20))
     b = b[:, :, None, None]
     radius = b[:, 2] - b[:, 4] * strands.offsets[1][:, None]
@@ -222,30 +250,46 @@ def _other_arcs(a: Array, b: Array, strands: Bundle, square: float, table: Table
     span = b[:, 5]
     nearest = np.where(offset <= span, offset, np.where(offset - span < 2.0 * math.pi - offset, span, 0.0))
     product = distance * radius
-    gap = (distance - radius) ** 2 + square + np.interp(np.abs(distance - radius), *table)
-    scale = np.sqrt(np.maximum(gap + 4.0 * product * np.sin(0.5 * (offset - nearest)) ** 2, FLOOR)) / radius
-    nodes, weights = gauss(8)
+    least = (distance - radius) ** 2 + strands.clearance(np.abs(distance - radius))
+    way = 4.0 * product * np.sin(0.5 * (offset - nearest)) ** 2
     heading = np.arctan2(tangent[..., 1], tangent[..., 0])
     # the angle between both tangents where b is nearest: what it is elsewhere follows from the tangent of half the way
     lean = b[:, 4] * (heading - b[:, 3]) - offset
-    sine, cosine = (turn[..., None] for turn in (np.sin(lean), np.cos(lean)))
-    gap, four, scale = gap[..., None], 4.0 * product[..., None], scale[..., None]
-    total = np.zeros(strands.shares.size)
-    for edge in (0.0, span):
-        reach = np.arcsinh((edge - nearest)[..., None] / scale)
-        v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
-        jacobian = 0.5 * np.abs(reach) * weights * np.sqrt(v * v + scale * scale)
-        half = np.tan(0.5 * ((offset - nearest)[..., None] - v))
-        square = half * half
-        both = 1.0 / (1.0 + square)
-        dot = (sine * (1.0 - square) + 2.0 * cosine * half) * both
-        inner = np.sum(jacobian * dot / np.sqrt(np.maximum(gap + four * square * both, FLOOR)), axis=3)
-        total += np.sum(inner * radius * length, axis=(0, 2))
+    turned = _Turned(np.sin(lean)[..., None], np.cos(lean)[..., None], (offset - nearest)[..., None])
+    four, share = 4.0 * product[..., None], radius * length * strands.shares[:, None]
+    total = 0.0
+    for k, height in enumerate(strands.heights):
+        gap = least + height * height
+        scale = np.sqrt(np.maximum(gap + way, FLOOR)) / radius
+        inner = sum(turned.integral((edge - nearest)[..., None], scale[..., None], gap[..., None], four)
+                    for edge in (0.0, span))  # fmt: skip
+        total += float(np.einsum("nkp,nkp->n", inner, share) @ times[:, k])
     return total
 
 
+@record(eq=False)
+class _Turned:
+    # What an arc's tangents are to another's (sine and cosine of the angle where it is nearest), and how far (rad) the
+    # foot lies from there.
+    sine: Array
+    cosine: Array
+    away: Array
+
+    def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
+        # From the nearest azimuth to an edge, of tangents' product over distance, at points graded by `scale` (rad).
+        nodes, weights = gauss(8)
+        reach = np.arcsinh(edge / scale)
+        v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
+        jacobian = 0.5 * np.abs(reach) * weights * np.sqrt(v * v + scale * scale)
+        half = np.tan(0.5 * (self.away - v))
+        square = half * half
+        both = 1.0 / (1.0 + square)
+        dot = (self.sine * (1.0 - square) + 2.0 * self.cosine * half) * both
+        return np.asarray(np.sum(jacobian * dot / np.sqrt(np.maximum(gap + four * square * both, FLOOR)), axis=3))
+
+
 def _by(method: Method, rule: Rule) -> Method:
-    return lambda a, b, strands, square, table: method(a, b, strands, square, table, rule)
+    return lambda a, b, strands, times: method(a, b, strands, times, rule)
 
 
 SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))

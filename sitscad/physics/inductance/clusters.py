@@ -9,11 +9,12 @@ their heights add is a polynomial, too.
 from __future__ import annotations
 
 import math
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.physics.inductance.heights import chebyshev, height_nodes, nodes_enough, shares
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -28,9 +29,6 @@ APART = 2.0
 
 ORDER = 8
 """Nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
-
-RIGHT = math.log(3e-8)
-"""Logarithm of what the polynomial in the squared height may be off by."""
 
 
 @record(eq=False)
@@ -75,10 +73,10 @@ class Cluster:
         counts = _node_counts(*self.half.tolist())
         if counts[0] * counts[1] >= len(self.places):
             return self.places, self.elements
-        axes = [_chebyshev(count)[0] for count in counts]
+        axes = [chebyshev(count)[0] for count in counts]
         nodes = self.centre + self.half * np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         at = (self.places - self.centre) / np.maximum(self.half, 1e-300)
-        x, y = (_shares(at[:, k], counts[k]) for k in (0, 1))
+        x, y = (shares(at[:, k], counts[k]) for k in (0, 1))
         both = (x[:, :, None] * y[:, None, :]).reshape(len(at), -1)
         weighed = both.T @ self.elements.reshape(len(at), -1)
         return nodes, weighed.reshape(-1, *self.elements.shape[1:])
@@ -114,16 +112,12 @@ class _Heights:
 
     def nodes(self, apart: float) -> tuple[Array, Array]:
         """Squared heights (k) and how often each pair of plans (k, plans, plans) has them, for points `apart` (m)."""
-        low, high = float(self.squares[0]), float(self.squares[-1])
-        if high > low and apart > 0.0:
-            rate = math.acosh(1.0 + 2.0 * (apart * apart + low) / (high - low))
-            count = math.ceil(-RIGHT / rate)
-            if count < self.squares.size:
-                if count not in self.known:
-                    half, middle = 0.5 * (high - low), 0.5 * (high + low)
-                    shares = _shares((self.squares - middle) / half, count)
-                    self.known[count] = middle + half * _chebyshev(count)[0], np.tensordot(shares.T, self.times, 1)
-                return self.known[count]
+        count = int(nodes_enough(self.squares, np.array([apart]))[0])
+        if count < self.squares.size:
+            if count not in self.known:
+                squares, weights = height_nodes(self.squares, count)
+                self.known[count] = squares, np.tensordot(weights.T, self.times, 1)
+            return self.known[count]
         return self.squares, self.times
 
     def sum(self, one: Points, other: Points, apart: float) -> float:
@@ -161,22 +155,6 @@ def _node_counts(width: float, height: float) -> tuple[int, int]:
     rate = math.acosh(1.0 + APART)
     along = [math.ceil(ORDER * rate / math.acosh(1.0 + APART * most / max(h, 1e-9 * most))) for h in (width, height)]
     return along[0], along[1]
-
-
-@lru_cache(maxsize=32)
-def _chebyshev(count: int) -> tuple[Array, Array]:
-    # Roots of the Chebyshev polynomial of that order, and the weights of Lagrange's barycentric formula there.
-    angle = math.pi * (np.arange(count) + 0.5) / count
-    return np.cos(angle), np.where(np.arange(count) % 2, -1.0, 1.0) * np.sin(angle)
-
-
-def _shares(at: Array, count: int) -> Array:
-    # What places (n,) on [-1, 1] weigh at so many nodes (n, count).
-    nodes, weights = _chebyshev(count)
-    away = at[:, None] - nodes
-    away[away == 0.0] = 1e-300
-    shares = weights / away
-    return np.asarray(shares / shares.sum(axis=1, keepdims=True))
 
 
 def _gap(one: Cluster, other: Cluster) -> float:

@@ -16,11 +16,13 @@ from sitscad.physics.inductance.filaments import inclined_integral, parallel_fil
 from sitscad.physics.inductance.track_strands import (
     BLOCK,
     FLOOR,
+    Bundle,
+    Pairs,
     Track,
     bundle,
-    clearance_table,
     common_levels,
     directions,
+    distant_bundle,
 )
 
 Array = NDArray[np.float64]
@@ -50,29 +52,30 @@ arms of sixteen widths (tests/validation); positive where the strands read low.
 FAR = 150.0
 """Distance, in widths, from which one filament stands for a straight track: what is left falls with its square."""
 
-EVEN = 1300.0
-"""Squared distance, in the height between two layers times the spread of the heights through their copper, from which
-both heights of thick tracks are taken as one."""
-
 WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
 """Width over layer distance, and how many strands near sides above each other get from there on."""
 
 _TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
 
 
-def sides_with_sides(one: Track, other: Track, strands: tuple[int, int], smooth: bool = False) -> float:
-    """Integral of t1.t2 / distance (m) over all sides of two tracks, half of it counted twice for the same object.
+def sides_with_sides(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool = False) -> float:
+    """Integral of t1.t2 / distance (m) over pairs of sides of two tracks.
 
     `strands` across the width: for distant pairs of sides, and for those that nearly touch. In a `smooth` track, whose
     sides continue in arcs, all have the first number, and one height as the arcs have.
     """
-    if not len(one.starts) or not len(other.starts):
-        return 0.0
-    rows = max(1, BLOCK // len(other.starts))
-    same = one is other
+    return math.fsum(_part(one, other, part, strands, smooth) for part in pairs.parts(BLOCK))
+
+
+def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares: Array) -> float:
+    """The same of pairs of its sides so far `apart` (n; m) that squares of heights (m2) are all that layers differ in:
+    `pairs` count differently often at each.
+    """
+    far = apart > FAR * track.width
     return math.fsum(
-        _block(_rows(one, k, k + rows), _rows(other, k if same else 0, None), strands, same, smooth)
-        for k in range(0, len(one.starts), rows)
+        _sum(track, track, part, distant_bundle(track.width, strands, squares))
+        for chosen, strands in ((~far, count), (far, 1))
+        for part in pairs.where(chosen).parts(BLOCK)
     )
 
 
@@ -83,42 +86,24 @@ def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
     return common_levels(one, other, count)
 
 
-def _rows(whole: Track, first: int, end: int | None) -> Track:
-    part = slice(first, end)
-    return Track(whole.starts[part], whole.ends[part], whole.before[part], whole.after[part], whole.arcs[:0],
-                 whole.turnings[:0], whole.width, whole.thickness, whole.z)  # fmt: skip
+def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
+    near = side_distances(one, other, pairs) < NEAR * max(one.width, other.width)
+    usual = _sum(
+        one, other, pairs.where(~near), bundle(one, other, strands[0], _levels(one, other, strands[0], smooth))
+    )
+    return usual + math.fsum(
+        share * _sum(one, other, pairs.where(near), bundle(one, other, count, _levels(one, other, count, smooth)))
+        for count, share in _near_strands(one, other, strands, smooth)
+    )
 
 
-def _block(one: Track, other: Track, strands: tuple[int, int], same: bool, smooth: bool) -> float:
-    t1, t2 = directions(one.ends - one.starts), directions(other.ends - other.starts)
-    cosine = t1 @ t2.T
-    sine = t1[:, :1] * t2[:, 1] - t1[:, 1:] * t2[:, 0]
-    double = np.ones_like(cosine)
-    if same:
-        double = np.triu(2.0 * double, 1) + np.eye(*cosine.shape)
+def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+    t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
+    sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
     parallel = np.abs(sine) < 1e-9
+    total = _parallel_sides(one, other, pairs.where(parallel), t1[parallel], strands)
     inclined = ~parallel & (np.abs(cosine) > 1e-9)
-    apart = _side_distances(one, other, t1, t2)
-    near, far = apart < NEAR * max(one.width, other.width), apart > FAR * max(one.width, other.width)
-    # Both heights of two layers act as one, that of their mean square, where that is right to a millionth.
-    usual, spread = _levels(one, other, strands[0], smooth), (one.thickness**2 + other.thickness**2) / 12.0
-    is_even = smooth and usual == 2
-    even = ~near & ~far & (apart**2 > EVEN * abs(one.z - other.z) * math.sqrt(spread)) & is_even
-    total = 0.0
-    for chosen, count, share, levels, more in (
-        *((near, count, share, _levels(one, other, count, smooth), 0.0)
-          for count, share in _near_strands(one, other, strands, smooth)),
-        (~near & ~far & ~even, strands[0], 1.0, usual, 0.0),
-        (even, strands[0], 1.0, 1, spread),
-        (far, 1, 1.0, _levels(one, other, 1, smooth), 0.0),
-    ):  # fmt: skip
-        chosen = chosen & (double > 0.0)
-        value = _parallel_sides(one, other, t1, double, np.nonzero(chosen & parallel), count, levels)
-        pairs = np.nonzero(chosen & inclined)
-        direction = double * cosine, sine
-        value += _inclined_sides(one, other, direction, apart[pairs], pairs, count, levels, count < strands[0], more)
-        total += share * value
-    return total
+    return total + _inclined_sides(one, other, pairs.where(inclined), (t1[inclined], t2[inclined]), strands)
 
 
 def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
@@ -131,70 +116,56 @@ def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bo
     return ((enough[-1] + 1, 2.0), (enough[-1], -1.0))
 
 
-def _side_distances(one: Track, other: Track, t1: Array, t2: Array) -> Array:
+def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    """Distances (n; m) in the plane of pairs of sides; where two cross, that of a middle from the other one."""
     # Of two sides that do not cross, one has an end that is nearest; the middles stand for those that do.
-    return np.minimum(_points_to_sides(one, other, t2), _points_to_sides(other, one, t1).T)
+    i, j = pairs.first, pairs.second
+    p, q = (one.starts[i], one.ends[i]), (other.starts[j], other.ends[j])
+    return np.asarray(np.sqrt(np.minimum(_points_to_sides(*p, *q), _points_to_sides(*q, *p))))
 
 
-def _points_to_sides(one: Track, other: Track, t2: Array) -> Array:
-    length = np.hypot(*(other.ends - other.starts).T)
-    least = np.full((len(one.starts), len(other.starts)), np.inf)
-    for points in (one.starts, one.ends, 0.5 * (one.starts + one.ends)):
-        dx, dy = points[:, :1] - other.starts[:, 0], points[:, 1:] - other.starts[:, 1]
-        along = dx * t2[:, 0] + dy * t2[:, 1]
-        across = dx * t2[:, 1] - dy * t2[:, 0]
+def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Array) -> Array:
+    # Least squared distances (n; m2) of both ends and the middle of one side from the other (all n, 2).
+    step = other_end - other_start
+    length = np.hypot(step[:, 0], step[:, 1])
+    tx, ty = step[:, 0] / length, step[:, 1] / length
+    least = np.full(len(start), np.inf)
+    for points in (start, end, 0.5 * (start + end)):
+        dx, dy = points[:, 0] - other_start[:, 0], points[:, 1] - other_start[:, 1]
+        along = dx * tx + dy * ty
+        across = dx * ty - dy * tx
         beyond = np.maximum(np.maximum(-along, along - length), 0.0)
         least = np.minimum(least, across * across + beyond * beyond)
-    return np.sqrt(least)
+    return least
 
 
-def _parallel_sides(
-    one: Track, other: Track, t1: Array, double: Array, pairs: tuple[Index, ...], count: int, levels: int
-) -> float:
-    i, j = pairs
-    away = other.starts[j] - one.starts[i]
-    lateral = np.abs(t1[i, 0] * away[:, 1] - t1[i, 1] * away[:, 0])
-    clearance = np.interp(lateral, *clearance_table(one, other, count, levels))[:, None, None]
-    strands = bundle(one, other, count, levels)
+def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strands: Bundle) -> float:
+    # `along` (n, 2) are the first sides' directions.
+    away = other.starts[pairs.second] - one.starts[pairs.first]
+    lateral = np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0])
+    clearance = strands.clearance(lateral)[:, None, None]
     total = 0.0
-    for part in strands.blocks(i.size):
-        (p0, p1), (q0, q1) = strands.ends(one, i[part], 0), strands.ends(other, j[part], 1)
-        axis = t1[i[part], None, :]
+    for part in strands.blocks(len(along)):
+        p0, p1 = strands.ends(one, pairs.first[part], 0)
+        q0, q1 = strands.ends(other, pairs.second[part], 1)
+        axis = along[part, None, :]
         to_start, to_end = q0 - p0, q1 - p0
         length, start, end = (np.sum(axis * x, axis=2)[..., None] for x in (p1 - p0, to_start, to_end))
         gap = (axis[..., 0] * to_start[..., 1] - axis[..., 1] * to_start[..., 0])[..., None]
         square = np.maximum(gap**2 + strands.heights**2 + clearance[part], FLOOR)
-        value = parallel_filaments(length, start, end, square)
-        total += strands.mean(value, double[i[part], j[part]])
+        total += strands.total(parallel_filaments(length, start, end, square), pairs.times[part])
     return total * 4.0 * math.pi / MU0
 
 
-def _inclined_sides(
-    one: Track,
-    other: Track,
-    direction: tuple[Array, Array],
-    apart: Array,
-    pairs: tuple[Index, ...],
-    count: int,
-    levels: int,
-    far: bool,
-    more: float,
-) -> float:
-    # `more` (m2) is what the square of the height lacks of the mean square.
-    i, j = pairs
-    own, others = directions(one.ends - one.starts), directions(other.ends - other.starts)
+def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle) -> float:
     # Where tracks of two layers cross, the mean over their thicknesses leaves 1/distance as it is (to fourth order).
-    extra = np.zeros(i.size) if one.z != other.z else np.interp(apart, *clearance_table(one, other, count))
-    if far:
-        # Far apart, the mean over both sections of the harmonic 1/distance: what lies along a side cancels at corners.
-        extra[:] = (one.thickness**2 + other.thickness**2 - one.width**2 - other.width**2) / 12.0
-    extra += more
-    strands = bundle(one, other, count, levels)
+    extra = np.zeros(pairs.first.size) if one.z != other.z else strands.clearance(side_distances(one, other, pairs))
     total = 0.0
-    for part in strands.blocks(i.size):
-        (p0, p1), (q0, q1) = strands.ends(one, i[part], 0), strands.ends(other, j[part], 1)
-        t1, t2 = own[i[part], None, :], others[j[part], None, :]
-        c, s = np.sum(t1 * t2, axis=2), direction[1][i[part], j[part]][:, None]
+    for part in strands.blocks(extra.size):
+        p0, p1 = strands.ends(one, pairs.first[part], 0)
+        q0, q1 = strands.ends(other, pairs.second[part], 1)
+        t1, t2 = (t[part, None, :] for t in directions)
+        c, s = np.sum(t1 * t2, axis=2), t1[..., 0] * t2[..., 1] - t1[..., 1] * t2[..., 0]
         away = q0 - p0
         # distances along both axes, from the point where the two lines cross
         u0 = -(away[..., 0] * t2[..., 1] - away[..., 1] * t2[..., 0]) / s
@@ -202,8 +173,7 @@ def _inclined_sides(
         u1, v1 = u0 + np.sum(t1 * (p1 - p0), axis=2), v0 + np.sum(t2 * (q1 - q0), axis=2)
         square = np.maximum(strands.heights**2 + extra[part, None, None], FLOOR)
         u0, u1, v0, v1, c, s = (x[..., None] for x in (u0, u1, v0, v1, c, np.abs(s)))
-        value = inclined_integral(u0, u1, v0, v1, c, s, square)
-        total += strands.mean(value, direction[0][i[part], j[part]])
+        total += strands.total(inclined_integral(u0, u1, v0, v1, c, s, square) * c, pairs.times[part])
     return total
 
 

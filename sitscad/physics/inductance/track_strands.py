@@ -62,6 +62,30 @@ class Track:
                      self.width * factor, self.thickness * factor, self.z * factor)  # fmt: skip
 
 
+@record(eq=False)
+class Pairs:
+    """Pairs of pieces: the first's and the second's numbers (n), and how often each counts (n, 1), or (n, heights) at
+    every height between them.
+    """
+
+    first: Index
+    second: Index
+    times: Array
+
+    def where(self, chosen: NDArray[np.bool_] | slice) -> Pairs:
+        """Some of them."""
+        return Pairs(self.first[chosen], self.second[chosen], self.times[chosen])
+
+    def parts(self, size: int) -> list[Pairs]:
+        """All of them, so many at a time."""
+        return [self.where(slice(k, k + size)) for k in range(0, len(self.first), size)]
+
+    def at(self, columns: Sequence[int]) -> Pairs:
+        """Those that occur in some columns of `times`, and only these."""
+        times = self.times[:, columns]
+        return Pairs(self.first, self.second, times).where(np.any(times != 0.0, axis=1))
+
+
 Side = tuple[tuple[float, float], tuple[float, float]]
 Bend = tuple[tuple[float, float], float, float, float, float]
 """An arc: centre, radius, azimuth of the start, direction (+1 counter-clockwise), angle."""
@@ -99,15 +123,19 @@ def _mitre(one: Array, other: Array) -> Array:
 
 @record(eq=False)
 class Bundle:
-    """All pairs of strands of two tracks: offsets (m) and shares (k) of the pairs, heights (m) between them."""
+    """All pairs of strands of two tracks: offsets (m) and shares (k) of the pairs, heights (m) between them.
+
+    `clearances` are distances (m) and what squared distances are longer by there (m2).
+    """
 
     offsets: tuple[Array, Array]
     shares: Array
     heights: Array
+    clearances: tuple[Array, Array]
 
-    def swapped(self) -> Bundle:
-        """The same pairs for the tracks in the other order."""
-        return Bundle(self.offsets[::-1], self.shares, self.heights)
+    def clearance(self, apart: Array) -> Array:
+        """What squared distances (m2) of pieces `apart` (m) are longer by."""
+        return np.asarray(np.interp(apart, *self.clearances))
 
     def blocks(self, count: int, points: int = 3) -> list[slice]:
         """So many pairs of pieces, each of so many points, in parts that a processor's cache holds."""
@@ -120,18 +148,35 @@ class Bundle:
         starts = track.starts[sides, None, :] + offset * track.before[sides, None, :]
         return starts, track.ends[sides, None, :] + offset * track.after[sides, None, :]
 
-    def mean(self, values: Array, weights: Array) -> float:
-        """The sum of values (n, k, heights) by the pieces' weights (n) and the strands' shares."""
-        return float(weights @ np.mean(values, axis=2) @ self.shares)
+    def total(self, values: Array, times: Array) -> float:
+        """The sum of values (n, k, heights) by how often the pairs count and the strands' shares."""
+        weighed = np.matmul(values, self.at_heights(times)[:, :, None])
+        return float(np.sum(weighed[..., 0], axis=0) @ self.shares)
+
+    def at_heights(self, times: Array) -> Array:
+        """How often pairs count at every height (n, heights): all alike where one number is given (n, 1)."""
+        heights = self.heights.size
+        return times if times.shape[1] == heights else np.repeat(times / heights, heights, axis=1)
 
 
-def bundle(one: Track, other: Track, count: int, levels: int, same: bool = False) -> Bundle:
-    """All pairs of `count` strands a track, at the Gauss points of its width; of the same track each pair once."""
-    nodes, weights = gauss(count)
-    a, b = np.triu_indices(count) if same else np.divmod(np.arange(count * count), count)
-    shares = 0.25 * weights[a] * weights[b] * (np.where(a == b, 1.0, 2.0) if same else 1.0)
+def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
+    """All pairs of `count` strands a track, at the Gauss points of its width, at the heights of so many levels."""
     heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
-    return Bundle((0.5 * one.width * nodes[a], 0.5 * other.width * nodes[b]), shares, np.array(heights))
+    return Bundle(*_strands(one.width, other.width, count), np.array(heights),
+                  clearance_table(one, other, count, levels))  # fmt: skip
+
+
+def distant_bundle(width: float, count: int, squares: Array) -> Bundle:
+    """The same for pieces so far apart that the squares of heights (m2) hold all that the thickness does."""
+    less = width**2 / 6.0 if count == 1 else 0.0
+    return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)),
+                  (np.zeros(1), np.full(1, -less)))  # fmt: skip
+
+
+def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
+    nodes, weights = gauss(count)
+    a, b = np.divmod(np.arange(count * count), count)
+    return (0.5 * width * nodes[a], 0.5 * other * nodes[b]), 0.25 * weights[a] * weights[b]
 
 
 @lru_cache(maxsize=256)

@@ -6,19 +6,38 @@ What a track is stands in `track_strands`, the pairs of pieces in `sides` and `a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.inductance.arcs import pairs_with_arcs
-from sitscad.physics.inductance.sides import ends_and_corners, sides_with_sides
-from sitscad.physics.inductance.track_strands import Bend, Side, Track, track
+from sitscad.physics.inductance.arcs import CLEAR, arc_distances, arc_side_distances, arcs_with_arcs, arcs_with_sides
+from sitscad.physics.inductance.heights import height_nodes, nodes_enough
+from sitscad.physics.inductance.mean_distance import level_heights
+from sitscad.physics.inductance.repeats import distinct_pairs, kinds, pool
+from sitscad.physics.inductance.sides import distant_sides, ends_and_corners, side_distances, sides_with_sides
+from sitscad.physics.inductance.track_strands import (
+    Bend,
+    Pairs,
+    Side,
+    Track,
+    bundle,
+    common_levels,
+    distant_bundle,
+    track,
+)
+from sitscad.record import record
 
-__all__ = ["Bend", "Side", "Track", "track", "track_inductance_matrix", "tracks_mutual_inductance"]
+__all__ = ["Bend", "Side", "Track", "track", "tracks_mutual_inductance", "winding_inductance"]
 
 Array = NDArray[np.float64]
+Layers = tuple[int, int, float]
+"""Numbers of two layers, and how often their pair counts."""
+
+DISTANT = 3.0
+"""Distance of pieces, in the height of all layers, from which few heights stand for all that layers differ in."""
 
 FEW = 24
 """Pieces up to which the ends of a track with arcs weigh so much that more strands are worth their cost."""
@@ -33,24 +52,127 @@ FEW_CORNERS = (3.0, 3)
 """Width over layer distance from which a track of few pieces with rounded corners gets so many strands more."""
 
 
-def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, int] = (2, 3)) -> float:
-    """Mutual inductance (H) of two tracks of equal width (the self one for the same object), uniform current.
+def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> float:
+    """Inductance (H) of layers of equal width in series about a common centre, uniform current.
 
     `strands` across the width: for distant pairs of pieces, and for straight ones that nearly touch. Two or more: as
     many as tracks with arcs need, which have one number for all their pieces.
     """
-    size = max(float(np.max(np.abs(x), initial=0.0)) for x in (first.starts, first.ends, first.arcs[:, :3]))
-    one = first.scaled(1.0 / size)
-    other = one if first is second else second.scaled(1.0 / size)
-    smooth = bool(len(one.arcs) or len(other.arcs))
-    if smooth and strands[0] > 1:
-        strands = (_bent_strands(one, other),) * 2
-    total = sides_with_sides(one, other, strands, smooth)
-    if one is other and strands[1] in (2, 3):
-        total += ends_and_corners(one, strands[1])
-    if smooth:
-        total += pairs_with_arcs(one, other, strands[0])
+    layers = [(i, j, 1.0 if i == j else 2.0) for i in range(len(tracks)) for j in range(i, len(tracks))]
+    return _neumann(tracks, layers, strands)
+
+
+def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, int] = (2, 3)) -> float:
+    """Mutual inductance (H) of two tracks of equal width (the self one for the same object), as above."""
+    if first is second:
+        return winding_inductance([first], strands)
+    return _neumann([first, second], [(0, 1, 1.0)], strands)
+
+
+def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> float:
+    size = max(float(np.max(np.abs(x), initial=0.0)) for t in tracks for x in (t.starts, t.ends, t.arcs[:, :3]))
+    scaled = [track.scaled(1.0 / size) for track in tracks]
+    total = math.fsum(_sums(_stack(scaled, layers, strands)))
+    if strands[1] in (2, 3):
+        total += math.fsum(times * ends_and_corners(scaled[i], strands[1]) for i, j, times in layers if i == j)
     return MU0 / (4.0 * math.pi) * size * total
+
+
+@record(eq=False)
+class _Stack:
+    # Layers sorted by how two lie above each other: `relations` are lists of pairs of layers that lie alike, `examples`
+    # the first of each. All their pieces as one are `whole`. `squares` (m2) are all squared heights, with both levels
+    # of the copper's thickness; `spread` (relations, squares) is which of them, and how often, each relation has.
+    tracks: Sequence[Track]
+    relations: Sequence[Sequence[Layers]]
+    whole: Track
+    strands: tuple[int, int]
+    squares: Array
+    spread: Array
+
+    @property
+    def examples(self) -> list[tuple[Track, Track]]:
+        return [(self.tracks[layers[0][0]], self.tracks[layers[0][1]]) for layers in self.relations]
+
+    @property
+    def distant(self) -> float:
+        """Distance (m) from which on layers differ by their heights alone."""
+        return max(CLEAR * self.whole.width, DISTANT * max(abs(one.z - other.z) for one, other in self.examples))
+
+    @property
+    def is_smooth(self) -> bool:
+        return len(self.whole.arcs) > 0
+
+    def pieces(self) -> Iterator[tuple[Track, Track, tuple[int, int]]]:
+        """For every relation all pieces at the heights of its layers, and their strands."""
+        for one, other in self.examples:
+            strands = self.strands
+            if self.is_smooth and strands[0] > 1:
+                strands = (_bent_strands(one, other),) * 2
+            yield (replace(self.whole, z=one.z, thickness=one.thickness),
+                   replace(self.whole, z=other.z, thickness=other.thickness), strands)  # fmt: skip
+
+
+def _stack(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> _Stack:
+    found: dict[tuple[float, ...], list[Layers]] = {}
+    for i, j, times in layers:
+        one, other = tracks[i], tracks[j]
+        key = round(abs(one.z - other.z) / one.width, 9), *sorted((one.thickness, other.thickness))
+        found.setdefault(key, []).append((i, j, times))
+    relations = list(found.values())
+    heights = [level_heights(tracks[i].z - tracks[j].z, (tracks[i].thickness, tracks[j].thickness), 2)
+               for (i, j, _), *_ in relations]  # fmt: skip
+    squares, which = np.unique(np.square(heights), return_inverse=True)
+    spread = np.zeros((len(relations), squares.size))
+    np.add.at(spread, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
+    return _Stack(tracks, relations, pool(tracks), strands, squares, spread)
+
+
+def _sums(stack: _Stack) -> Iterator[float]:
+    # Of t1.t2 / distance (m): sides with sides, arcs with arcs, arcs with sides.
+    sides, arcs, turns = kinds(stack.tracks)
+    smooth = stack.is_smooth
+    if len(stack.whole.starts):
+        pairs = distinct_pairs(sides, sides, turns, stack.relations)
+        apart = side_distances(stack.whole, stack.whole, pairs)
+        for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
+            yield sides_with_sides(one, other, some, strands, smooth)
+        for some, away, squares in _distant(stack, pairs, apart):
+            yield distant_sides(stack.whole, some, away, min(stack.strands[0], 2), squares)
+    if smooth:
+        pairs = distinct_pairs(arcs, arcs, turns, stack.relations)
+        yield from _by_points(stack, pairs, arc_distances(stack.whole, stack.whole, pairs), arcs_with_arcs)
+    if smooth and len(stack.whole.starts):
+        both = [[*layers, *((j, i, times) for i, j, times in layers)] for layers in stack.relations]
+        pairs = distinct_pairs(arcs, sides, turns, both)
+        yield from _by_points(stack, pairs, arc_side_distances(stack.whole, stack.whole, pairs), arcs_with_sides)
+
+
+def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., float]) -> Iterator[float]:
+    for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
+        yield summed(one, other, some, bundle(one, other, strands[0], common_levels(one, other, strands[0])))
+    for some, _, squares in _distant(stack, pairs, apart):
+        yield summed(stack.whole, stack.whole, some,
+                     distant_bundle(stack.whole.width, min(stack.strands[0], 2), squares))  # fmt: skip
+
+
+def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
+    # For every relation those of its pairs that are not distant.
+    near = pairs.where(apart < stack.distant)
+    for k in range(len(stack.relations)):
+        yield near.at([k])
+
+
+def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
+    # The distant ones, with how often they count at as few heights as their distance allows, their distances (m), and
+    # the squares of those heights (m2).
+    beyond = apart >= stack.distant
+    enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
+    for count in np.unique(enough[beyond]).tolist():
+        chosen = enough == count
+        squares, shares = height_nodes(stack.squares, count)
+        times = pairs.times[chosen] @ (stack.spread @ shares)
+        yield Pairs(pairs.first[chosen], pairs.second[chosen], times), apart[chosen], squares
 
 
 def _bent_strands(one: Track, other: Track) -> int:
@@ -62,56 +184,3 @@ def _bent_strands(one: Track, other: Track) -> int:
     # half circles are none: strands of two layers cross far from their ends, and more would need more points
     rounded = len(one.arcs) and float(np.max(one.arcs[:, 5])) < 0.9 * math.pi
     return count + (FEW_CORNERS[1] if pieces <= FEW and rounded and wide >= FEW_CORNERS[0] else 0)
-
-
-def track_inductance_matrix(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> Array:
-    """Inductance matrix (H) of layers in series; pairs that are alike (same place, or congruent) are computed once."""
-    count = len(tracks)
-    matrix = np.empty((count, count))
-    known: dict[tuple[object, ...], float] = {}
-    for i in range(count):
-        for j in range(i + 1):
-            key = _likeness(tracks[i], tracks[j])
-            if key not in known:
-                known[key] = tracks_mutual_inductance(tracks[i], tracks[j], strands)
-            matrix[i, j] = matrix[j, i] = known[key]
-    return matrix
-
-
-def _likeness(one: Track, other: Track) -> tuple[object, ...]:
-    """Pairs that a motion or a mirror turns into each other have one inductance, whichever is the first and whichever
-    way each is walked: every layer of two lies over the next but one, and is the mirror image of the next.
-    """
-    apart = round(abs(one.z - other.z) / one.width, 9)
-    if one is other:
-        return apart, one.thickness, _outline([one])
-    pairs = ((one, other), (other, one))
-    return apart, *min((a.thickness, b.thickness, _outline([a, b])) for a, b in pairs)
-
-
-def _outline(tracks: Sequence[Track]) -> bytes:
-    # What tracks are in the plane but for motions and mirrors: the distances of all their points, in widths, from three
-    # points of the first (its first, the one farthest from it, and from the line through both), and all arcs' turns.
-    tables = [_points(track) for track in tracks]
-    points = np.concatenate([table for table, _ in tables])
-    away = tables[0][0] - points[0]
-    second = int(np.argmax(np.sum(away * away, axis=1)))
-    third = int(np.argmax(np.abs(away[:, 0] * away[second, 1] - away[:, 1] * away[second, 0])))
-    distances = [np.hypot(*(points - points[k]).T) for k in (0, second, third)]
-    turns = np.concatenate([turn for _, turn in tables])
-    sizes = np.array([float(len(track.starts)) for track in tracks])
-    return b"".join(np.round(x, 7).tobytes() for x in (*np.array(distances) / tracks[0].width, turns, sizes))
-
-
-def _points(one: Track) -> tuple[Array, Array]:
-    # Ends of all sides, centres and ends of all arcs, and the arcs' turns, from the end that lies farther out.
-    arcs = one.arcs
-    ends = [arcs[:, :2] + arcs[:, 2:3] * np.stack([np.cos(a), np.sin(a)], axis=1)
-            for a in (arcs[:, 3], arcs[:, 3] + arcs[:, 4] * arcs[:, 5])]  # fmt: skip
-    tables, turns = [one.starts, one.ends, arcs[:, :2], *ends], arcs[:, 5]
-    middle = np.mean(np.concatenate(tables[:2] + tables[3:]), axis=0)
-    way = tables[0] if len(one.starts) else ends[0]
-    if np.hypot(*(way[0] - middle)) < np.hypot(*(way[-1] - middle)):
-        tables = [table[::-1] for table in (one.ends, one.starts, arcs[:, :2], ends[1], ends[0])]
-        turns = turns[::-1]
-    return np.concatenate(tables), turns

@@ -1,0 +1,51 @@
+"""Few heights that stand for many: 1 / distance is smooth in the square of the height where pieces are far apart."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+RIGHT = math.log(3e-8)
+"""Logarithm of what the polynomial in the squared height may be off by."""
+
+
+def nodes_enough(squares: Array, apart: Array) -> Index:
+    """How many nodes stand for sorted squared heights (m2) of points `apart` (n; m): all of them, where no fewer do."""
+    low, high = float(squares[0]), float(squares[-1])
+    if high <= low:
+        return np.ones(apart.shape, dtype=np.intp)
+    beyond = 2.0 * (np.maximum(apart, 0.0) ** 2 + low) / (high - low)
+    return np.minimum(np.ceil(-RIGHT / np.arccosh(1.0 + np.maximum(beyond, 1e-12))), squares.size).astype(np.intp)
+
+
+def height_nodes(squares: Array, count: int) -> tuple[Array, Array]:
+    """So many squared heights (count; m2), and what each of `squares` (m2) weighs at them (heights, count)."""
+    if count >= squares.size:
+        return squares, np.eye(squares.size)
+    low, high = float(squares[0]), float(squares[-1])
+    half, middle = 0.5 * (high - low), 0.5 * (high + low)
+    if half <= 0.0:
+        return squares[:1], np.ones((squares.size, 1))
+    return middle + half * chebyshev(count)[0], shares((squares - middle) / half, count)
+
+
+@lru_cache(maxsize=32)
+def chebyshev(count: int) -> tuple[Array, Array]:
+    """Roots of the Chebyshev polynomial of that order, and the weights of Lagrange's barycentric formula there."""
+    angle = math.pi * (np.arange(count) + 0.5) / count
+    return np.cos(angle), np.where(np.arange(count) % 2, -1.0, 1.0) * np.sin(angle)
+
+
+def shares(at: Array, count: int) -> Array:
+    """What places (n,) on [-1, 1] weigh at so many nodes (n, count)."""
+    nodes, weights = chebyshev(count)
+    away = at[:, None] - nodes
+    away[away == 0.0] = 1e-300
+    found = weights / away
+    return np.asarray(found / found.sum(axis=1, keepdims=True))
