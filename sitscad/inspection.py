@@ -57,8 +57,7 @@ def unreadable(path: str, error: SpecError, hints: str = DECISIVE) -> CheckedSpe
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in RULES if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    findings = mended(error, hints) if error.cramped is not None else error.findings
-    return CheckedSpec(path, _beginning(path), tuple(findings), not_checked, error.texts)
+    return CheckedSpec(path, _beginning(path), mended(error, hints), not_checked, error.texts)
 
 
 def _beginning(path: str) -> str:

@@ -59,13 +59,15 @@ class UnitError(ValueError):
     """A quantity that cannot be read; the text says what was read and what is allowed.
 
     ``reason`` is ``"unit"`` (missing, unknown or of another dimension), ``"number"`` (no number), ``"range"`` (not
-    finite or absurdly large) or ``"type"`` (neither a text nor a number).
+    finite or absurdly large) or ``"type"`` (neither a text nor a number). ``meant`` is what may have been meant, as it
+    is written, empty where nobody can tell; ``is_sure`` says whether it cannot have been anything else.
     """
 
-    def __init__(self, message: str, reason: str, hint: str = "") -> None:
+    def __init__(self, message: str, reason: str, hint: str = "", meant: str = "", is_sure: bool = True) -> None:
         super().__init__(message)
         self.reason = reason
         self.hint = hint
+        self.meant, self.is_sure = meant, is_sure
 
 
 def parse_quantity(value: str | int | float, dimension: str) -> float:
@@ -99,7 +101,8 @@ def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
         raise UnitError(f"{_shortened(value)} is no {dimension}", "number", f"write it like {EXAMPLES[dimension]}")
     unit = text[match.end() :].strip()
     if re.match(r",\d", unit):
-        raise UnitError(f"{_shortened(value)} has a decimal comma", "number", f"write {text.replace(',', '.')}")
+        meant, is_thousand = text.replace(",", "."), re.match(r",\d{3}(?!\d)", unit) is not None
+        raise UnitError(f"{_shortened(value)} has a decimal comma", "number", f"write {meant}", meant, not is_thousand)
     return Decimal(match.group()), unit
 
 
@@ -129,19 +132,20 @@ def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
     if dimension == "temperature" and unit in _SCALES:
         offset, factor = _SCALES[unit]
         celsius = f"{float((number + offset) * factor):.4g} degC"
-        return UnitError(
-            f"{unit!r} is not a unit that is read here", "unit", f"{number} {unit} is {celsius}; allowed: {allowed}"
-        )
+        hint = f"{number} {unit} is {celsius}; allowed: {allowed}"
+        return UnitError(f"{unit!r} is not a unit that is read here", "unit", hint, celsius)
     close = [name for name in UNITS[dimension] if name.casefold() == unit.casefold() and name.isascii()]
     if unit[:1].isupper():  # nobody writes a capital for milli, but a small m for mega is a common slip
         close = [name for name in close if name[0] == unit[0]] or close
+    is_sure = len(close) == 1
     close = close or difflib.get_close_matches(unit[:12], [n for n in UNITS[dimension] if n.isascii()], 1, 0.6)
     other = next((name for name, units in UNITS.items() if unit in units), None)
     meant = f"did you mean {number} {' or '.join(close)}? " if close and other is None else ""
     what = (
         f"{unit[:24]} is a unit of {other}, not of {dimension}" if other else f"{unit[:24]!r} is no unit of {dimension}"
     )
-    return UnitError(what, "unit", f"{meant}allowed: {allowed}")
+    one = f"{number} {close[0]}" if meant and len(close) == 1 else ""
+    return UnitError(what, "unit", f"{meant}allowed: {allowed}", one, is_sure)
 
 
 def _finite(number: Decimal, value: object) -> float:

@@ -105,12 +105,13 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
-    """The findings of a spec that could not be loaded; where only coils or turns lack room, their hints name what gives
-    it, laid out and checked as far as the budget of `hints` goes (as of `check`).
+    """The findings of a spec that could not be loaded, with the fixes with which reading it again finds them gone;
+    where only coils or turns lack room, hints and fixes name what gives it, laid out and checked as far as the budget
+    of `hints` goes (as of `check`).
     """
-    from sitscad.checks import cramped  # only specs that are refused
+    from sitscad.checks import cramped, unread  # only specs that are refused
 
-    return cramped.mended(error, RULES, hints)
+    return unread.tried(error, cramped.mended(error, RULES, hints))
 
 
 def explain(rule_id: str) -> str:

@@ -43,5 +43,6 @@ def load_text(text: str, path: str | os.PathLike[str] = NO_FILE) -> SensorSpec:
     if remarks.flaws or remarks.findings:
         findings = [finding_from_flaw(flaw, source) for flaw in remarks.flaws]
         lacks_room = not remarks.findings and all(flaw.rule in ROOM_RULES for flaw in remarks.flaws)
-        raise SpecError((*in_order(findings), *remarks.findings), remarks.texts, spec if lacks_room else None)
+        found = (*in_order(findings), *remarks.findings)
+        raise SpecError(found, remarks.texts, spec if lacks_room else None, source)
     return replace(spec, source=replace(spec.source, defaults=tuple(remarks.defaults), files=remarks.files))

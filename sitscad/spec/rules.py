@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from sitscad.finding import Finding
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.source import SpecSource
 
 
 @record
@@ -25,15 +26,21 @@ class SpecError(ValueError):
 
     ``texts`` are the texts of other files that findings point into, by path. ``cramped`` is the spec as it was read
     where nothing is wrong with it but that turns or coils lack room (`ROOM_RULES`): it cannot be made, but mended.
+    ``source`` is the text that was read, None where none could be.
     """
 
     def __init__(
-        self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None, cramped: SensorSpec | None = None
+        self,
+        findings: tuple[Finding, ...],
+        texts: Mapping[str, str] | None = None,
+        cramped: SensorSpec | None = None,
+        source: SpecSource | None = None,
     ) -> None:
         super().__init__("; ".join(finding.message for finding in findings))
         self.findings = findings
         self.texts = dict(texts or {})
         self.cramped = cramped
+        self.source = source
 
 
 ROOM_RULES = ("SIT014", "SIT016")

@@ -9,9 +9,9 @@ from typing import Any
 
 from pydantic_core import ValidationError
 
-from sitscad.finding import Finding, Severity
+from sitscad.finding import Edit, Finding, Remedy, Severity
 from sitscad.spec.format.document import SpecDocument
-from sitscad.spec.format.kinds import described
+from sitscad.spec.format.kinds import described, is_like
 from sitscad.spec.format.remarks import Flaw
 from sitscad.spec.format.section import GATHERED, NAME, WRITTEN, Section, section_of
 from sitscad.spec.format.yaml_text import TextError, dotted, undotted
@@ -34,7 +34,8 @@ def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
     """A complaint about values that do not fit each other."""
     line, column = source.locate(flaw.key)
     message = f"{flaw.key}: {flaw.message}"
-    facts = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
+    facts: dict[str, Any] = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
+    facts["fixes"] = (Remedy(flaw.edits),) if flaw.edits else ()
     return _finding(flaw.rule, message, flaw.hint, flaw.key, line, column, **facts)
 
 
@@ -72,6 +73,8 @@ def _from_error(error: Mapping[str, Any], key: str, source: SpecSource, form: ty
     line, column = source.locate(key)
     if kind.startswith("SIT"):
         facts = {name: context.get(name) for name in ("measured", "limit", "unit")}
+        if context.get("meant") and not isinstance(error["input"], (list, dict)):  # else it was one value of several
+            facts["fixes"] = (Remedy((Edit(key, context["meant"]),), is_sure=context.get("is_sure", True)),)
         message = context.get("message", error["msg"])
         hint = context.get("hint", "write a preset's name, or write it out")
         return _finding(kind, f"{key}: {message}", hint, key, line, column, **facts)
@@ -91,7 +94,10 @@ def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[
     where = f"in {_key(loc[:-1])}" if len(loc) > 1 else "at the top"
     message = f"{described(word)} is no key {where}"
     listed = ", ".join(allowed[:MOST_LISTED]) + (", ... (all: docs/spec.md)" if len(allowed) > MOST_LISTED else "")
-    return _finding("SIT002", message, f"{hint}allowed: {listed}", key, line, column)
+    renamed = Remedy((Edit(key, close[0], what="name"),), is_sure=is_like(word, close[0])) if close else None
+    is_free = renamed is not None and dotted(_key(loc[:-1]), close[0]) not in source.keys
+    fixes = (renamed,) if renamed is not None and is_free else ()
+    return _finding("SIT002", message, f"{hint}allowed: {listed}", key, line, column, fixes=fixes)
 
 
 def _missing_key(key: str, source: SpecSource) -> Finding:

@@ -37,7 +37,9 @@ _SI = {
 
 
 def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
-    """Refuse a value under a rule; `facts` are the finding's measured, limit and unit."""
+    """Refuse a value under a rule; `facts` are the finding's measured, limit and unit, and ``meant``, the value that
+    may have been meant, as it is written, with ``is_sure``, whether it cannot have been anything else.
+    """
     raise PydanticCustomError(rule, "{message}", {"message": message, "hint": hint, **facts})
 
 
@@ -59,12 +61,33 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
     """The hint for a word that is not allowed: the members of the family that it names (``ecoflex``, of
     several hardnesses), else the nearest that is; and the list.
     """
-    family = [name for name in allowed if name.startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
-    if len(family) > 1:
+    family = _family(word, allowed)
+    if family:
         return f"{word} is a family, which one is meant? {', '.join(family)}; allowed: {', '.join(allowed)}"
-    close = difflib.get_close_matches(str(word)[:64].lower(), allowed, 1, 0.5)
-    meant = f"did you mean {close[0]}? " if close else ""
+    near = nearest(word, allowed)
+    meant = f"did you mean {near}? " if near else ""
     return f"{meant}allowed: {', '.join(allowed)}"
+
+
+def nearest(word: Any, allowed: tuple[str, ...]) -> str:
+    """The word out of several that one may have meant; empty where none is near, or it names a family of them."""
+    close = [] if _family(word, allowed) else difflib.get_close_matches(str(word)[:64].lower(), allowed, 1, 0.5)
+    return close[0] if close else ""
+
+
+def _family(word: Any, allowed: tuple[str, ...]) -> list[str]:
+    found = [name for name in allowed if name.startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
+    return found if len(found) > 1 else []
+
+
+SURELY_LIKE = 0.8
+"""Share of the characters of two words that agree, from which on one is a slip for the other."""
+
+
+def is_like(word: Any, meant: str) -> bool:
+    """Whether a word cannot have been meant for anything but another one."""
+    one, other = (text.replace("_", "-") for text in (str(word)[:64].lower(), meant))
+    return difflib.SequenceMatcher(None, one, other).ratio() >= SURELY_LIKE
 
 
 class Kind(ABC):
@@ -104,7 +127,7 @@ class Quantity(Scalar):
         try:
             found = parse_quantity(value, self.dimension)
         except UnitError as error:
-            refuse(_UNIT_RULES[error.reason], str(error), error.hint)
+            refuse(_UNIT_RULES[error.reason], str(error), error.hint, meant=error.meant, is_sure=error.is_sure)
         self._check_range(found, value)
         return found
 
@@ -166,8 +189,9 @@ class Number(Scalar):
     def read(self, value: Any) -> float:
         """The number."""
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            quoted = "take the quotes off" if isinstance(value, str) and re.fullmatch(r"[-+.\deE]+", value) else ""
-            refuse("SIT004", f"{described(value)} is no number", quoted or f"write a number, like {self.low:g}")
+            quoted = value if isinstance(value, str) and re.fullmatch(r"[-+.\deE]+", value) else ""
+            hint = "take the quotes off" if quoted else f"write a number, like {self.low:g}"
+            refuse("SIT004", f"{described(value)} is no number", hint, meant=quoted)
         if not math.isfinite(value) or not self.low <= value <= self.high:
             limit = self.low if value < self.low else self.high
             message = f"{described(value)} is out of range: {self.low:g} to {self.high:g}"
@@ -221,7 +245,9 @@ class Choice(Scalar):
         if not isinstance(value, str):
             refuse("SIT004", f"{described(value)} is no name", f"allowed: {', '.join(self.allowed)}")
         if value not in self.allowed:
-            refuse("SIT007", f"{described(value)} is not known here", did_you_mean(value, self.allowed))
+            near = nearest(value, self.allowed)
+            facts = {"meant": near, "is_sure": is_like(value, near)} if near else {}
+            refuse("SIT007", f"{described(value)} is not known here", did_you_mean(value, self.allowed), **facts)
         return value
 
     def schema(self) -> dict[str, Any]:

@@ -75,7 +75,7 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
         findings += findings_from_pydantic(error, source, _reported(empty), form)
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
     if findings:
-        raise SpecError(in_order(findings))
+        raise SpecError(in_order(findings), source=source)
     return cast(Form, document), source
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from sitscad.finding import Finding
+from sitscad.finding import Edit, Finding
 from sitscad.record import record
 
 
 @record
 class Flaw:
-    """Something that does not fit, under a dotted key, with the facts of the finding to be."""
+    """Something that does not fit, under a dotted key, with the facts of the finding to be, and the edits that mend it
+    where somebody can tell.
+    """
 
     rule: str
     key: str
@@ -20,6 +22,7 @@ class Flaw:
     measured: float | None = None
     limit: float | None = None
     unit: str | None = None
+    edits: tuple[Edit, ...] = ()
 
 
 @dataclass

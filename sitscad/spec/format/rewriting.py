@@ -24,6 +24,7 @@ USUAL_INDENT = 2
 """Spaces by which a section's keys are indented where the text does not show what is usual in it."""
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
+_QUOTES = ("'", '"')
 _QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)( *)([^\d\s]?[^\d]*)")
 
 
@@ -201,7 +202,7 @@ def _values(text: _Text, key: str, new: str) -> Iterator[tuple[str, str]]:
 
 def _in_style(new: str, now: str) -> str:
     """A value in the unit, the spacing and the quotes of the one that stands there now, where that is as exact."""
-    quote = now[0] if now[:1] in ("'", '"') else ""
+    quote = now[0] if now[:1] in _QUOTES and new[:1] not in _QUOTES else ""
     inner = now[1:-1] if quote else now
     here, there = _QUANTITY.fullmatch(inner), _QUANTITY.fullmatch(new)
     if here and there:

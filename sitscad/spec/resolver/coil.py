@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from sitscad.finding import Edit
 from sitscad.geometry.shapes import SHAPES
 from sitscad.spec.format.document import CoilDocument
 from sitscad.spec.format.remarks import Remarks
@@ -89,7 +90,9 @@ def _check_turns(coil: CoilSpec, turns: float, key: str, remarks: Remarks) -> No
             nearest = most
         end = "corner" if coil.outline.sides else "side"
         message = f"{turns:g} turns of a {coil.shape} do not end at a {end}: a multiple of 1/{parts} is wanted"
-        remarks.flaw("SIT015", key, message, f"the nearest is {nearest:.7g}", measured=turns, limit=nearest)
+        whole = (Edit(key, f"{nearest:.7g}"),) if nearest > 0 else ()
+        facts = {"measured": turns, "limit": nearest}
+        remarks.flaw("SIT015", key, message, f"the nearest is {nearest:.7g}", **facts, edits=whole)
     most = _most_turns(coil)
     if most > 0 and turns > most * (1 + 1e-9):
         fits = f"{int(most * 100) / 100:g}" if parts is None else f"{most:.7g}"
@@ -104,7 +107,8 @@ def _check_turns(coil: CoilSpec, turns: float, key: str, remarks: Remarks) -> No
 def _check_corner(coil: CoilSpec, remarks: Remarks) -> None:
     if coil.corner_radius and not coil.outline.sides:
         message = f"a {coil.shape} has no corners to round"
-        remarks.flaw("SIT009", "coil.corner_radius", message, "leave corner_radius out")
+        none = (Edit("coil.corner_radius", "0"),)
+        remarks.flaw("SIT009", "coil.corner_radius", message, "leave corner_radius out", edits=none)
     elif coil.corner_radius > coil.outer_diameter / 2:
         limit = coil.outer_diameter / 2
         message = f"a corner radius of {show(coil.corner_radius, 'm')} is more than half the size ({show(limit, 'm')})"

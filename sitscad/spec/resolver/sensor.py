@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from sitscad.finding import Edit
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Point
 from sitscad.spec.format.document import CableDocument, ConductorDocument, ElastomerDocument, JawDocument, SpecDocument
@@ -153,8 +154,10 @@ def resolve_mount(document: SpecDocument, shield: Shield | None, remarks: Remark
             f"the shield ends {show(needed, 'm')} below the board's bottom face, the metal begins at "
             f"{show(standoff, 'm')} (mount.standoff)"
         )
-        hint = f"mount.standoff: {needed * 1e3:.6g} mm or more: shield.gap and shield.thickness together"
-        remarks.flaw("SIT009", "mount.standoff", message, hint, measured=standoff, limit=needed, unit="m")
+        least = f"{needed * 1e3:.6g} mm"
+        hint = f"mount.standoff: {least} or more: shield.gap and shield.thickness together"
+        facts = {"measured": standoff, "limit": needed, "unit": "m", "edits": (Edit("mount.standoff", least),)}
+        remarks.flaw("SIT009", "mount.standoff", message, hint, **facts)
     if part.kind == "bench-plate":
         if part.jaw is not None:
             remarks.flaw("SIT009", "mount.jaw", "a bench plate has no jaw", "leave jaw out, or kind: grasper-pad")
@@ -221,7 +224,8 @@ def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
     elif tail.contacts < needed:
         message = f"the coils need {needed} contacts, the connector has {tail.contacts}"
         facts = {"measured": float(tail.contacts), "limit": float(needed)}
-        remarks.flaw("SIT009", "fpc.tail.contacts", message, "two contacts a coil, or more", **facts)
+        enough = (Edit("fpc.tail.contacts", str(needed)),)
+        remarks.flaw("SIT009", "fpc.tail.contacts", message, "two contacts a coil, or more", **facts, edits=enough)
 
 
 def _check_chip(document: SpecDocument, remarks: Remarks) -> None:
@@ -237,7 +241,8 @@ def _check_chip(document: SpecDocument, remarks: Remarks) -> None:
         message = f"a tail that ends in {tail.connector} has no stiffener, and chips on bare film crack"
         remarks.flaw("SIT009", key, message, "take a connector that is plugged in, like zif-0.5mm")
     elif tail.layers == 1:
-        remarks.flaw("SIT009", key, "they need a tail of two copper layers", "fpc.tail.layers: 2")
+        two = (Edit("fpc.tail.layers", "2"),)
+        remarks.flaw("SIT009", key, "they need a tail of two copper layers", "fpc.tail.layers: 2", edits=two)
 
 
 def _cable(document: CableDocument, remarks: Remarks) -> Cable:

@@ -92,6 +92,9 @@ def test_what_is_no_mapping_is_refused():
 
 
 def test_edits_are_told_as_they_are_written():
+    (quoted,) = completed(TEXT, [Edit("coil.trace_spacing", "120 um")])
+    assert quoted == Edit("coil.trace_spacing", '"0.12 mm"', '"0.1 mm"')
+    assert rewritten(TEXT, [quoted]) == rewritten(TEXT, [Edit("coil.trace_spacing", "120 um")])
     edits = [Edit("coil.trace_width", "0.12 mm"), Edit("coil.start_angle", "15 deg"), Edit("array.pitch", "4")]
     assert completed(TEXT, edits) == (
         Edit("coil.trace_width", "120 um", "100 um"),

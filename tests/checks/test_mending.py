@@ -1,0 +1,242 @@
+"""Fixes written into a spec's text: only what they name changes, nothing gets worse, and once is enough."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ruamel.yaml import YAML
+
+sys.path[:0] = [str(Path(__file__).parents[1] / "benchmarks")]
+
+from check_times import design as random_design  # noqa: E402
+
+from sitscad.checks import check, mended  # noqa: E402
+from sitscad.finding import Edit, Finding, Remedy, Severity  # noqa: E402
+from sitscad.record import record  # noqa: E402
+from sitscad.remedy.mending import mended_text  # noqa: E402
+from sitscad.spec import templates  # noqa: E402
+from sitscad.spec.format.rewriting import rewritten  # noqa: E402
+from sitscad.spec.format.yaml_reader import read_yaml  # noqa: E402
+from sitscad.spec.load import load_text  # noqa: E402
+from sitscad.spec.rules import SpecError  # noqa: E402
+
+plain = YAML(typ="safe")
+TEMPLATES = {name: templates.read(name) for name in templates.names()}
+
+
+@record
+class Said:
+    findings: tuple = ()
+    not_checked: tuple = ()
+
+
+def read(text):
+    """What loading says of a text; a spec that loads is not checked further."""
+    try:
+        load_text(text, "spec.yaml")
+    except SpecError as error:
+        return Said(mended(error, "none"))
+    return Said()
+
+
+def judged(text, hints="decisive"):
+    try:
+        result = check(load_text(text, "spec.yaml"), hints=hints)
+    except SpecError as error:
+        return Said(mended(error, hints))
+    return Said(result.findings, result.not_checked)
+
+
+def verdict(text):
+    return judged(text, "none")
+
+
+def always(finding, remedy):
+    return True
+
+
+def only_safe(finding, remedy):
+    return remedy.is_safe
+
+
+BROKEN = """\
+sitscad: 1
+name: broken-coil
+coil:
+  shape: circel   # round
+  outer_diamter: 3,5 mm   # size
+  turns: "6.5"
+  trace_width: 100 Um
+  trace_spacing: 100 um
+  corner_radius: 1
+arry: {patern: line, count: 2, pitch: 3}
+fpc: {tail: {conector: zif-0.5mm, contacts: 2}}
+"""
+
+MENDED = """\
+sitscad: 1
+name: broken-coil
+coil:
+  shape: circle   # round
+  outer_diameter: 3.5 mm   # size
+  turns: 6.5
+  trace_width: 100 um
+  trace_spacing: 100 um
+  corner_radius: 0
+array: {pattern: line, count: 2, pitch: 4.35}
+fpc: {tail: {connector: zif-0.5mm, contacts: 4}}
+"""
+
+CAREFULLY = """\
+sitscad: 1
+name: broken-coil
+coil:
+  shape: circle   # round
+  outer_diameter: 3,5 mm   # size
+  turns: "6.5"
+  trace_width: 100 um
+  trace_spacing: 100 um
+  corner_radius: 1
+array: {pattern: line, count: 2, pitch: 3}
+fpc: {tail: {connector: zif-0.5mm, contacts: 2}}
+"""
+
+
+def test_what_keeps_a_spec_from_being_read_is_mended_as_far_as_it_can_be_told():
+    found = mended_text(BROKEN, lambda text: judged(text) if text != MENDED else Said(), always)
+    assert found.text == MENDED
+    rules = [one.finding.rule for one in found.applied]
+    assert rules == sorted(rules) and set(rules) == {"SIT002", "SIT004", "SIT005", "SIT007", "SIT009", "SIT014"}
+
+
+def test_turns_and_size_are_left_alone_unless_it_is_asked_for():
+    found = mended_text(BROKEN, read, only_safe)
+    assert found.text == CAREFULLY
+    assert {finding.rule for finding in found.said.findings} == {"SIT004"}
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_a_slip_in_any_key_of_any_template_is_mended_or_left(data):
+    text = TEMPLATES[data.draw(st.sampled_from(sorted(TEMPLATES)))]
+    key = data.draw(st.sampled_from(sorted(k for k in read_yaml(text).keys if not k.rpartition(".")[2].isdigit())))
+    name = key.rpartition(".")[2]
+    at = data.draw(st.integers(0, len(name) - 1))
+    slip = data.draw(st.sampled_from([name[:at] + name[at + 1 :], name[:at] + name[at] + name[at:], name[::-1]]))
+    siblings = {k.rpartition(".")[2] for k in read_yaml(text).keys if k.rpartition(".")[0] == key.rpartition(".")[0]}
+    if not slip or slip in siblings:
+        return
+    broken = rewritten(text, [Edit(key, slip, what="name")])
+    found = mended_text(broken, read, only_safe)
+    assert found.text in (broken, text)
+    assert found.text == text or slip == name[::-1] or len(name) < 5 or not found.applied
+    assert mended_text(found.text, read, only_safe).text == found.text
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_a_slip_in_any_word_of_any_template_is_mended_to_that_word_or_left(data):
+    text = TEMPLATES[data.draw(st.sampled_from(sorted(TEMPLATES)))]
+    words = {"coil.shape": "circle", "array.pattern": "line", "mount.kind": "grasper-pad", "readout.device": "ldc1614"}
+    here = [key for key in words if key in read_yaml(text).keys]
+    key = data.draw(st.sampled_from(here))
+    before = rewritten(text, [Edit(key, words[key])])
+    at = data.draw(st.integers(1, len(words[key]) - 1))
+    broken = rewritten(before, [Edit(key, words[key][:at] + words[key][at + 1 :])])
+    found = mended_text(broken, read, only_safe)
+    assert found.text == broken or found.text.splitlines()[:3] == before.splitlines()[:3]
+    changed = [
+        (a, b) for a, b in zip(broken.splitlines(), found.text.splitlines(), strict=True) if a != b and key not in a
+    ]
+    assert all(words[key] in b for _, b in changed if found.text == before)
+
+
+def document(shape, size, turns, layers, width, spacing, rules, **more):
+    coil = {"shape": shape, "outer_diameter": size, "turns": turns, "layers": layers}
+    coil |= {"trace_width": f"{width} um", "trace_spacing": f"{spacing} um"}
+    tail = {"length": 30, "connector": "zif-0.5mm", "layers": 2}
+    return {"sitscad": 1, "name": "mended", "coil": coil, "fpc": {"rules": rules, "tail": tail}, **more}
+
+
+def weights(findings):
+    return sorted((f.rule, f.key or "", f.severity) for f in findings if f.severity is not Severity.NOTE)
+
+
+SAFE = {
+    "too fast a tank": (
+        document("circle", 6, 12, 2, 100, 100, "generic-flex", readout={"capacitance": "47 pF"}),
+        {"readout.capacitance"},
+    ),
+    "too slow a scan": (
+        document("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}),
+        {"readout.scan_rate"},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SAFE)
+def test_what_a_check_finds_is_mended_in_the_keys_that_the_fix_names(name):
+    asked, keys = SAFE[name]
+    text = json.dumps(asked, indent=1)
+    found = mended_text(text, judged, only_safe, verdict)
+    assert {edit.key for one in found.applied for edit in one.remedy.edits} == keys
+    again = mended_text(found.text, judged, only_safe, verdict)
+    assert again.text == found.text and not again.applied
+    before, after = judged(text, "none"), judged(found.text, "none")
+    assert len(weights(after.findings)) < len(weights(before.findings))
+    assert set(weights(after.findings)) < set(weights(before.findings))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 13))
+def test_random_designs_are_no_worse_and_mended_once_for_all(seed):
+    text = json.dumps(random_design(seed), indent=1)
+    found = mended_text(text, judged, always, verdict)
+    again = mended_text(found.text, judged, always, verdict)
+    assert again.text == found.text
+    keys = {edit.key for one in found.applied for edit in one.remedy.edits}
+    changed = {k for k in places(found.text) | places(text) if at(found.text, k) != at(text, k)}
+    assert all(any(f"{k}.".startswith(f"{key}.") or f"{key}.".startswith(f"{k}.") for key in keys) for k in changed)
+    if not any(f.rule.startswith("SIT0") for f in judged(text, "none").findings):
+        assert set(weights(found.said.findings)) <= set(weights(judged(text, "none").findings))
+
+
+def places(text):
+    return set(read_yaml(text).keys)
+
+
+def at(text, key):
+    value = read_yaml(text).data
+    for name in key.split("."):
+        value = value[int(name)] if isinstance(value, list) else (value or {}).get(name)
+    return value
+
+
+def finding(rule, *remedies, severity=Severity.ERROR, key="coil.turns"):
+    return Finding(rule, "made-up", severity, "", key=key, fixes=remedies)
+
+
+WORSE = {
+    "a new finding": (finding("SIT205", severity=Severity.WARNING),),
+    "the same, once more": (finding("SIT201", key="coil.layers"), finding("SIT201", key="coil.layers")),
+}
+
+
+@pytest.mark.parametrize("name", WORSE)
+def test_what_adds_a_finding_is_rolled_back(name):
+    remedy = Remedy((Edit("coil.turns", "7"),))
+    first = Said((finding("SIT201", remedy), finding("SIT201", key="coil.layers")))
+    texts = {"coil: {turns: 6}\n": first, "coil: {turns: 7}\n": Said(WORSE[name])}
+    found = mended_text("coil: {turns: 6}\n", texts.__getitem__, always)
+    assert (found.text, found.applied) == ("coil: {turns: 6}\n", ())
+
+
+def test_what_brings_a_warning_is_not_written():
+    remedy = Remedy((Edit("coil.turns", "7"),), ("SIT205",))
+    found = mended_text("coil: {turns: 6}\n", lambda _: Said((finding("SIT201", remedy),)), always)
+    assert not found.applied
