@@ -25,8 +25,13 @@ _HOMES = {
     "METHODS": "sitscad.estimates",
     "Design": "sitscad.design",
     "respond": "sitscad.design",
+    "respond_to": "sitscad.design",
+    "read_motions": "sitscad.scene.motions",
+    "frequency_of": "sitscad.scene.motions",
+    "MotionError": "sitscad.scene.motions",
+    "Motions": "sitscad.scene.motions",
     "Response": "sitscad.estimates.response.values",
-    "NoResponse": "sitscad.estimates.response.model",
+    "NoResponse": "sitscad.estimates.response.pad",
     "Review": "sitscad.review",
     "check": "sitscad.checks",
     "CheckResult": "sitscad.checks",
@@ -46,6 +51,7 @@ _HOMES = {
     "list_templates": "sitscad.package",
     "require_distinct_names": "sitscad.package",
     "write_template": "sitscad.package",
+    "write_file": "sitscad.package",
     "CheckedSpec": "sitscad.report.findings",
     "checked_spec": "sitscad.report.findings",
     "FINDING_FORMATS": "sitscad.report.findings",
@@ -56,6 +62,9 @@ _HOMES = {
     "unreadable": "sitscad.inspection",
     "SCHEMAS": "sitscad.schemas",
     "ESTIMATE_FORMATS": "sitscad.report.numbers",
+    "RESPONSE_FILES": "sitscad.report.response",
+    "RESPONSE_FORMATS": "sitscad.report.response",
+    "response_file": "sitscad.report.response",
 }
 
 __all__ = [
@@ -63,6 +72,8 @@ __all__ = [
     "FINDING_FORMATS",
     "HINTS",
     "METHODS",
+    "RESPONSE_FILES",
+    "RESPONSE_FORMATS",
     "RULES",
     "SCHEMAS",
     "STAGES",
@@ -76,6 +87,8 @@ __all__ = [
     "Layout",
     "Manner",
     "MissingExtra",
+    "MotionError",
+    "Motions",
     "NoResponse",
     "NotChecked",
     "PackageError",
@@ -90,6 +103,7 @@ __all__ = [
     "check",
     "checked_spec",
     "estimate",
+    "frequency_of",
     "inspect",
     "job_summary",
     "json_schema",
@@ -98,18 +112,22 @@ __all__ = [
     "load",
     "load_text",
     "mended",
+    "read_motions",
     "require_distinct_names",
     "respond",
+    "respond_to",
+    "response_file",
     "unreadable",
     "verify",
+    "write_file",
     "write_template",
 ]
 
 if TYPE_CHECKING:
     from sitscad.checks import HINTS, RULES, CheckResult, check, mended
-    from sitscad.design import Design, respond
+    from sitscad.design import Design, respond, respond_to
     from sitscad.estimates import METHODS, Estimates, estimate
-    from sitscad.estimates.response.model import NoResponse
+    from sitscad.estimates.response.pad import NoResponse
     from sitscad.estimates.response.values import Response
     from sitscad.finding import Finding, NotChecked, Severity
     from sitscad.inspection import Inspection, inspect, unreadable
@@ -123,13 +141,16 @@ if TYPE_CHECKING:
         list_templates,
         require_distinct_names,
         verify,
+        write_file,
         write_template,
     )
     from sitscad.parts import MissingExtra, PartsError
     from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner, checked_spec
     from sitscad.report.findings.github import job_summary
     from sitscad.report.numbers import ESTIMATE_FORMATS
+    from sitscad.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
     from sitscad.review import Review
+    from sitscad.scene.motions import MotionError, Motions, frequency_of, read_motions
     from sitscad.schemas import SCHEMAS
     from sitscad.spec.format.schema import json_schema
     from sitscad.spec.load import SpecError, load, load_text

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from sitscad.layout.cutting.panel import Panel
     from sitscad.layout.routing.patience import Patience
     from sitscad.scene.bodies import Body
+    from sitscad.scene.motions import Motions
 
 Kept = TypeVar("Kept")
 
@@ -172,7 +173,28 @@ def respond(
     if rows.ndim == 0 or rows.shape[-1] != wanted:
         raise ValueError(f"rows of {wanted} numbers are wanted, not an array of shape {rows.shape}")
     flat: NDArray[np.float64] = rows.reshape(-1, wanted)
-    return model.respond(model.poses_of(flat) if poses is None else flat, frequency, tolerance)
+    if poses is None:
+        return model.under(flat, None, frequency, tolerance)
+    return model.respond(flat, frequency, tolerance)
+
+
+def respond_to(
+    design: Design, motions: Motions, frequency: float | None = None, tolerance: float | None = None,
+    progress: Callable[[int, int], None] | None = None, derivatives: bool = False,
+) -> Response:  # fmt: skip
+    """The same for poses and loads together, poses first; with the `derivatives` of the frequencies where wanted."""
+    from sitscad.estimates.response.values import joined
+
+    model, parts = design.response, []
+    if len(motions.poses):
+        parts.append(model.respond(motions.poses, frequency, tolerance, progress))
+    if len(motions.loads):
+        parts.append(model.under(motions.loads, motions.held, frequency, tolerance, progress))
+    if not derivatives:
+        return joined(parts)
+    from sitscad.estimates.response.derivatives import with_derivatives
+
+    return joined([with_derivatives(model, part) for part in parts])
 
 
 def without_text(spec: SensorSpec) -> SensorSpec:

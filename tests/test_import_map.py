@@ -51,7 +51,7 @@ MAY_IMPORT = {
     "cli": {"", "finding"},
     "__main__": {"cli"},
     "__init__": {
-        "finding", "spec", "layout", "parts", "estimates", "design", "checks", "review", "package", "report",
+        "finding", "spec", "layout", "scene", "parts", "estimates", "design", "checks", "review", "package", "report",
         "inspection", "schemas",
     },
 }  # fmt: skip

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import difflib
-import os
 from pathlib import Path
 
 from sitscad.package.folder import PackageError
+from sitscad.package.one_file import replace_file
 from sitscad.spec import templates
 
 DEFAULT_TEMPLATE = "grasper_4layer"
@@ -32,7 +32,7 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
     text = templates.read(found)
     try:
         if force:
-            _write_over(target, text)
+            replace_file(target, text.encode("utf-8"))
         else:
             with open(target, "x", encoding="utf-8", newline="\n") as stream:
                 stream.write(text)
@@ -52,16 +52,6 @@ def _find(name: str) -> str:
     near = difflib.get_close_matches(wanted, names, n=1)
     meant = f" Did you mean {near[0]}?" if near else ""
     raise PackageError(f"There is no template {name!r}.{meant} There are: {', '.join(names)}.")
-
-
-def _write_over(target: Path, text: str) -> None:
-    """Replace a file in one step, so that an interruption leaves the old one."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(partial, target)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def _description(text: str) -> str:

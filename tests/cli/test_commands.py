@@ -108,7 +108,9 @@ def test_estimate_takes_a_tolerance_and_a_method(run):
     assert all(method.name in unknown.err for method in sitscad.METHODS)
 
 
-@pytest.mark.parametrize("command", ["new", "check", "estimate", "build", "explain", "rules", "schema", "verify"])
+@pytest.mark.parametrize(
+    "command", ["new", "check", "estimate", "response", "build", "explain", "rules", "schema", "verify"]
+)
 def test_every_help_ends_with_an_example(run, command):
     done = run(command, "--help")
     assert done.code == 0

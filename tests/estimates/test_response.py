@@ -84,7 +84,7 @@ def test_a_target_far_away_changes_nothing(plain):
 
 
 def test_a_large_target_is_an_endless_sheet():
-    design = sensor(target="shape: square, size: 30")
+    design = sensor(target="shape: square, size: 20")
     at = 5e6
     found = respond(design, [[0.0] * 6, [0.0, 0.0, -0.6 * MM, 0.0, 0.0, 0.0]], frequency=at)
     wound = design.response.wound
@@ -193,7 +193,7 @@ def test_a_document_has_the_contract_s_names(plain):
             "frequency_Hz", "counts", "parallel_resistance_ohm", "strain", "notes", "force_N",
             "moment_Nm"} <= set(document)  # fmt: skip
     assert all(isinstance(count, int) for count in document["counts"])
-    assert document["force_N"] == [None] * 3
+    assert document["force_N"] is None
 
 
 def test_what_cannot_respond_says_why(plain):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.errors import stated_errors
-from sitscad.estimates.response.pad import holding, pushed
+from sitscad.estimates.response.pad import HELD, NoResponse, holding, pushed
 from sitscad.estimates.response.plate import MAGNETIC, Plate, conducting_plate
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
@@ -37,10 +37,6 @@ from sitscad.spec.sensor import SensorSpec
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Progress = Callable[[int, int], None]
-
-
-class NoResponse(ValueError):
-    """The design has nothing that could respond; the text says what it lacks."""
 
 
 NEARER, FARTHER = 1.5, 1.3
@@ -147,9 +143,17 @@ class ResponseModel:
             notes=tuple(_notes(self.spec, placed, terminals, strain)),
         )  # fmt: skip
 
-    def poses_of(self, loads: Array) -> Array:
-        """Poses (n, 6) under (n, 3) loads: see `pad.pushed`."""
-        return pushed(self.spec, loads)
+    def under(
+        self, loads: Array, held: NDArray[np.bool_] | None = None, frequency: float | None = None,
+        tolerance: float | None = None, progress: Progress | None = None,
+    ) -> Response:  # fmt: skip
+        """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` or free."""
+        loads = np.asarray(loads, dtype=float).reshape(-1, 3)
+        found = self.respond(pushed(self.spec, loads), frequency, tolerance, progress)
+        free = np.ones(len(loads), dtype=bool) if held is None else ~held
+        unsaid = free & np.any(loads[:, 1:] != 0.0, axis=1)
+        notes = tuple((*own, HELD) if tilts else own for own, tilts in zip(found.notes, unsaid, strict=True))
+        return replace(found, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)
 
     @property
     def _scale(self) -> float:

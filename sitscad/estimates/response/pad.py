@@ -14,6 +14,11 @@ from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 
+
+class NoResponse(ValueError):
+    """The design has nothing that could respond; the text says what it lacks."""
+
+
 HELD = "rotation=held: the pad's closed formulas know a target that stays level alone"
 
 
@@ -21,11 +26,11 @@ def pushed(spec: SensorSpec, loads: Array) -> Array:
     """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N).
 
     The pad gives way as `mechanics.elastomer` says: compression by the loaded part, shear by G A of that part, the
-    target held level. Raises ValueError where no pad carries the target, or for a pull.
+    target held level. Raises NoResponse where no pad carries the target, ValueError for a pull.
     """
     pad = spec.elastomer
     if pad is None or not rests_on_pad(spec):
-        raise ValueError("a load needs an elastomer under the target")
+        raise NoResponse("a load needs an elastomer under the target")
     loads = np.asarray(loads, dtype=float).reshape(-1, 3)
     if not np.all(np.isfinite(loads)) or np.any(loads[:, 0] < 0.0):
         raise ValueError("a load is three finite forces in newtons, the normal one 0 or more (towards the board)")

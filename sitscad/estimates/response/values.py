@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,8 @@ class Response:
     are those of the tank, NaN where it does not oscillate, and `amplitude` (V) is that at the converter's pins.
     `strain` is how far the pad is pressed at the near face's centre, over its thickness; `force` (N) and `moment` (Nm)
     (n, 3) are what holds the target there, NaN where they are not known; without an elastomer all three are None.
+    `by_pose` (n, coils, 6; Hz/m, Hz/rad) and `by_load` (n, coils, 3; Hz/N: normal, shear_x, shear_y) are derivatives of
+    `frequency` where they were asked for.
     """
 
     coils: tuple[str, ...]
@@ -46,6 +50,8 @@ class Response:
     force: Array | None
     moment: Array | None
     notes: tuple[tuple[str, ...], ...]
+    by_pose: Array | None = None
+    by_load: Array | None = None
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -65,6 +71,8 @@ class Response:
             "counts": self.counts,
             "parallel_resistance_ohm": self.parallel_resistance,
             "strain": self.strain,
+            "frequency_by_pose": self.by_pose,
+            "frequency_by_load": self.by_load,
         }
         return {name: value for name, value in found.items() if value is not None}
 
@@ -72,8 +80,8 @@ class Response:
         """One pose as the contract's JSON has it."""
         found: dict[str, object] = {
             "pose": dict(zip(POSE_NAMES, map(float, self.poses[number]), strict=True)),
-            "force_N": None if self.force is None else _plain(self.force[number]),
-            "moment_Nm": None if self.moment is None else _plain(self.moment[number]),
+            "force_N": _vector(self.force, number),
+            "moment_Nm": _vector(self.moment, number),
         }
         for name, value in self.arrays().items():
             if name not in ("pose", "force_N", "moment_Nm"):
@@ -82,8 +90,27 @@ class Response:
         return {"strain": None} | found | {"notes": list(self.notes[number])}
 
 
+def _vector(values: Array | None, number: int) -> object:
+    known = values is not None and bool(np.all(np.isfinite(values[number])))
+    return _plain(values[number]) if known and values is not None else None
+
+
 def _plain(value: Array | float) -> object:
-    # Lists of floats, None for what is not finite; a vector without a number is None itself.
+    # Lists of floats, None for what is not finite.
     if np.ndim(value) == 0:
         return float(value) if math.isfinite(float(value)) else None
     return [_plain(one) for one in np.asarray(value)]
+
+
+def joined(parts: Sequence[Response]) -> Response:
+    """Several responses of the same coils as one."""
+    first = parts[0]
+    if len(parts) == 1:
+        return first
+    known = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS
+             if getattr(first, name) is not None}  # fmt: skip
+    return replace(first, notes=sum((part.notes for part in parts), ()), **known)  # type: ignore[arg-type]
+
+
+ARRAYS = tuple(one.name for one in fields(Response) if one.name not in ("coils", "notes"))
+"""The names of a response's arrays."""

@@ -1,0 +1,141 @@
+"""A response as text for a person, as JSON and CSV for programs, as arrays for numpy."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.report.findings import printable, styled, to_json
+from sitscad.report.numbers import table
+from sitscad.report.quantities import NONE, quantity
+from sitscad.version import __version__
+
+if TYPE_CHECKING:
+    from sitscad.estimates.response.values import Response
+
+SHOWN = 60
+"""Points at most that the text shows."""
+
+
+def response_text(path: str, response: Response, colour: bool = False) -> str:
+    """A row a point, and what is worth saying of them."""
+    head = ["x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *COLUMNS]
+    rows = [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
+    lines = table(head, rows)
+    if len(response) > SHOWN:
+        lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
+    blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join(_said(response))]
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+COLUMNS = ("L", "R", "by target", "+-", "frequency", "counts", "Rp")
+
+
+def _rows(response: Response, k: int) -> Iterator[list[str]]:
+    # One a coil; the point itself is said once.
+    x, y, z, rx, ry, rz = response.poses[k]
+    place = ", ".join(f"{1e3 * value + 0.0:.4g}" for value in (x, y, z))
+    turn = ", ".join(f"{math.degrees(value) + 0.0:.4g}" for value in (rx, ry, rz))
+    held = NONE
+    if response.force is not None and np.all(np.isfinite(response.force[k])):
+        held = ", ".join(f"{value + 0.0:.4g}" for value in response.force[k])
+    for c, name in enumerate(response.coils):
+        yield [*((place, turn, held) if c == 0 else ("", "", "")), name, *_cells(response, k, c)]
+
+
+def _cells(response: Response, k: int, c: int) -> list[str]:
+    counts, error = response.counts[k, c], float(response.target_change_error[k, c, c])
+    return [
+        quantity(float(response.inductance[k, c]), "H", 6),
+        quantity(float(response.resistance[k, c]), "ohm"),
+        quantity(float(response.target_change[k, c, c]), "H"),
+        f"{100.0 * error:.2g} %",
+        quantity(float(response.frequency[k, c]), "Hz", 7),
+        NONE if math.isnan(counts) else str(int(counts)),
+        quantity(float(response.parallel_resistance[k, c]), "ohm"),
+    ]
+
+
+def _said(response: Response) -> Iterator[str]:
+    seen: dict[str, int] = {}
+    for own in response.notes:
+        for note in own:
+            seen[note] = seen.get(note, 0) + 1
+    for note, count in list(seen.items())[:8]:
+        yield f"note: {note}" + (f" ({count} points)" if count > 1 else "")
+    if len(seen) > 8:
+        yield f"note: and {len(seen) - 8} more kinds of notes: --format json has them by point"
+
+
+def response_json(path: str, response: Response, colour: bool = False) -> str:
+    """The contract's document."""
+    points = [response.point_document(k) for k in range(len(response))]
+    return to_json({"sitscad": __version__, "spec": path, "coils": list(response.coils), "points": points,
+                    "performance": []})  # fmt: skip
+
+
+def response_csv(path: str, response: Response, colour: bool = False) -> str:
+    """One row a point, columns named like ``inductance_H.C1``."""
+    columns = _flat(response)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*columns, "notes"])
+    for k in range(len(response)):
+        writer.writerow([*(_cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
+    return text.getvalue()
+
+
+def _cell(value: float) -> str:
+    return f"{value:.10g}" if math.isfinite(value) else ""
+
+
+AXES = ("x", "y", "z")
+
+
+def _flat(response: Response) -> dict[str, NDArray[np.float64]]:
+    # Columns of numbers by name.
+    from sitscad.estimates.response.values import POSE_NAMES
+
+    coils = response.coils
+    found: dict[str, NDArray[np.float64]] = {}
+    for name, value in response.arrays().items():
+        if name == "pose":
+            found |= {column: value[:, k] for k, column in enumerate(POSE_NAMES)}
+        elif value.ndim == 1:
+            found[name] = value
+        elif name in ("force_N", "moment_Nm"):
+            found |= {f"{name}.{axis}": value[:, k] for k, axis in enumerate(AXES)}
+        elif value.ndim == 2:
+            found |= {f"{name}.{coil}": value[:, k] for k, coil in enumerate(coils)}
+        else:
+            found |= {f"{name}.{a}.{b}": value[:, i, j] for i, a in enumerate(coils) for j, b in enumerate(coils)}
+    return found
+
+
+def response_npz(response: Response) -> bytes:
+    """The arrays under the contract's names, points first, and the coils' names; the same bytes every time."""
+    stream = io.BytesIO()
+    np.savez(stream, coils=np.array(response.coils), **response.arrays())  # type: ignore[arg-type]
+    return stream.getvalue()
+
+
+Shown = Callable[["str", "Response", bool], str]
+
+RESPONSE_FORMATS: Mapping[str, Shown] = {"text": response_text, "json": response_json, "csv": response_csv}
+"""How ``response`` can print: path as typed, response, colour or not."""
+
+RESPONSE_FILES = (".npz", ".csv", ".json")
+"""Endings of the files that it can write."""
+
+
+def response_file(path: str, response: Response, ending: str) -> bytes:
+    """The content of a file of one of those endings; `path` is the spec's."""
+    if ending == ".npz":
+        return response_npz(response)
+    return RESPONSE_FORMATS[ending.removeprefix(".")](path, response, False).encode("utf-8")

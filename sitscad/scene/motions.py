@@ -1,0 +1,234 @@
+"""Poses and loads as people write them: ``x=0.5,z=-0.2,rx=1``, a CSV file, a scan ``x=-2:2:41,z=-0.9:0:20``."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.record import record
+from sitscad.units import UnitError, parse_quantity
+
+Array = NDArray[np.float64]
+Names = tuple[str, ...]
+
+POSE: Names = ("x", "y", "z", "rx", "ry", "rz")
+LOAD: Names = ("normal", "shear_x", "shear_y")
+
+ROTATIONS = ("free", "held")
+"""Whether a loaded target tilts as it likes, or a flat face keeps it parallel."""
+
+BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(LOAD, 1.0)}
+"""What a bare number counts in: millimetres, degrees, newtons."""
+
+IN_HEADERS = {
+    "m": ("length", 1.0), "mm": ("length", 1e-3), "um": ("length", 1e-6), "rad": ("angle", 1.0),
+    "deg": ("angle", math.pi / 180.0), "N": ("force", 1.0), "mN": ("force", 1e-3),
+}  # fmt: skip
+"""Units that a CSV file's column may name after an underscore."""
+
+MOST = 2_000_000
+"""Points at most in one scan."""
+
+LARGEST = 64_000_000
+"""Bytes at most of a CSV file."""
+
+
+class MotionError(ValueError):
+    """A pose, a load or a scan that cannot be read; the text says what was read and what is allowed."""
+
+
+@record(eq=False)
+class Motions:
+    """What is asked for: poses (n, 6; m, rad) and loads (k, 3; N) with, for each load, whether rotation is held."""
+
+    poses: Array
+    loads: Array
+    held: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.poses) + len(self.loads)
+
+
+def dimension(name: str) -> str:
+    """What a number of that name is: length, angle or force."""
+    return "force" if name in LOAD else "length" if name in POSE[:3] else "angle"
+
+
+def frequency_of(text: str) -> float:
+    """A frequency (Hz) as it is written, ``5MHz``; raises MotionError for what is none, or not positive."""
+    try:
+        value = parse_quantity(text, "frequency")
+    except UnitError as error:
+        raise MotionError(f"frequency {text}: {error}" + (f"; {error.hint}" if error.hint else "")) from error
+    if not LOWEST <= value <= HIGHEST:
+        raise MotionError(f"frequency {text}: 10 kHz to 100 MHz are modelled")
+    return value
+
+
+LOWEST, HIGHEST = 1e4, 1e8
+"""Frequencies (Hz) between which the models of losses are meant."""
+
+
+def read_motions(
+    poses: Iterable[str] = (), pose_files: Iterable[str] = (), loads: Iterable[str] = (),
+    load_files: Iterable[str] = (), scans: Iterable[str] = (),
+) -> Motions:  # fmt: skip
+    """Texts and files together, poses first, scans last; the pose at rest where nothing is asked for.
+
+    Raises MotionError for what cannot be read, OSError for a file that cannot be opened.
+    """
+    found = [np.array([_row(text, POSE)[0]]) for text in poses]
+    found += [_from_file(name, POSE)[0] for name in pose_files]
+    pushed, held = [], []
+    for text in loads:
+        row, rotation = _row(text, LOAD)
+        pushed.append(np.array([row]))
+        held.append(np.array([rotation]))
+    for name in load_files:
+        rows, turns = _from_file(name, LOAD)
+        pushed.append(rows)
+        held.append(turns)
+    for text in scans:
+        rows, names, rotation = _scanned(text)
+        if names == POSE:
+            found.append(rows)
+        else:
+            pushed.append(rows)
+            held.append(np.full(len(rows), rotation))
+    if not found and not pushed:
+        found = [np.zeros((1, 6))]
+    none = np.zeros(0, dtype=bool)
+    return Motions(_stacked(found, 6), _stacked(pushed, 3), np.concatenate([none, *held]))
+
+
+def _stacked(parts: Sequence[Array], width: int) -> Array:
+    return np.concatenate([np.zeros((0, width)), *parts])
+
+
+def _row(text: str, names: Names) -> tuple[list[float], bool]:
+    given, rotation = _parts(text, names, _number)
+    return [given.get(name, 0.0) for name in names], rotation
+
+
+def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
+    # name=value, separated by commas; of loads also rotation=free or held.
+    found: dict[str, float] = {}
+    rotation = "free"
+    for part in filter(None, (piece.strip() for piece in text.split(","))):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if name == "rotation" and names == LOAD:
+            if value not in ROTATIONS:
+                raise MotionError(f"rotation={value!r}: it is free or held")
+            rotation = value
+            continue
+        if not equals or name not in names:
+            raise MotionError(f"{part!r}: NAME=NUMBER is wanted, NAME one of {', '.join(names)}")
+        if name in found:
+            raise MotionError(f"{name} is given twice in {text!r}")
+        found[name] = read(name, value)
+    return found, rotation == "held"
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        value = float(text) * BARE[name]
+    except ValueError:
+        try:
+            value = parse_quantity(text, dimension(name))
+        except UnitError as error:
+            raise MotionError(f"{name}={text}: {error}" + (f"; {error.hint}" if error.hint else "")) from error
+    if not math.isfinite(value):
+        raise MotionError(f"{name}={text}: a finite number is wanted")
+    return value
+
+
+def _scanned(text: str) -> tuple[Array, Names, bool]:
+    first = text.split(",")[0].partition("=")[0].strip()
+    names = LOAD if first in LOAD or first == "rotation" else POSE
+    ranges: dict[str, Array] = {}
+
+    def read(name: str, value: str) -> float:
+        ranges[name] = _range(name, value)
+        return 0.0
+
+    _, rotation = _parts(text, names, read)
+    if not ranges:
+        raise MotionError(f"{text!r} scans nothing: x=-2:2:41 is wanted")
+    total = math.prod(len(values) for values in ranges.values())
+    if total > MOST:
+        raise MotionError(f"{text!r} has {total} points; {MOST} are the most")
+    rows = np.zeros((total, len(names)))
+    values = np.array(list(product(*(one.tolist() for one in ranges.values()))))
+    rows[:, [names.index(name) for name in ranges]] = values
+    return rows, names, rotation
+
+
+def _range(name: str, text: str) -> Array:
+    parts = text.split(":")
+    if len(parts) == 1:
+        return np.array([_number(name, text)])
+    if len(parts) != 3 or not parts[2].strip().isdecimal() or not 0 < int(parts[2]) <= MOST:
+        raise MotionError(f"{name}={text}: FIRST:LAST:COUNT is wanted, like -2:2:41")
+    return np.linspace(_number(name, parts[0]), _number(name, parts[1]), int(parts[2]))
+
+
+def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_]]:
+    path = Path(name)
+    if path.is_file() and path.stat().st_size > LARGEST:
+        raise MotionError(f"{name} is larger than {LARGEST // 1_000_000} MB")
+    try:
+        lines = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise MotionError(f"{name} is not text in UTF-8") from error
+    table = csv.reader(line for line in io.StringIO(lines) if line.strip() and not line.lstrip().startswith("#"))
+    head = [cell.strip() for cell in next(table, [])]
+    columns = _columns(name, head, names)
+    rows, held = [], []
+    for number, cells in enumerate(table, start=2):
+        if len(cells) != len(head):
+            raise MotionError(f"{name}, row {number}: {len(cells)} cells under {len(head)} columns")
+        row, rotation = _cells(f"{name}, row {number}", cells, columns, names)
+        rows.append(row)
+        held.append(rotation)
+    return np.array(rows, dtype=float).reshape(-1, len(names)), np.array(held, dtype=bool)
+
+
+def _columns(file: str, head: Sequence[str], names: Names) -> Mapping[int, tuple[str, float | None]]:
+    # By column its name, and its factor where the header names the unit.
+    found: dict[int, tuple[str, float | None]] = {}
+    for k, title in enumerate(head):
+        name, _, unit = title.rpartition("_")
+        if title in names or (title == "rotation" and names == LOAD):
+            found[k] = title, None
+        elif name in names and IN_HEADERS.get(unit, ("", 0.0))[0] == dimension(name):
+            found[k] = name, IN_HEADERS[unit][1]
+        else:
+            raise MotionError(f"{file}: column {title!r} is none of {', '.join(names)} (with _m, _rad, _N for SI)")
+    if not found or len({name for name, _ in found.values()}) < len(found):
+        raise MotionError(f"{file}: the first line names the columns, each once: {', '.join(names)}")
+    return found
+
+
+def _cells(
+    where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
+) -> tuple[list[float], bool]:
+    values, held = dict.fromkeys(names, 0.0), False
+    for k, (name, factor) in columns.items():
+        text = cells[k].strip()
+        try:
+            if name == "rotation":
+                held = _parts(f"rotation={text or 'free'}", names, _number)[1]
+            elif text:
+                values[name] = _number(name, text) if factor is None else factor * float(text)
+        except (MotionError, ValueError) as error:
+            raise MotionError(f"{where}: {error}") from error
+        if not math.isfinite(values.get(name, 0.0)):
+            raise MotionError(f"{where}: {name}={text}: a finite number is wanted")
+    return [values[name] for name in names], held

@@ -1,0 +1,98 @@
+"""`sitscad response` as people and programs use it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+PAIR = """\
+sitscad: 1
+name: pair
+coil: {shape: circle, outer_diameter: 6, turns: 12.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+array: {pattern: line, count: 2, pitch: 7}
+fpc: {rules: generic-flex}
+target: {shape: square, size: 7, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 7, thickness: 2}
+requirements: {normal_force: 2 N}
+"""
+
+
+@pytest.fixture
+def pair(tmp_path):
+    (tmp_path / "pair.yaml").write_text(PAIR)
+    return "pair.yaml"
+
+
+def test_json_is_the_contract_s(run, pair):
+    done = run("response", pair, "--pose", "z=-0.2,ry=1", "--load", "normal=2", "--format", "json")
+    document = json.loads(done.out)
+    assert (document["coils"], document["spec"]) == (["C1", "C2"], "pair.yaml")
+    posed, loaded = document["points"]
+    assert posed["pose"]["z_m"] == pytest.approx(-2e-4)
+    assert posed["strain"] == pytest.approx(0.1)
+    assert posed["force_N"] is None
+    assert loaded["force_N"] == pytest.approx([0.0, 0.0, -2.0])
+    assert loaded["moment_Nm"] == pytest.approx([0.0, 0.0, 0.0])
+    for point in document["points"]:
+        for name in ("inductance_H", "resistance_ohm", "target_resistance_ohm", "frequency_Hz", "counts"):
+            assert len(point[name]) == 2
+        change = np.array(point["target_change_H"])
+        assert change == pytest.approx(change.T)
+        assert np.all(np.array(point["target_change_error"]) < 0.02)
+
+
+def test_text_says_pose_reading_and_notes(run, pair):
+    done = run("response", pair, "--load", "normal=1,shear_x=0.2")
+    assert done.code in (0, 1)
+    for word in ("C1", "C2", "counts", "uH", "MHz", "rotation=held"):
+        assert word in done.out
+    assert "rotation=held" not in run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=held").out
+
+
+def test_csv_has_a_row_a_point(run, pair):
+    done = run("response", pair, "--scan", "x=-1:1:3", "--frequency", "5MHz", "--format", "csv")
+    rows = list(csv.DictReader(io.StringIO(done.out)))
+    assert [float(row["x_m"]) for row in rows] == pytest.approx([-1e-3, 0.0, 1e-3])
+    assert float(rows[0]["target_change_H.C1.C1"]) < float(rows[2]["target_change_H.C1.C1"]) < 0.0
+    assert float(rows[1]["inductance_H.C1"]) > 0.0
+
+
+def test_files_hold_the_same_numbers(run, pair, tmp_path):
+    shown = json.loads(run("response", pair, "--pose", "x=0.3", "--jacobian", "--format", "json").out)
+    done = run("response", pair, "--pose", "x=0.3", "--jacobian", "-o", "found.npz")
+    assert (done.out, "1 point" in done.err) == ("", True)
+    first = (tmp_path / "found.npz").read_bytes()
+    run("response", pair, "--pose", "x=0.3", "--jacobian", "-o", "found.npz")
+    assert (tmp_path / "found.npz").read_bytes() == first
+    with np.load(tmp_path / "found.npz") as found:
+        point = shown["points"][0]
+        assert found["pose"].shape == (1, 6)
+        assert found["target_change_H"][0] == pytest.approx(np.array(point["target_change_H"]))
+        assert found["frequency_by_pose"][0] == pytest.approx(np.array(point["frequency_by_pose"]))
+        # nearer is higher, and towards +x is towards the second coil
+        assert found["frequency_by_pose"][0, 0, 2] < 0.0
+        assert found["frequency_by_pose"][0, 0, 0] < 0.0 < found["frequency_by_pose"][0, 1, 0]
+        assert found["frequency_by_load"][0, 0, 0] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("pair.yaml", "--pose", "q=1"), "NAME one of"),
+        (("pair.yaml", "--frequency", "5"), "unit"),
+        (("pair.yaml", "--format", "xml"), "text, json, csv"),
+        (("pair.yaml", "-o", "found.txt"), ".npz, .csv, .json"),
+        (("pair.yaml", "--poses", "missing.csv"), "missing.csv"),
+        (("good.yaml",), "no target"),
+        (("broken.yaml",), "circle"),
+        (("pair.yaml", "--load", "normal=-1"), "0 or more"),
+    ],
+)
+def test_wrong_usage_is_a_sentence(run, pair, arguments, said):
+    done = run("response", *arguments)
+    assert (done.code, done.out) == (2, "")
+    assert said in done.err

@@ -1,0 +1,95 @@
+"""Poses and loads as they are written."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitscad.scene.motions import LOAD, POSE, MotionError, frequency_of, read_motions
+
+
+def test_bare_numbers_are_millimetres_degrees_and_newtons():
+    found = read_motions(poses=["x=0.5,z=-200 um, rx=1,ry=0.1rad"], loads=["normal=4.8,shear_y=-300 mN,rotation=held"])
+    assert found.poses[0] == pytest.approx([5e-4, 0.0, -2e-4, math.radians(1.0), 0.1, 0.0])
+    assert found.loads[0] == pytest.approx([4.8, 0.0, -0.3])
+    assert list(found.held) == [True]
+
+
+def test_nothing_is_the_pose_at_rest():
+    found = read_motions()
+    assert np.array_equal(found.poses, np.zeros((1, 6)))
+    assert len(found.loads) == 0
+
+
+def test_a_scan_is_a_product_the_last_range_fastest():
+    found = read_motions(scans=["x=-2:2:5,rz=90,z=-0.9:0:4", "normal=0:2:3,shear_x=0.5"])
+    assert found.poses.shape == (20, 6)
+    assert found.poses[1] - found.poses[0] == pytest.approx([0.0, 0.0, 3e-4, 0.0, 0.0, 0.0])
+    assert found.poses[-1] == pytest.approx([2e-3, 0.0, 0.0, 0.0, 0.0, math.pi / 2])
+    assert found.loads == pytest.approx(np.array([[0.0, 0.5, 0.0], [1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]))
+
+
+def test_files_name_their_columns_and_units(tmp_path):
+    poses, loads = tmp_path / "poses.csv", tmp_path / "loads.csv"
+    poses.write_text("# scanned\nx,z_m,ry_deg\n1,-0.0002,2\n\n2,,\n")
+    loads.write_text("normal_N,shear_x,rotation\n1,0.5,held\n2,0,\n")
+    found = read_motions(pose_files=[str(poses)], load_files=[str(loads)])
+    assert found.poses[0] == pytest.approx([1e-3, 0.0, -2e-4, 0.0, math.radians(2.0), 0.0])
+    assert found.poses[1] == pytest.approx([2e-3, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert list(found.held) == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"poses": ["w=1"]}, "NAME one of x, y, z"),
+        ({"poses": ["x"]}, "NAME=NUMBER"),
+        ({"poses": ["x=1,x=2"]}, "twice"),
+        ({"poses": ["x=inf"]}, "finite"),
+        ({"poses": ["x=1 deg"]}, "unit of angle"),
+        ({"poses": ["x=abc"]}, "abc"),
+        ({"loads": ["normal=1,rotation=loose"]}, "free or held"),
+        ({"scans": ["x=1:2"]}, "FIRST:LAST:COUNT"),
+        ({"scans": ["x=1:2:0"]}, "FIRST:LAST:COUNT"),
+        ({"scans": ["x=1:2:3,normal=4"]}, "NAME one of"),
+        ({"scans": ["x=0:1:2000,y=0:1:2000"]}, "4000000 points"),
+        ({"scans": [""]}, "scans nothing"),
+    ],
+)
+def test_what_cannot_be_read_says_what_is_allowed(asked, said):
+    with pytest.raises(MotionError, match=said):
+        read_motions(**asked)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("", "first line"), ("x,q\n1,2\n", "column 'q'"), ("x,x_m\n1,2\n", "each once"), ("x,y\n1\n", "row 2"),
+     ("x_N\n1\n", "column 'x_N'"), ("x\nabc\n", "abc"), ("x_m\nnan\n", "finite")],
+)  # fmt: skip
+def test_a_file_that_cannot_be_read_says_where(tmp_path, text, said):
+    path = tmp_path / "poses.csv"
+    path.write_text(text)
+    with pytest.raises(MotionError, match=said):
+        read_motions(pose_files=[str(path)])
+
+
+@given(st.text(alphabet="xyzr=,:.-+0123456789e mdN\n_alo", max_size=40), st.sampled_from(["poses", "loads", "scans"]))
+def test_any_text_is_read_or_refused(text, kind):
+    try:
+        found = read_motions(**{kind: [text]})
+    except MotionError:
+        return
+    assert np.all(np.isfinite(found.poses))
+    assert found.poses.shape[1:] == (len(POSE),)
+    assert found.loads.shape[1:] == (len(LOAD),)
+
+
+def test_a_frequency_needs_its_unit():
+    assert frequency_of("5MHz") == 5e6
+    for text in ("5", "0 Hz", "-1 MHz", "5 GHz", "x"):
+        with pytest.raises(MotionError):
+            frequency_of(text)
