@@ -7,14 +7,16 @@ give equal bytes, whatever the machine.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
-from sitscad.drawing.sheet import Label, Shape, Sheet, text_width
+from sitscad.drawing.sheet import Group, Item, Label, Pen, Shape, Sheet, flattened, text_width
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.units import decimal
 
 POINTS = 72.0 / 25.4
 """PDF's units in a millimetre."""
+BOLD = 0.035
+"""Width of the line that makes letters bold, as a share of their size."""
 
 
 def pdf(sheets: Sequence[Sheet]) -> bytes:
@@ -33,21 +35,40 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
 
 def _page(sheet: Sheet, contents: int) -> bytes:
     width, height = (decimal(side * POINTS) for side in sheet.size)
-    box = f"/MediaBox [0 0 {width} {height}]"
-    return (
-        f"<< /Type /Page /Parent 2 0 R {box} /Resources << /Font << /F1 3 0 R >> >> /Contents {contents} 0 R >>".encode(
-            "ascii"
-        )
-    )
+    box, states = f"/MediaBox [0 0 {width} {height}]", _states(sheet)
+    resources = f"/Resources << /Font << /F1 3 0 R >>{states} >>"
+    return f"<< /Type /Page /Parent 2 0 R {box} {resources} /Contents {contents} 0 R >>".encode("ascii")
 
 
 def _stream(sheet: Sheet) -> bytes:
     """The page's drawing; everything in it is in millimetres."""
     commands = [f"{POINTS:.6f} 0 0 {POINTS:.6f} 0 0 cm 1 J 1 j".encode("ascii")]
-    for item in sheet.items:
-        commands += _label(item) if isinstance(item, Label) else _shape(item)
+    commands += _items(sheet.items)
     content = b"\n".join(commands) + b"\n"
     return b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content)
+
+
+def _items(items: Iterable[Item]) -> Iterator[bytes]:
+    for item in items:
+        if isinstance(item, Group):
+            yield from _group(item)
+        else:
+            yield from _label(item) if isinstance(item, Label) else _shape(item)
+
+
+def _group(group: Group) -> Iterator[bytes]:
+    """What a group holds, within its window and moved where it is."""
+    is_placed = group.window is not None or group.offset != (0.0, 0.0)
+    if is_placed:
+        yield b"q"
+    if group.window is not None:
+        x0, y0, x1, y1 = group.window
+        yield f"{' '.join(decimal(v) for v in (x0, y0, x1 - x0, y1 - y0))} re W n".encode("ascii")
+    if group.offset != (0.0, 0.0):
+        yield f"1 0 0 1 {' '.join(decimal(v) for v in group.offset)} cm".encode("ascii")
+    yield from _items(group.items)
+    if is_placed:
+        yield b"Q"
 
 
 def _document(objects: Sequence[bytes], title: str) -> bytes:
@@ -69,8 +90,15 @@ def _label(label: Label) -> Iterator[bytes]:
     cosine, sine = math.cos(math.radians(label.angle)), math.sin(math.radians(label.angle))
     x, y = label.at.x - back * cosine, label.at.y - back * sine
     turn = " ".join(decimal(v) for v in (cosine, sine, -sine, cosine, x, y))
-    head = f"BT {_colour(label.colour)} rg /F1 {decimal(label.size)} Tf {turn} Tm ".encode("ascii")
-    yield head + b"(" + _escaped(label.text) + b") Tj ET"
+    place = f"/F1 {decimal(label.size)} Tf {turn} Tm ".encode("ascii")
+    words = place + b"(" + _escaped(label.text) + b") Tj ET"
+    if label.halo:
+        yield f"BT 1 Tr 1 1 1 RG {decimal(label.halo)} w [] 0 d ".encode("ascii") + words + b" 0 Tr"
+    if label.bold:  # the letters' own outline makes them heavier, in the one font that there is
+        pen = f"{_colour(label.colour)} RG {decimal(BOLD * label.size)} w [] 0 d"
+        yield f"BT 2 Tr {pen} {_colour(label.colour)} rg ".encode("ascii") + words + b" 0 Tr"
+    else:
+        yield f"BT {_colour(label.colour)} rg ".encode("ascii") + words
 
 
 def _escaped(text: str) -> bytes:
@@ -79,16 +107,40 @@ def _escaped(text: str) -> bytes:
 
 
 def _shape(shape: Shape) -> Iterator[bytes]:
+    if shape.opacity != 1.0:
+        yield f"q /{_state(shape.opacity)} gs".encode("ascii")
     if shape.fill:
         yield f"{_colour(shape.fill)} rg".encode("ascii")
     if shape.pen:
-        dashes = " ".join(decimal(dash) for dash in shape.pen.dashes)
-        yield f"{_colour(shape.pen.colour)} RG {decimal(shape.pen.width)} w [{dashes}] 0 d".encode("ascii")
+        yield _pen(shape.pen).encode("ascii")
     for path in shape.paths:
         yield from (command.encode("ascii") for command in _path(path))
     yield {(True, True): b"B*", (True, False): b"f*", (False, True): b"S", (False, False): b"n"}[
         bool(shape.fill), bool(shape.pen)
     ]
+    if shape.pen and not (shape.pen.round_ends and shape.pen.round_corners):
+        yield b"1 J 1 j"
+    if shape.opacity != 1.0:
+        yield b"Q"
+
+
+def _pen(pen: Pen) -> str:
+    """What sets a pen; round ends and corners are the page's own."""
+    dashes = " ".join(decimal(dash) for dash in pen.dashes)
+    ends = "" if pen.round_ends and pen.round_corners else f" {int(pen.round_ends)} J {int(pen.round_corners)} j"
+    return f"{_colour(pen.colour)} RG {decimal(pen.width)} w [{dashes}] 0 d{ends}"
+
+
+def _state(opacity: float) -> str:
+    """The name of the graphics state that fills with an opacity."""
+    return f"A{round(opacity * 100)}"
+
+
+def _states(sheet: Sheet) -> str:
+    """The graphics states that a page asks for, as resources; nothing where all is opaque."""
+    found = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
+    rows = " ".join(f"/{_state(opacity)} << /ca {decimal(opacity)} >>" for opacity in found)
+    return f" /ExtGState << {rows} >>" if rows else ""
 
 
 def _path(path: Path) -> Iterator[str]:

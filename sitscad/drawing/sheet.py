@@ -1,18 +1,18 @@
-"""A drawing sheet: lines, areas and texts in millimetres on paper (origin at the lower left, y upwards), and its SVG.
+"""A drawing sheet: lines, areas and texts on paper (origin at the lower left, y upwards), named where a page may point.
 
-The same sheet is written as PDF by `_pdf`; both show the same drawing, true to scale when printed unscaled.
+The one vocabulary of all pictures: `drawing.svg` and `drawing.pdf` write the same sheet, and both show the same, true
+to scale when printed unscaled.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from xml.sax.saxutils import escape
+from typing import Union
 
-from sitscad.geometry.path import Arc, Line, Path, Point
+from sitscad.geometry.path import Line, Path, Point
 from sitscad.record import record
-from sitscad.units import decimal
 
 A4 = (297.0, 210.0)
 """Landscape, millimetres."""
@@ -31,25 +31,38 @@ _CHARACTER_WIDTHS = tuple(int(width) for width in _WIDTHS.split())
 
 @record
 class Pen:
-    """A line's width (mm), colour (``#rrggbb``) and dashes (mm on, mm off, ...)."""
+    """A line's width (mm), colour (``#rrggbb``), dashes (mm on, mm off, ...), and whether its ends and its corners are
+    round: ends are else cut off, corners pointed.
+    """
 
     width: float = 0.25
     colour: str = BLACK
     dashes: tuple[float, ...] = ()
+    round_ends: bool = True
+    round_corners: bool = True
 
 
 @record
 class Shape:
-    """Paths (mm) that are drawn, filled, or both; holes are paths of the same shape (even-odd rule)."""
+    """Paths (mm) that are drawn, filled, or both; holes are paths of the same shape (even-odd rule).
+
+    ``opacity`` is the filling's; ``name`` is what a page points at (its id), ``kind`` what a style sheet calls it.
+    """
 
     paths: tuple[Path, ...]
     pen: Pen | None
     fill: str | None
+    name: str = ""
+    opacity: float = 1.0
+    kind: str = ""
 
 
 @record
 class Label:
-    """A text in Helvetica: where (mm), its size (mm), its anchor (``start``, ``middle``, ``end``), its angle (deg)."""
+    """A text in Helvetica: where (mm), its size (mm), its anchor (``start``, ``middle``, ``end``), its angle (deg).
+
+    ``halo`` is the width (mm) of a white line round its letters, half of which they cover.
+    """
 
     at: Point
     text: str
@@ -57,19 +70,56 @@ class Label:
     anchor: str = "start"
     angle: float = 0.0
     colour: str = BLACK
+    halo: float = 0.0
+    bold: bool = False
+
+
+@record
+class Group:
+    """Items that belong together: under a name that a page can point at, moved by ``offset`` (mm), and no more of them
+    shown than lies in ``window`` (x0, y0, x1, y1 in mm, after moving). A ``layer`` is one for drawing programs, too.
+    """
+
+    name: str
+    items: tuple[Item, ...]
+    offset: tuple[float, float] = (0.0, 0.0)
+    window: tuple[float, float, float, float] | None = None
+    kind: str = ""
+    layer: bool = False
+
+
+Item = Union[Shape, Label, Group]  # noqa: UP007  (the alias is used before it is complete)
 
 
 @dataclass
 class Sheet:
-    """What is drawn, in the order of drawing."""
+    """What is drawn, in the order of drawing; a ground of None is the page's own.
+
+    Millimetres on paper, or pixels on a screen where ``unit`` is empty: then all lengths of pens, shapes and labels
+    are pixels, too. ``decimals`` are those that coordinates are written with.
+    """
 
     title: str
     size: tuple[float, float] = A4
-    items: list[Shape | Label] = field(default_factory=list)
+    items: list[Item] = field(default_factory=list)
+    unit: str = "mm"
+    decimals: int = 4
+    ground: str | None = "#ffffff"
+    font: str = "Helvetica, Arial, sans-serif"
+    kind: str = ""
 
-    def draw(self, paths: Path | Iterable[Path], pen: Pen | None = None, fill: str | None = None) -> None:
+    def draw(
+        self,
+        paths: Path | Iterable[Path],
+        pen: Pen | None = None,
+        fill: str | None = None,
+        name: str = "",
+        opacity: float = 1.0,
+        kind: str = "",
+    ) -> None:
         """Add paths as one shape."""
-        self.items.append(Shape((paths,) if isinstance(paths, Path) else tuple(paths), pen, fill))
+        drawn = (paths,) if isinstance(paths, Path) else tuple(paths)
+        self.items.append(Shape(drawn, pen, fill, name, opacity, kind))
 
     def line(self, x0: float, y0: float, x1: float, y1: float, pen: Pen | None = None) -> None:
         """Add a straight line."""
@@ -84,62 +134,40 @@ class Sheet:
         anchor: str = "start",
         angle: float = 0.0,
         colour: str = BLACK,
+        halo: float = 0.0,
+        bold: bool = False,
     ) -> None:
         """Add a text whose base line begins (or ends, or has its middle) at (x, y)."""
-        self.items.append(Label(Point(x, y), text, size, anchor, angle, colour))
+        self.items.append(Label(Point(x, y), text, size, anchor, angle, colour, halo, bold))
 
-    def svg(self) -> str:
-        """The sheet as self-contained SVG, in millimetres."""
-        width, height = self.size
-        parts = [
-            f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {decimal(width)} {decimal(height)}' "
-            f"width='{decimal(width)}mm' height='{decimal(height)}mm' role='img'>",
-            f"<title>{escape(self.title)}</title>",
-            f"<rect width='{decimal(width)}' height='{decimal(height)}' fill='#ffffff'/>",
-            "<g font-family='Helvetica, Arial, sans-serif' stroke-linecap='round' stroke-linejoin='round'>",
-            *(_svg_item(item, height) for item in self.items),
-            "</g>",
-            "</svg>",
-        ]
-        return "\n".join(parts) + "\n"
+    @contextmanager
+    def group(
+        self,
+        name: str = "",
+        offset: tuple[float, float] = (0.0, 0.0),
+        window: tuple[float, float, float, float] | None = None,
+        kind: str = "",
+        layer: bool = False,
+    ) -> Iterator[None]:
+        """What is added within is one group."""
+        outer, self.items = self.items, []
+        try:
+            yield
+        finally:
+            inner, self.items = self.items, outer
+        self.items.append(Group(name, tuple(inner), offset, window, kind, layer))
+
+
+def flattened(items: Iterable[Item]) -> Iterator[Shape | Label]:
+    """All shapes and labels in their order, out of their groups; those of groups stand where they were drawn."""
+    for item in items:
+        if isinstance(item, Group):
+            yield from flattened(item.items)
+        else:
+            yield item
 
 
 def text_width(text: str, size: float) -> float:
     """Width (mm) of a text in Helvetica; characters outside ASCII count as wide as a digit."""
     widths = (_CHARACTER_WIDTHS[ord(c) - 32] if 32 <= ord(c) <= 126 else 556 for c in text)
     return sum(widths) * size / 1000.0
-
-
-def _svg_item(item: Shape | Label, height: float) -> str:
-    if isinstance(item, Label):
-        place = f"{decimal(item.at.x)} {decimal(height - item.at.y)}"
-        turn = f" rotate({decimal(-item.angle)})" if item.angle else ""
-        return (
-            f"<text transform='translate({place}){turn}' font-size='{decimal(item.size)}' text-anchor='{item.anchor}' "
-            f"fill='{item.colour}'>{escape(item.text)}</text>"
-        )
-    data = "".join(_svg_path(path, height) for path in item.paths)
-    look = f"fill='{item.fill or 'none'}' fill-rule='evenodd'"
-    if item.pen is not None:
-        look += f" stroke='{item.pen.colour}' stroke-width='{decimal(item.pen.width)}'"
-        if item.pen.dashes:
-            look += f" stroke-dasharray='{' '.join(decimal(dash) for dash in item.pen.dashes)}'"
-    return f"<path d='{data}' {look}/>"
-
-
-def _svg_path(path: Path, height: float) -> str:
-    def xy(point: Point) -> str:
-        return f"{decimal(point.x)} {decimal(height - point.y)}"
-
-    data = [f"M{xy(path.start)}"]
-    for segment in path:
-        if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
-            radius = decimal(segment.radius)
-            large, sweep = int(abs(segment.sweep) > math.pi + 1e-9), int(not segment.ccw)
-            if segment.start.distance(segment.end) < 1e-9:  # a full turn, which SVG cannot draw in one piece
-                data.append(f"A{radius} {radius} 0 0 {sweep} {xy(segment.at(0.5))}")
-                large = 0
-            data.append(f"A{radius} {radius} 0 {large} {sweep} {xy(segment.end)}")
-        else:
-            data.append(f"L{xy(segment.end)}")
-    return "".join([*data, "Z"] if path.is_closed else data)

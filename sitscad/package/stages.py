@@ -284,6 +284,7 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
 def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
     from sitscad.drawing.board_picture import Mark, picture
+    from sitscad.drawing.svg import svg
     from sitscad.papers.drawings import assembly as assembly_drawing
     from sitscad.papers.drawings import stackup as stackup_drawing
 
@@ -301,10 +302,10 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
             layout, None, layout.body, marks
         ),
         "The whole board, to scale.": picture(layout, None, None, marks),
-        "The board's layers; heights to scale, lengths not.": layers.svg(),
+        "The board's layers; heights to scale, lengths not.": svg(layers),
     }
     if (over := assembly_drawing.drawing(layout, not contents.checked.ok)) is not None:
-        drawn["Elastomer and target over the coils, seen from the top, to scale."] = over.svg()
+        drawn["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
     solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
 

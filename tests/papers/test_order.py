@@ -18,6 +18,7 @@ from legibility import assert_legible
 
 from sitscad.drawing import frame as _drawing
 from sitscad.drawing.sheet import Label, Sheet, text_width
+from sitscad.drawing.svg import svg
 from sitscad.fabrication import notes as _flex_facts
 from sitscad.formats.gerber import drill_map
 from sitscad.formats.kicad import project as kicad
@@ -317,7 +318,7 @@ def test_words_of_users_are_escaped_in_both_forms():
     sheet = Sheet("a)b\\c<d>&e")
     sheet.text(10, 10, "a)b\\c<d>&e")
     assert b"(a\\)b\\\\c<d>&e) Tj" in pdf([sheet])
-    assert [text.text for text in ET.fromstring(sheet.svg()).iter(f"{SVG}text")] == ["a)b\\c<d>&e"]
+    assert [text.text for text in ET.fromstring(svg(sheet)).iter(f"{SVG}text")] == ["a)b\\c<d>&e"]
 
 
 # --- Thickness

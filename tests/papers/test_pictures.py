@@ -12,6 +12,7 @@ import layouts
 import pytest
 
 from sitscad.drawing import board_picture
+from sitscad.drawing.svg import svg as as_svg
 from sitscad.finding import Missing, Shortfall
 from sitscad.formats import excellon, ipc356
 from sitscad.formats.gerber import job as gerber_job
@@ -98,7 +99,7 @@ def test_pictures_are_self_contained(board):
 def test_names_are_escaped():
     board = layouts.two_coils()
     spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=replace(board.spec.fpc.stackup, name="a<b & c")))
-    ET.fromstring(stackup_drawing.drawing(replace(board, spec=spec), "a<b").svg())
+    ET.fromstring(as_svg(stackup_drawing.drawing(replace(board, spec=spec), "a<b")))
 
 
 def bars(board) -> list[tuple[float, float]]:

@@ -34,6 +34,7 @@ from sitscad.drawing.frame import (
 )
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Pen, Sheet, text_width
+from sitscad.drawing.svg import svg
 from sitscad.fabrication.board_end import tail_width
 from sitscad.fabrication.files import fabrication_path
 from sitscad.fabrication.fingerprint import board_images, on_drawing
@@ -74,7 +75,7 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
     sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
     if (details := contact_sheet(layout, artwork, bool(forced))) is not None:
         sheets["contacts.svg"] = details
-    made = {fabrication_path(layout, name): sheet.svg().encode("utf-8") for name, sheet in sheets.items()}
+    made = {fabrication_path(layout, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
     return made | {fabrication_path(layout, "drawing.pdf"): pdf(list(sheets.values()))}
 
 

@@ -24,6 +24,7 @@ from sitscad.drawing.frame import (
 )
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Pen, Sheet, text_width
+from sitscad.drawing.svg import svg
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication.files import body_files, drill_map_file, panel_files, panel_path
 from sitscad.fabrication.fingerprint import fingerprint, on_drawing, panel_images, shell_line
@@ -48,7 +49,7 @@ def render(
     images = panel_images(layout, files)
     sheet = drawing(panel, on_drawing("panel", files, images), bool(forced))
     return {
-        panel_path(layout, "-drawing.svg"): sheet.svg().encode("utf-8"),
+        panel_path(layout, "-drawing.svg"): svg(sheet).encode("utf-8"),
         panel_path(layout, "-drawing.pdf"): pdf([sheet]),
         panel_path(layout, "-readme.txt"): readme(panel, coupon_estimates, files, bool(forced)).encode("utf-8"),
     }

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from sitscad.drawing.frame import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Sheet
+from sitscad.drawing.svg import svg
 from sitscad.fabrication.files import fabrication_path, stack_names
 from sitscad.fabrication.fingerprint import board_images, on_drawing
 from sitscad.fabrication.notes import bend_text, bond_texts, finish_text, laminate_text, layer_text, thickness_texts
@@ -36,7 +37,7 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
     """
     sheet = drawing(layout, on_drawing("board", files, board_images(files)), bool(forced))
     return {
-        fabrication_path(layout, "stackup.svg"): sheet.svg().encode("utf-8"),
+        fabrication_path(layout, "stackup.svg"): svg(sheet).encode("utf-8"),
         fabrication_path(layout, "stackup.pdf"): pdf([sheet]),
     }
 

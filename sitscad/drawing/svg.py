@@ -1,0 +1,152 @@
+"""Sheets as SVG: self-contained, without scripts, styles or anything from outside; equal sheets give equal text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from xml.sax.saxutils import escape
+
+from sitscad.drawing.sheet import Group, Item, Label, Pen, Shape, Sheet
+from sitscad.geometry.path import TWO_PI, Arc, Path, Point
+from sitscad.units import decimal
+
+INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
+
+
+def svg(sheet: Sheet) -> str:
+    """The sheet in its own unit, y turned over."""
+    paper = _Paper(sheet.size[1], sheet.decimals)
+    width, height = (paper.number(side) for side in sheet.size)
+    unit = sheet.unit
+    layers = f" xmlns:inkscape='{INKSCAPE}'" if any(isinstance(i, Group) and i.layer for i in sheet.items) else ""
+    kind = f" class='{sheet.kind}'" if sheet.kind else ""
+    rows = [
+        f"<svg xmlns='http://www.w3.org/2000/svg'{layers}{kind} viewBox='0 0 {width} {height}' "
+        f"width='{width}{unit}' height='{height}{unit}' role='img'>",
+        f"<title>{escape(sheet.title)}</title>",
+        *([f"<rect width='{width}' height='{height}' fill='{sheet.ground}'/>"] if sheet.ground else []),
+        f"<g font-family='{sheet.font}' stroke-linecap='round' stroke-linejoin='round'>",
+        *paper.items(sheet.items),
+        "</g>",
+        "</svg>",
+    ]
+    return "\n".join(rows) + "\n"
+
+
+def path_data(path: Path, height: float, decimals: int) -> str:
+    """The ``d`` of a path, y measured down from `height`; a line that closes it is left to the ``Z``."""
+    paper = _Paper(height, decimals)
+    data = [f"M{paper.xy(path.start)}"]
+    for i, segment in enumerate(path.segments):
+        if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
+            data.append(paper.arc(segment))
+        elif not (path.is_closed and i + 1 == len(path.segments)):
+            data.append(f"L{paper.xy(segment.end)}")
+    return "".join([*data, "Z"] if path.is_closed else data)
+
+
+class _Paper:
+    """What turns a sheet's coordinates into SVG's: its height, and the decimals kept."""
+
+    def __init__(self, height: float, decimals: int) -> None:
+        self.height, self.decimals = height, decimals
+
+    def number(self, value: float) -> str:
+        """A length."""
+        return decimal(value, self.decimals)
+
+    def xy(self, point: Point) -> str:
+        """A point, y downwards."""
+        return f"{self.number(point.x)} {self.number(self.height - point.y)}"
+
+    def arc(self, segment: Arc) -> str:
+        """An arc as SVG's command."""
+        radius, sweep = self.number(segment.radius), int(not segment.ccw)
+        return f"A{radius} {radius} 0 {int(abs(segment.sweep) > math.pi + 1e-9)} {sweep} {self.xy(segment.end)}"
+
+    def items(self, items: Iterable[Item]) -> Iterator[str]:
+        """Every item, a line of text each, groups round theirs."""
+        for item in items:
+            if isinstance(item, Group):
+                yield from self.group(item)
+            elif isinstance(item, Label):
+                yield self.label(item)
+            else:
+                yield self.shape(item)
+
+    def group(self, group: Group) -> Iterator[str]:
+        """A group; its window is an SVG of its own, which shows nothing beyond its edges."""
+        layer = f" inkscape:groupmode='layer' inkscape:label='{_attribute(group.name)}'" if group.layer else ""
+        moved = ""
+        if group.offset != (0.0, 0.0):
+            moved = f" transform='translate({self.number(group.offset[0])} {self.number(-group.offset[1])})'"
+        if group.window is not None:
+            yield self.window(group.window)
+        yield f"<g{_named(group.name, group.kind)}{layer}{moved}>"
+        yield from self.items(group.items)
+        yield "</g>"
+        if group.window is not None:
+            yield "</svg>"
+
+    def window(self, window: tuple[float, float, float, float]) -> str:
+        """The head of an inner SVG that shows a rectangle of the sheet where that lies."""
+        x0, y0, x1, y1 = window
+        x, y, wide, high = (self.number(value) for value in (x0, self.height - y1, x1 - x0, y1 - y0))
+        return f"<svg x='{x}' y='{y}' width='{wide}' height='{high}' viewBox='{x} {y} {wide} {high}'>"
+
+    def label(self, label: Label) -> str:
+        """A text."""
+        turn = f" rotate({self.number(-label.angle)})" if label.angle else ""
+        look = ""
+        if label.halo:
+            look += f" stroke='#ffffff' stroke-width='{self.number(label.halo)}' paint-order='stroke'"
+        if label.bold:
+            look += " font-weight='bold'"
+        return (
+            f"<text transform='translate({self.xy(label.at)}){turn}' font-size='{self.number(label.size)}' "
+            f"text-anchor='{label.anchor}' fill='{label.colour}'{look}>{escape(label.text)}</text>"
+        )
+
+    def shape(self, shape: Shape) -> str:
+        """A shape; a circle where it is one."""
+        look = f" fill='{shape.fill or 'none'}'"
+        if shape.fill:
+            look += " fill-rule='evenodd'"
+        if shape.opacity != 1.0:
+            look += f" fill-opacity='{decimal(shape.opacity)}'"
+        look += self.pen(shape.pen) if shape.pen is not None else ""
+        named = _named(shape.name, shape.kind)
+        round_one = _as_circle(shape.paths) if shape.pen is None or not shape.pen.dashes else None
+        if round_one is not None:
+            centre, radius = round_one
+            x, y, r = (self.number(value) for value in (centre.x, self.height - centre.y, radius))
+            return f"<circle{named} cx='{x}' cy='{y}' r='{r}'{look}/>"
+        data = "".join(path_data(path, self.height, self.decimals) for path in shape.paths)
+        return f"<path{named} d='{data}'{look}/>"
+
+    def pen(self, pen: Pen) -> str:
+        """How a line is drawn; round ends and corners are the sheet's own."""
+        look = f" stroke='{pen.colour}' stroke-width='{self.number(pen.width)}'"
+        if pen.dashes:
+            look += f" stroke-dasharray='{' '.join(self.number(dash) for dash in pen.dashes)}'"
+        look += "" if pen.round_ends else " stroke-linecap='butt'"
+        return look if pen.round_corners else f"{look} stroke-linejoin='miter'"
+
+
+def _as_circle(paths: tuple[Path, ...]) -> tuple[Point, float] | None:
+    """The centre and the radius of a single full circle; None for all else."""
+    first = paths[0].segments[0] if len(paths) == 1 else None
+    if not isinstance(first, Arc):
+        return None
+    arcs = [segment for segment in paths[0] if isinstance(segment, Arc) and segment.centre == first.centre]
+    turn = sum(arc.sweep for arc in arcs)
+    is_whole = len(arcs) == len(paths[0].segments) and abs(abs(turn) - TWO_PI) < 1e-9
+    return (first.centre, first.radius) if is_whole else None
+
+
+def _named(name: str, kind: str) -> str:
+    return (f" id='{_attribute(name)}'" if name else "") + (f" class='{_attribute(kind)}'" if kind else "")
+
+
+def _attribute(text: str) -> str:
+    return escape(text, {"'": "&apos;"})
