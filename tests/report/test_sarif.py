@@ -122,3 +122,32 @@ def test_fingerprints_survive_moved_lines_and_other_numbers(tmp_path):
 def test_fingerprints_tell_specs_apart(tmp_path):
     text = TEMPLATES[0].read_text(encoding="utf-8")
     assert not set(marks_of(text, tmp_path / "a.yaml")) & set(marks_of(text, tmp_path / "b.yaml"))
+
+
+def applied(text: str, fix: dict) -> str:
+    """The text that a reader of SARIF makes of a fix: regions from the last to the first, as lines and columns."""
+    (change,) = fix["artifactChanges"]
+    lines = text.splitlines(keepends=True)
+    starts = [sum(map(len, lines[:number])) for number in range(len(lines) + 1)]
+    for each in reversed(change["replacements"]):
+        region = each["deletedRegion"]
+        start = starts[region["startLine"] - 1] + region["startColumn"] - 1
+        end = starts[region["endLine"] - 1] + region["endColumn"] - 1
+        text = text[:start] + each["insertedContent"]["text"] + text[end:]
+    return text
+
+
+@pytest.mark.parametrize("text", [told.TEXT, told.TEXT.replace("\n", "\r\n"), told.TEXT.rstrip()])
+def test_fixes_are_what_our_own_writer_makes_of_the_edits(text):
+    from sitscad.finding import Edit, Remedy
+    from sitscad.spec.format.rewriting import rewritten
+
+    sure = Remedy((Edit("coil.turns", "7.5"), Edit("fpc.tail.bend", "none")))
+    added = Remedy((Edit("fpc.margin", "0.2"),))
+    nowhere = Remedy((Edit("coil.turns.first", "1"),))
+    finding = replace(told.TURNS, fixes=(sure, added, nowhere))
+    (result,) = results_of(CheckedSpec("x.yaml", text, (finding,)))
+    first, second = result["fixes"]
+    assert applied(text, first) == rewritten(text, sure.edits) != text
+    assert applied(text, second) == rewritten(text, added.edits) != text
+    assert "changes what the sensor is" in first["description"]["text"]

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from difflib import SequenceMatcher
 from typing import Any
 
-from sitscad.finding import Finding, Ignored
+from sitscad.finding import Finding, Ignored, Remedy
 from sitscad.report.findings.checked import CheckedSpec
 from sitscad.report.findings.document import finding_json, to_json
 from sitscad.report.findings.identity import fingerprint, identities
 from sitscad.report.findings.manner import Manner, RuleTexts
+from sitscad.spec.format.rewriting import CannotWriteError, rewritten
 from sitscad.version import __version__
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
@@ -84,7 +86,7 @@ def _results(spec: CheckedSpec, manner: Manner, indices: dict[str, int]) -> list
 def _result(
     spec: CheckedSpec, finding: Finding, name: str, manner: Manner, indices: dict[str, int], ignored: Ignored | None
 ) -> dict[str, Any]:
-    path = manner.uri_from_root(finding.file or spec.path)
+    where = _artifact(manner.uri_from_root(finding.file or spec.path))
     mark = fingerprint(manner.path_from_root(spec.path), name)
     index = {"ruleIndex": indices[finding.rule]} if finding.rule in indices else {}
     result: dict[str, Any] = {
@@ -92,10 +94,12 @@ def _result(
         **index,
         "level": finding.severity.value,
         "message": {"text": f"{finding.message}\nHint: {finding.hint}" if finding.hint else finding.message},
-        "locations": [_location(spec, finding, path)],
+        "locations": [_location(spec, finding, where)],
         "partialFingerprints": {"primaryLocationLineHash": f"{mark}:1", "sitscadFinding/v1": mark},
         "properties": _measures(finding),
     }
+    if fixes := [fix for fix in (_fix(spec, remedy, where) for remedy in finding.fixes) if fix]:
+        result["fixes"] = fixes
     if ignored is not None:
         kind = "inSource" if ignored.by == "comment" else "external"
         result["suppressions"] = [{"kind": kind, "status": "accepted", "justification": ignored.reason}]
@@ -109,12 +113,40 @@ def _measures(finding: Finding) -> dict[str, Any]:
     return {name: value for name, value in entry.items() if name not in told and value is not None}
 
 
-def _location(spec: CheckedSpec, finding: Finding, uri: str) -> dict[str, Any]:
-    where: dict[str, Any] = {"artifactLocation": {"uri": uri}}
-    if not uri.startswith("file:"):
-        where["artifactLocation"]["uriBaseId"] = ROOT
+def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, Any] | None:
+    """What mends a finding, as the lines of the spec that become others; None where the text has no place for it."""
+    try:
+        after = rewritten(spec.text, remedy.edits).splitlines(keepends=True)
+    except CannotWriteError:
+        return None
+    before = spec.text.splitlines(keepends=True)
+    changes = SequenceMatcher(None, before, after, autojunk=False).get_opcodes()
+    replacements = [
+        {
+            "deletedRegion": {"startLine": start + 1, "startColumn": 1, "endLine": end + 1, "endColumn": 1},
+            "insertedContent": {"text": "".join(after[first:last])},
+        }
+        for kind, start, end, first, last in changes
+        if kind != "equal"
+    ]
+    words = "; ".join(f"{edit.key}: {edit.new}" for edit in remedy.edits)
+    if not replacements:
+        return None
+    told = words if remedy.is_safe else f"{words} (changes what the sensor is)"
+    return {
+        "description": {"text": told},
+        "artifactChanges": [{"artifactLocation": where, "replacements": replacements}],
+    }
+
+
+def _artifact(uri: str) -> dict[str, Any]:
+    return {"uri": uri} if uri.startswith("file:") else {"uri": uri, "uriBaseId": ROOT}
+
+
+def _location(spec: CheckedSpec, finding: Finding, where: dict[str, Any]) -> dict[str, Any]:
     region = _region(spec, finding)
-    location: dict[str, Any] = {"physicalLocation": where | ({"region": region} if region else {})}
+    place = {"artifactLocation": where} | ({"region": region} if region else {})
+    location: dict[str, Any] = {"physicalLocation": place}
     if finding.key:
         location["logicalLocations"] = [{"fullyQualifiedName": finding.key, "kind": "member"}]
     return location
