@@ -59,6 +59,8 @@ _HOMES = {
     "job_summary": "sitscad.report.findings.github",
     "Inspection": "sitscad.inspection",
     "inspect": "sitscad.inspection",
+    "MendedSpec": "sitscad.inspection",
+    "mend": "sitscad.inspection",
     "unreadable": "sitscad.inspection",
     "SCHEMAS": "sitscad.schemas",
     "ESTIMATE_FORMATS": "sitscad.report.numbers",
@@ -86,6 +88,7 @@ __all__ = [
     "Inspection",
     "Layout",
     "Manner",
+    "MendedSpec",
     "MissingExtra",
     "MotionError",
     "Motions",
@@ -111,6 +114,7 @@ __all__ = [
     "list_templates",
     "load",
     "load_text",
+    "mend",
     "mended",
     "read_motions",
     "require_distinct_names",
@@ -130,7 +134,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.pad import NoResponse
     from sitscad.estimates.response.values import Response
     from sitscad.finding import Finding, NotChecked, Severity
-    from sitscad.inspection import Inspection, inspect, unreadable
+    from sitscad.inspection import Inspection, MendedSpec, inspect, mend, unreadable
     from sitscad.layout import lay_out
     from sitscad.layout.board import Layout
     from sitscad.package import (

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 import sitscad
-from sitscad.finding import Severity
+from sitscad.finding import Finding, Remedy, Severity
 
 if TYPE_CHECKING:
-    from sitscad import BuildResult, CheckedSpec, Inspection, Manner
+    from sitscad import BuildResult, CheckedSpec, Inspection, Manner, MendedSpec
 
 ISSUES = "the project's issue tracker"
 
@@ -185,31 +185,85 @@ FORMS = "text, json, sarif, junit or github."
 @click.option("--ignore", type=_Names(), default=(), help="Not these rules.")
 @click.option("--strict", is_flag=True, help="Warnings fail, too: exit code 1. Notes never do.")
 @click.option("--hints", default="decisive", show_default=True, help="What is tried for hints: none, decisive or full.")
+@click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
+@click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
+@click.option("--unsafe-fixes", is_flag=True, help="With these: turns, sizes, layers and materials, too.")
 def check(
-    specs: tuple[str, ...], format_name: str, select: tuple[str, ...], ignore: tuple[str, ...], strict: bool, hints: str
+    specs: tuple[str, ...],
+    format_name: str,
+    select: tuple[str, ...],
+    ignore: tuple[str, ...],
+    strict: bool,
+    hints: str,
+    fix: bool,
+    diff: bool,
+    unsafe_fixes: bool,
 ) -> int:
     """Check SPECS against every rule that applies.
 
-    Writes no files. The verdict does not depend on --hints: decisive tries changes for as long as the check itself
-    takes, for errors first; full tries all that may mend a finding, which can take minutes; none tries nothing.
-    Exit code: 0 no errors, 1 errors found (with --strict: or warnings), 2 a spec cannot be read.
+    Writes no files without --fix, which writes every fix into the spec that was tried, mends its finding and brings no
+    error or warning; comments and order stay. Of standard input (-) it prints the mended text.
+    The verdict does not depend on --hints: decisive tries changes for as long as the check itself takes, for errors
+    first; full tries all that may mend a finding, which can take minutes; none tries nothing.
+    Exit code: 0 no errors, 1 errors found (with --strict: or warnings), 2 a spec cannot be read; with --fix of what it
+    leaves, and with --diff at least 1 where it would change something.
     """
     show = _row(sitscad.FINDING_FORMATS, format_name, "--format")
+    _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
     for pattern in (*select, *ignore):
         _require_rule(pattern)
     _row(dict.fromkeys(sitscad.HINTS), hints, "--hints")
-    inspected = [sitscad.inspect(path, hints) for path in specs]
+    mended = _mended(specs, hints, select, ignore, unsafe_fixes) if fix or diff else []
+    inspected = [each.inspection for each in mended] or [sitscad.inspect(path, hints) for path in specs]
     checked = [_chosen(each.checked, select, ignore) for each in inspected]
     fail_on = Severity.WARNING if strict else Severity.ERROR
-    _print(show(checked, _manner(sys.stdout, fail_on)))
+    for each in () if diff else mended:
+        _write(each)
+    if diff or (fix and "-" in specs):
+        click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
+        _show_findings(checked)
+    else:
+        _print(show(checked, _manner(sys.stdout, fail_on)))
     if format_name == "github":
         _append_job_summary(checked, inspected)
-    code = max(spec.exit_code for spec in checked)
+    code = max(*(spec.exit_code for spec in checked), int(diff and any(each.diff for each in mended)))
     warnings = sum(spec.count(Severity.WARNING) for spec in checked)
     if strict and warnings and code == 0:
         _say(f"--strict: {_counted(warnings, 'warning')} and no error; warnings fail (--ignore leaves rules out)")
         return 1
     return code
+
+
+def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tuple[str, ...]) -> None:
+    """A usage error for options of fixes that make no sense together."""
+    if unsafe and not (fix or diff):
+        raise click.UsageError("--unsafe-fixes says what --fix and --diff may change: name one of them.")
+    if form != "text" and (diff or (fix and "-" in specs)):
+        what = "--diff prints a patch" if diff else "--fix prints the mended text of standard input"
+        raise click.UsageError(f"{what}, and has no other form: leave --format out.")
+    if fix and "-" in specs and len(specs) > 1:
+        raise click.UsageError("--fix takes standard input (-) alone.")
+
+
+def _mended(
+    specs: tuple[str, ...], hints: str, select: tuple[str, ...], ignore: tuple[str, ...], unsafe: bool
+) -> list[MendedSpec]:
+    """The specs with all fixes of the chosen rules that may be made."""
+
+    def may(finding: Finding, remedy: Remedy) -> bool:
+        return (unsafe or remedy.is_safe) and _is_wanted(finding.rule, finding.name, select, ignore)
+
+    return [sitscad.mend(path, may, hints) for path in specs]
+
+
+def _write(mended: MendedSpec) -> None:
+    """Write a mended spec over its file, and say what was mended."""
+    if mended.after == mended.before:
+        return
+    if mended.path != "-":
+        sitscad.write_file(mended.path, mended.after.encode("utf-8"))
+    for line in mended.words.splitlines():
+        _say(f"{mended.path}: {line}")
 
 
 @cli.command(example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
@@ -484,13 +538,14 @@ def _chosen(checked: CheckedSpec, select: tuple[str, ...], ignore: tuple[str, ..
     """The findings of the selected rules; the others are listed as not checked, except where the spec is unreadable."""
     names = {rule.id: rule.name for rule in _rules()}
 
-    def is_wanted(rule: str) -> bool:
-        named = (rule, names.get(rule, ""))
-        chosen = not select or any(_stands_for(pattern, *named) for pattern in select)
-        return rule.startswith("SIT0") or (chosen and not any(_stands_for(pattern, *named) for pattern in ignore))
-
-    left_out = [rule for rule in names if not is_wanted(rule)]
+    left_out = [rule for rule, name in names.items() if not _is_wanted(rule, name, select, ignore)]
     return checked.without(left_out, "left out by --select or --ignore")
+
+
+def _is_wanted(rule: str, name: str, select: tuple[str, ...], ignore: tuple[str, ...]) -> bool:
+    """Whether a rule is chosen: those of the spec itself always are."""
+    chosen = not select or any(_stands_for(pattern, rule, name) for pattern in select)
+    return rule.startswith("SIT0") or (chosen and not any(_stands_for(pattern, rule, name) for pattern in ignore))
 
 
 def _stands_for(pattern: str, rule: str, name: str) -> bool:

@@ -74,6 +74,13 @@ class Edit:
     what: str = "value"
 
     @property
+    def words(self) -> str:
+        """What it changes, in words."""
+        if self.what == "name":
+            return f"{self.key} is now {self.new}"
+        return f"{self.key}: {self.new}" + ("" if self.old is None else f" instead of {self.old}")
+
+    @property
     def is_safe(self) -> bool:
         """Whether it leaves alone what the sensor is: its turns, size, layers and materials."""
         is_settled = any(f"{self.key}.".startswith(f"{key}.") for key in SETTLED) or "material" in self.key.split(".")

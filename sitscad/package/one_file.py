@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 
 from sitscad.package.folder import PackageError
 
 
 def write_file(path: str | Path, content: bytes) -> None:
-    """Write a file, or replace it, as a whole; raises PackageError where that cannot be done."""
-    target = Path(path)
+    """Write a file, or replace it, as a whole; what a link leads to is replaced, not the link; permissions are kept.
+
+    Raises PackageError where that cannot be done, or may not.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PackageError(f"cannot write {path}: it may only be read")
     try:
         replace_file(target, content)
     except OSError as error:
-        raise PackageError(f"cannot write {target}: {error.strerror or error}") from error
+        raise PackageError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def replace_file(target: Path, content: bytes) -> None:
@@ -22,6 +28,8 @@ def replace_file(target: Path, content: bytes) -> None:
     partial = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         partial.write_bytes(content)
+        if target.exists():
+            shutil.copymode(target, partial)
         os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 from sitscad.spec.format.diagnosis import finding_from_flaw, finding_from_text
 from sitscad.spec.format.document import SpecDocument
 from sitscad.spec.format.reading import decoded, in_order, read_file, read_section
-from sitscad.spec.format.yaml_text import TextError
+from sitscad.spec.format.yaml_text import MAX_BYTES, TextError
 from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.rules import ROOM_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec
@@ -30,6 +31,19 @@ def load(path: str | os.PathLike[str]) -> SensorSpec:
     spec = load_text(text, path)
     files = {Path(path).name: content, **spec.source.files}
     return replace(spec, source=replace(spec.source, files=files))
+
+
+def read_text(path: str) -> str:
+    """The text of a spec as it stands in its file, with its own line ends; of ``-`` what comes from standard input.
+
+    Raises `SpecError` where it is no text, or cannot be read.
+    """
+    try:
+        content = sys.stdin.buffer.read(MAX_BYTES + 1) if path == "-" else read_file(Path(path))
+        decoded(content)
+    except TextError as error:
+        raise SpecError((finding_from_text(error),)) from None
+    return content.decode("utf-8")
 
 
 def load_text(text: str, path: str | os.PathLike[str] = NO_FILE) -> SensorSpec:

@@ -143,7 +143,7 @@ def test_an_interruption_has_its_own_exit_code(run, monkeypatch, error, code):
     def interrupted(*_args, **_kwargs):
         raise error
 
-    monkeypatch.setattr(sitscad, "check", interrupted)
+    monkeypatch.setattr(sitscad, "inspect", interrupted)
     assert run("check", "good.yaml").code == code
 
 

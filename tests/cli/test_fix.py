@@ -1,0 +1,151 @@
+"""`sitscad check --fix` and `--diff`: what they write, what they print, and exit codes."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SLIPS = """\
+# my coil
+sitscad: 1
+name: slips
+coil:
+  shape: circel   # round
+  outer_diameter: 6
+  turns: 12
+  layers: 2
+  trace_width: 100 Um
+  trace_spacing: 100 um
+fpc: {tail: {conector: zif-0.5mm, layers: 2}}
+readout: {capacitance: 47 pF}   # too fast
+"""
+
+MENDED = (
+    SLIPS.replace("circel", "circle").replace("Um", "um").replace("conector", "connector").replace("47 pF", "150 pF")
+)
+
+
+@pytest.fixture
+def slips(run, tmp_path):
+    path = tmp_path / "slips.yaml"
+    path.write_bytes(SLIPS.encode())
+    return path
+
+
+def test_fix_writes_what_mends_and_leaves_the_rest_of_the_text(run, slips):
+    done = run("check", "--fix", "slips.yaml")
+    assert slips.read_text() == MENDED
+    assert done.code == 0 and done.out.splitlines()[-1].startswith("ok: ")
+    said = [line for line in done.err.splitlines() if "mended" in line]
+    assert said == [
+        "sitscad: slips.yaml: SIT002 mended: fpc.tail.conector is now connector",
+        "sitscad: slips.yaml: SIT005 mended: coil.trace_width: 100 um instead of 100 Um",
+        "sitscad: slips.yaml: SIT007 mended: coil.shape: circle instead of circel",
+        "sitscad: slips.yaml: SIT202 mended: readout.capacitance: 150 pF instead of 47 pF",
+    ]
+    before = slips.stat().st_mtime_ns, slips.stat().st_ino
+    again = run("check", "--fix", "slips.yaml")
+    assert (again.code, again.err) == (0, "") and (slips.stat().st_mtime_ns, slips.stat().st_ino) == before
+
+
+def test_diff_prints_a_patch_and_writes_nothing(run, slips, tmp_path):
+    done = run("check", "--diff", "slips.yaml")
+    assert done.code == 1 and slips.read_text() == SLIPS
+    assert done.out.startswith("--- slips.yaml\n+++ slips.yaml\n@@") and "ok: " in done.err
+    if shutil.which("patch"):
+        subprocess.run(["patch", "-p0"], input=done.out, text=True, cwd=tmp_path, check=True, capture_output=True)
+        assert slips.read_text() == MENDED
+    slips.write_text(MENDED)
+    done = run("check", "--diff", "slips.yaml")
+    assert (done.code, done.out) == (0, "")
+
+
+def test_a_last_line_without_an_end_is_told_as_patches_do(run, slips):
+    slips.write_bytes(SLIPS.rstrip().encode())
+    lines = run("check", "--diff", "slips.yaml").out.splitlines()
+    assert lines.count("\\ No newline at end of file") == 2
+
+
+def test_standard_input_is_printed_mended(run, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(SLIPS.replace("\n", "\r\n").encode())))
+    done = run("check", "--fix", "-")
+    assert done.code == 0 and done.out.replace("\r\n", "\n") == MENDED
+    assert "SIT103 warning" in done.err and "SIT202 mended" in done.err
+
+
+def test_turns_are_changed_only_where_that_is_asked_for(run, tmp_path):
+    text = Path("good.yaml").read_text().replace("shape: circle", "shape: square").replace("12.5", "5.3")
+    Path("square.yaml").write_text(text)
+    assert run("check", "--fix", "square.yaml").code == 2
+    assert Path("square.yaml").read_text() == text
+    done = run("check", "--fix", "--unsafe-fixes", "square.yaml")
+    assert done.code in (0, 1) and "coil.turns: 5.25 instead of 5.3" in done.err
+    assert Path("square.yaml").read_text() == text.replace("5.3", "5.25")
+
+
+def test_only_the_chosen_rules_are_mended(run, slips):
+    run("check", "--fix", "slips.yaml", "--ignore", "SIT202")
+    assert slips.read_text() == MENDED.replace("150 pF", "47 pF")
+
+
+def test_permissions_and_links_stay(run, slips, tmp_path):
+    slips.chmod(0o640)
+    os.symlink("slips.yaml", tmp_path / "link.yaml")
+    assert run("check", "--fix", "link.yaml").code == 0
+    assert (tmp_path / "link.yaml").is_symlink() and slips.read_text() == MENDED
+    assert slips.stat().st_mode & 0o777 == 0o640
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anything")
+def test_a_file_that_may_only_be_read_is_left(run, slips):
+    slips.chmod(0o440)
+    done = run("check", "--fix", "slips.yaml")
+    assert done.code == 2 and "may only be read" in done.err and slips.read_text() == SLIPS
+
+
+def test_json_tells_the_fixes_of_a_finding(run, slips):
+    (spec,) = json.loads(run("check", "--format", "json", "slips.yaml").out)["specs"]
+    fixes = {finding["rule"]: finding["fixes"] for finding in spec["findings"]}
+    assert fixes["SIT002"] == [
+        {
+            "edits": [{"key": "fpc.tail.conector", "old": "conector", "new": "connector", "what": "name"}],
+            "safe": True,
+            "brings": [],
+        }
+    ]
+    assert fixes["SIT007"][0]["edits"] == [{"key": "coil.shape", "old": "circel", "new": "circle", "what": "value"}]
+    Path("slips.yaml").write_text(MENDED.replace("150 pF", "47 pF"))
+    (spec,) = json.loads(run("check", "--fix", "--format", "json", "slips.yaml").out)["specs"]
+    assert spec["ok"] and slips.read_text() == MENDED
+
+
+WRONG = {
+    "unsafe alone": ("--unsafe-fixes", "slips.yaml"),
+    "a patch as json": ("--diff", "--format", "json", "slips.yaml"),
+    "standard input as json": ("--fix", "--format", "json", "-"),
+    "standard input and a file": ("--fix", "-", "slips.yaml"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_makes_no_sense_together_is_wrong_usage(run, slips, name):
+    done = run("check", *WRONG[name])
+    assert done.code == 2 and done.out == "" and "Usage" in done.err
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00", b"", b"a: [1, 2\n", b"- 1\n", b"a: 1\na: 2\n" * 3])
+def test_what_is_no_spec_is_told_and_left(run, tmp_path, content):
+    path = tmp_path / "odd.yaml"
+    path.write_bytes(content)
+    assert run("check", "--fix", "odd.yaml").code == 2
+    assert run("check", "--diff", "odd.yaml").code == 2
+    assert path.read_bytes() == content
+    assert run("check", "--fix", "absent.yaml").code == 2
