@@ -72,9 +72,9 @@ class Design:
         """The electrical numbers."""
         if self.given_estimates is not None:
             return self.given_estimates
-        from sitscad.estimates import estimate
+        from sitscad.estimates import estimated
 
-        return estimate(self.layout)
+        return estimated(self.layout)
 
     @cached_property
     def response(self) -> ResponseModel:
@@ -88,9 +88,9 @@ class Design:
         """The same design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
         if self.estimates.temperature == ROOM_TEMPERATURE:
             return self
-        from sitscad.estimates import estimate
+        from sitscad.estimates import estimated
 
-        return Design(self.spec, self.layout, estimate(self.layout, temperature=ROOM_TEMPERATURE))
+        return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE))
 
     @cached_property
     def panel(self) -> Panel | None:
@@ -104,9 +104,9 @@ class Design:
         """The electrical estimate of the panel's coupon, which lies in free air; None where there is no coupon."""
         if self.panel is None or self.panel.coupon is None:
             return None
-        from sitscad.estimates import estimate
+        from sitscad.estimates import estimated
 
-        return estimate(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # it is measured on the bench
+        return estimated(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # it is measured on the bench
 
     @cached_property
     def solids(self) -> tuple[Any, ...]:
@@ -140,11 +140,11 @@ class Design:
 
     def drawn(self, changed: SensorSpec, patience: Patience | None = None) -> Design:
         """A changed design, drawn anew unless the board stays as it is."""
-        from sitscad.layout import lay_out
+        from sitscad.layout.arrangement import arrange
 
         if self.has_board_of(changed):
             return Design(changed, replace(self.layout, spec=changed))
-        return Design(changed, lay_out(changed, patience))
+        return Design(changed, arrange(changed, patience))
 
 
 def respond(

@@ -33,6 +33,7 @@ from sitscad.record import record
 from sitscad.remedy.budget import DECISIVE, HINTS, Budget
 from sitscad.spec.rules import SPEC_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.validity import refuse_unusable
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
@@ -80,8 +81,10 @@ def check(
     result is the same whatever the order of the rules: findings are sorted by rule, line, column and message. Where a
     hint says that something was tried, the changed design was laid out, estimated and checked. `hints` is what such
     trials may cost: ``none``; ``decisive``, about as much as the check itself, errors first; ``full``, minutes. The
-    verdict is the same with each. Raises ValueError for any other choice.
+    verdict is the same with each. Raises ValueError for any other choice, and SpecError for a spec put together in
+    Python that has values which no text could have.
     """
+    refuse_unusable(spec)
     return judged(Design(spec, layout, estimates), hints)
 
 

@@ -6,6 +6,7 @@ from sitscad.estimates.steps import given, read, tell, tune, wind
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
+from sitscad.spec.validity import refuse_unusable
 
 __all__ = [
     "METHODS",
@@ -29,5 +30,14 @@ def estimate(
     found no room for them: the contacts then see the winding alone, and a note says so. Raises ValueError for a method
     that does not exist or does not serve the shape. R states its own error; it is solved finer for a tolerance below
     3e-3. `temperature` (degrees Celsius; the spec's where None) sets the conductivity of every track, barrel and metal.
+    Raises SpecError where the layout's spec was put together in Python and has values that no text could have.
     """
+    refuse_unusable(layout.spec)
+    return estimated(layout, method, tolerance, temperature)
+
+
+def estimated(
+    layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None
+) -> Estimates:
+    """The same of a layout whose spec is known to be right, or is one that is tried."""
     return tell(read(tune(wind(given(layout, temperature), method, tolerance))))

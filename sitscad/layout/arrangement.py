@@ -35,7 +35,7 @@ from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 
-def lay_out(spec: SensorSpec, patience: Patience | None = None) -> Layout:
+def arrange(spec: SensorSpec, patience: Patience | None = None) -> Layout:
     """Lay out the whole board.
 
     Never raises for want of room: what found none is missing from the layout and named in `Layout.shortfalls`. Coils

@@ -30,7 +30,7 @@ def load(path: str | os.PathLike[str]) -> SensorSpec:
         raise SpecError((finding_from_text(error),)) from None
     spec = load_text(text, path)
     files = {Path(path).name: content, **spec.source.files}
-    return replace(spec, source=replace(spec.source, files=files))
+    return spec.known(replace(spec.source, files=files))
 
 
 def read_text(path: str) -> str:
@@ -59,4 +59,4 @@ def load_text(text: str, path: str | os.PathLike[str] = NO_FILE) -> SensorSpec:
         lacks_room = not remarks.findings and all(flaw.rule in ROOM_RULES for flaw in remarks.flaws)
         found = (*in_order(findings), *remarks.findings)
         raise SpecError(found, remarks.texts, spec if lacks_room else None, source)
-    return replace(spec, source=replace(spec.source, defaults=tuple(remarks.defaults), files=remarks.files))
+    return spec.known(replace(spec.source, defaults=tuple(remarks.defaults), files=remarks.files))

@@ -6,6 +6,10 @@ Lengths are metres, angles radians; x runs along the jaw to the handle, y across
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib import import_module
+from typing import Any, cast, overload
 
 from sitscad.geometry.shapes import SHAPES, Outline
 from sitscad.record import record
@@ -345,3 +349,62 @@ class SensorSpec:
         """The copper layers that the coil is wound on, in winding order, with their heights."""
         copper = self.fpc.stackup.copper
         return tuple(copper[number - 1] for number in self.coil.layers)
+
+    @classmethod
+    def from_mapping(cls, sections: Mapping[str, Any] | None = None, /, **named: Any) -> SensorSpec:
+        """The sensor that sections say in dictionaries, or as keywords: keys and values as in YAML.
+
+        Bare numbers for lengths are millimetres, other quantities are texts with their unit; what is left out takes its
+        default, ``sitscad`` (the version of the format) too. Numbers of numpy serve as well. The spec's text is the
+        same in YAML.
+
+        Raises
+        ------
+        SpecError
+            with a finding for each value that is not right, as of a file; it names the key.
+
+        >>> from sitscad import SensorSpec
+        >>> coil = {"shape": "circle", "outer_diameter": 7, "turns": 12, "layers": 2,
+        ...         "trace_width": "100 um", "trace_spacing": "100 um"}
+        >>> SensorSpec.from_mapping(name="bench", coil=coil).coil.outer_diameter
+        0.007
+        """
+        return cast(SensorSpec, _changing().from_mapping({**(sections or {}), **named}))
+
+    @overload
+    def replace(self, key: str, value: Any, /) -> SensorSpec: ...
+
+    @overload
+    def replace(self, changes: Mapping[str, Any], /) -> SensorSpec: ...
+
+    def replace(self, key: str | Mapping[str, Any], value: Any = None, /) -> SensorSpec:
+        """The sensor with another value at a dotted key, or with several at once: keys and values as in YAML.
+
+        ``spec.replace("coil.turns", 7.5)``, ``spec.replace({"coil.turns": 8, "coil.outer_diameter": "9 mm"})``; entries
+        of lists are counted from 0 (``array.centres.1``), sections may be given whole, and None takes a key out. The
+        change is made in the spec's text, whose comments stay as long as values are changed and not whole sections.
+
+        Raises
+        ------
+        SpecError
+            where there is no such key or the value is not right, as of a file; and where values were changed past the
+            text before (`dataclasses.replace`), which would undo them.
+        """
+        changes = key if isinstance(key, Mapping) else {key: value}
+        return cast(SensorSpec, _changing().replaced(self, changes))
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it is just as it was read and resolved, and so is known to be right."""
+        return "_known" in self.__dict__
+
+    def known(self, source: SpecSource) -> SensorSpec:
+        """The same, read from a source, and known to be right: for what resolves specs alone."""
+        found = replace(self, source=source)
+        found.__dict__["_known"] = True  # no field: what `dataclasses.replace` makes of it has to be looked at anew
+        return found
+
+
+def _changing() -> Any:
+    """What makes and changes specs: it reads them, and so knows this module already."""
+    return import_module("sitscad.spec.changing")

@@ -104,12 +104,14 @@ def plan(layout: Layout) -> Panel | None:
 
 def _coupon(layout: Layout) -> tuple[Layout | None, str]:
     """The first coil alone on a piece of the same stack-up with solder pads; or None and the reason."""
-    from sitscad.layout import lay_out  # a panel is drawn seldom, and the package imports its parts from here
+    from sitscad.layout.arrangement import (
+        arrange,  # a panel is drawn seldom, and the package imports its parts from here
+    )
 
     spec = layout.spec
     if spec.fpc.tail is None and len(spec.array.placements) == 1:
         return None, "the part is a single coil with solder pads: every part is its own coupon"
-    coupon = lay_out(coupon_spec(spec))
+    coupon = arrange(coupon_spec(spec))
     if coupon.shortfalls or not all(coil.is_closed_circuit for coil in coupon.coils):
         reasons = "; ".join(lack.message for lack in coupon.shortfalls) or "the coil does not reach its pads"
         return None, f"a single coil with solder pads finds no room: {reasons}"

@@ -12,7 +12,7 @@ from sitscad.spec.resolver import positions
 from sitscad.spec.sensor import ArraySpec, CoilSpec
 from sitscad.units import show
 
-_MOST_COILS = 64
+MOST_COILS = 64
 _DEFAULT_GAP = 0.5e-3
 MORE_ROOM = "leads and vias between the coils may need more"
 _GRAIN = 1e-6  # missing lengths are named in micrometres
@@ -34,13 +34,13 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
     _check_keys(document, pattern, remarks)
     pitch = _pitch(document, pattern, coil, remarks)
     centres = _centres(document, pattern, pitch or 0.0, remarks)
-    if not 1 <= len(centres) <= _MOST_COILS:
+    if not 1 <= len(centres) <= MOST_COILS:
         key = "array.centres" if pattern == "explicit" else "array.count"
-        message, limit = f"{len(centres)} coils are out of range: 1 to {_MOST_COILS}", _MOST_COILS if centres else 1
+        message, limit = f"{len(centres)} coils are out of range: 1 to {MOST_COILS}", MOST_COILS if centres else 1
         remarks.flaw("SIT006", key, message, measured=float(len(centres)), limit=float(limit))
         return ArraySpec(pattern, positions.named(((0.0, 0.0),)), pitch)
     array = ArraySpec(pattern, positions.named(centres, _rotations(document, pattern, len(centres), remarks)), pitch)
-    _check_gaps(array, coil, remarks)
+    check_gaps(array, coil, remarks)
     return array
 
 
@@ -110,7 +110,8 @@ def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remar
     return (0.0,) * coils
 
 
-def _check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
+def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
+    """Whether the coils of an array keep the trace spacing from each other."""
     smallest, first, second = _smallest_gap(array, coil)
     if _is_wide(smallest, coil.trace_spacing):
         return

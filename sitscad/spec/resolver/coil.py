@@ -31,12 +31,18 @@ def resolve_coil(document: CoilDocument, remarks: Remarks) -> CoilSpec:
         clockwise=document.sense == "clockwise",
         corner_radius=document.corner_radius,
     )
+    check_coil(coil, remarks, turns)
+    return coil
+
+
+def check_coil(coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = ()) -> None:
+    """Whether a coil's size, turns and corners fit its shape and each other; `written` are its turns as they are."""
+    turns = written or (coil.layer_turns if coil.has_unequal_turns else coil.layer_turns[:1])
     _check_size(coil, remarks)
     _check_room(coil, remarks)
     for index, number in enumerate(turns):
         _check_turns(coil, number, "coil.turns" if len(turns) == 1 else f"coil.turns.{index}", remarks)
     _check_corner(coil, remarks)
-    return coil
 
 
 MOST_OF_A_COIL, MOST_OF_ALL = 500.0, 2000.0

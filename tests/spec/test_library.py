@@ -1,0 +1,228 @@
+"""Specs made and changed in Python: checked as a file is, and refused where they were changed past it."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import sitscad
+from sitscad import SensorSpec, SpecError
+from sitscad.finding import Edit
+from sitscad.spec import templates
+from sitscad.spec.format.rewriting import rewritten
+from sitscad.spec.format.writing import plain, yaml_text
+from sitscad.spec.format.yaml_reader import read_yaml
+from sitscad.spec.validity import refuse_unusable
+
+COIL = {
+    "shape": "circle",
+    "outer_diameter": 7,
+    "turns": 12,
+    "layers": 2,
+    "trace_width": "100 um",
+    "trace_spacing": "100 um",
+}
+BENCH = sitscad.load_text(templates.read("bench_7mm"))
+SMALL = SensorSpec.from_mapping(name="small", coil=COIL)
+
+
+def refused(call) -> tuple[sitscad.Finding, ...]:
+    with pytest.raises(SpecError) as caught:
+        call()
+    return caught.value.findings
+
+
+def test_a_mapping_and_keywords_say_what_a_text_says():
+    text = """
+sitscad: 1
+name: small
+coil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+"""
+    read = sitscad.load_text(text)
+    assert replace(SMALL, source=read.source) == read
+    assert SensorSpec.from_mapping({"name": "small", "coil": COIL}) == SMALL
+    assert sitscad.load_text(SMALL.source.text) == SMALL
+
+
+@pytest.mark.parametrize("name", templates.names())
+def test_every_template_is_the_same_from_a_mapping(name):
+    text = templates.read(name)
+    made, read = SensorSpec.from_mapping(read_yaml(text).data), sitscad.load_text(text)
+    assert replace(made, source=read.source) == read
+    refuse_unusable(replace(read))  # values put together in Python, and right
+
+
+def test_numbers_of_numpy_serve():
+    coil = COIL | {"turns": np.array([12.0, 11.0]), "outer_diameter": np.float64(7.0), "layers": np.int64(2)}
+    assert SensorSpec.from_mapping(name="small", coil=coil).coil.layer_turns == (12.0, 11.0)
+
+
+def test_a_change_keeps_the_comments_and_is_read_as_a_file_is():
+    changed = BENCH.replace("coil.turns", 7.5)
+    assert changed.coil == replace(BENCH.coil, turns=7.5)
+    assert changed.source.text == rewritten(BENCH.source.text, [Edit("coil.turns", "7.5")])
+    assert changed.source.text.count("#") == BENCH.source.text.count("#") > 0
+    assert changed.replace("coil.turns", BENCH.coil.most_turns).coil == BENCH.coil
+
+
+def test_several_changes_are_judged_together():
+    assert {f.rule for f in refused(lambda: BENCH.replace("coil.outer_diameter", 3))} == {"SIT016"}
+    assert BENCH.replace({"coil.outer_diameter": 3, "coil.turns": 4}).coil.size == (3e-3, 3e-3)
+
+
+def test_sections_come_and_go():
+    target = SMALL.replace("target", {"shape": "square", "size": "4 mm"})
+    assert target.target.size == (4e-3, 4e-3)
+    assert target.replace({"target.size": [4, 5], "target.shape": "rectangle"}).target.size == (4e-3, 5e-3)
+    assert target.replace("target", None) == SMALL.replace("target", None)
+    assert target.replace("target", None).target is None
+
+
+def test_entries_of_lists_are_counted_from_nought():
+    spec = SMALL.replace("array", {"pattern": "explicit", "centres": [[-4, 0], [4, 0]]})
+    assert spec.replace("array.centres.1.0", 5).array.placements[1].centre == (5e-3, 0.0)
+    assert refused(lambda: spec.replace("array.centres.2", [9, 0]))[0].key == "array.centres.2"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "rule"),
+    [
+        ("coil.turns", -3, "SIT006"),
+        ("coil.turns", math.nan, "SIT006"),
+        ("coil.turns", 10**400, "SIT006"),
+        ("coil.trace_width", 80, "SIT006"),
+        ("coil.trace_width", "80 kg", "SIT005"),
+        ("coil.layers", "two", "SIT004"),
+        ("coil.shape", "circus", "SIT007"),
+        ("coil.turnz", 3, "SIT002"),
+        ("coil.turns.3", 3, "SIT002"),
+        ("coil.turns", object(), "SIT004"),
+        ("coil.turns", None, "SIT003"),
+        ("coil", 3, "SIT004"),
+        ("fpc.rules.trace_width", "1 mm", "SIT002"),
+    ],
+)
+def test_what_is_wrong_is_refused_and_the_key_named(key, value, rule):
+    spec = SMALL.replace("fpc", {"rules": "generic-fine"})
+    found = refused(lambda: spec.replace(key, value))[0]
+    assert found.rule == rule and found.key is not None and key.startswith(found.key.split(".")[0])
+    assert (found.key or "").rpartition(".")[2] in found.message
+
+
+def test_a_change_past_the_text_is_not_undone_in_silence():
+    past = replace(BENCH, coil=replace(BENCH.coil, turns=5.0))
+    found = refused(lambda: past.replace("coil.layers", 2))[0]
+    assert found.key == "coil" and "past its text" in found.message
+    assert replace(BENCH, coil=BENCH.coil).replace("coil.turns", 5.0).coil == past.coil
+
+
+HOSTILE = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.binary()
+    | st.sampled_from([10**400, -1e308, "1e999 mm", "\ud800", "a: b", "- x", "[", "{a", "#", "&x", "nan"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text() | st.integers(), inner, max_size=3),
+    max_leaves=6,
+)  # fmt: skip
+KEYS = st.sampled_from([
+    "coil", "coil.turns", "coil.turns.0", "coil.layers", "coil.trace_width", "coil.outer_diameter", "coil.start_angle",
+    "array", "array.count", "array.centres", "fpc", "fpc.stackup", "fpc.stackup.0.copper", "fpc.rules", "fpc.tail",
+    "name", "sitscad", "target.size", "requirements.temperature", "readout.clock", "a.b.c.d", "", ".", "..",
+])  # fmt: skip
+
+
+@given(key=KEYS | st.text(max_size=12), value=HOSTILE)
+@settings(max_examples=300, deadline=None)
+def test_any_value_gives_a_spec_or_a_spec_error(key, value):
+    began = time.process_time()
+    try:
+        assert isinstance(BENCH.replace(key, value), SensorSpec)
+    except SpecError as error:
+        assert error.findings and all(isinstance(f.rule, str) for f in error.findings)
+    assert time.process_time() - began < 5.0
+
+
+@given(sections=st.dictionaries(st.sampled_from(["name", "coil", "array", "fpc", "target", "x"]), HOSTILE, max_size=4))
+@settings(max_examples=200, deadline=None)
+def test_any_mapping_gives_a_spec_or_a_spec_error(sections):
+    for given_sections in (sections, {"name": "x", "coil": COIL} | sections):
+        try:
+            assert isinstance(SensorSpec.from_mapping(given_sections), SensorSpec)
+        except SpecError as error:
+            assert error.findings
+
+
+def test_a_number_too_long_to_be_written_is_refused():
+    assert refused(lambda: BENCH.replace("coil.turns", 10**5000))[0].key == "coil.turns"
+    assert refused(lambda: sitscad.lay_out(replace(BENCH, coil=replace(BENCH.coil, turns=10**5000))))
+
+
+def test_a_list_that_holds_itself_is_refused():
+    endless: list[object] = [1, 2, 3]
+    endless += [endless] * 9
+    assert refused(lambda: BENCH.replace("array.centres", endless))[0].rule in ("SIT004", "SIT010")
+
+
+TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
+WORDS = st.text("abcdefghijklmnopqrstuvwxyz_", min_size=1, max_size=8)
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers(-(10**30), 10**30) | st.floats(allow_nan=False) | TEXTS,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(WORDS, inner, max_size=4),
+    max_leaves=12,
+)
+
+
+@given(data=st.dictionaries(WORDS, PLAIN, min_size=1, max_size=5))
+@settings(deadline=None)
+def test_what_is_written_is_read_back(data):
+    assert read_yaml(yaml_text(plain(data))).data == data
+
+
+PLACES = [(part, one) for part in ("coil", "array", "fpc", "target", "readout", "requirements", "name", "source")
+          for one in (None, *getattr(getattr(BENCH, part), "__dataclass_fields__", ()))]  # fmt: skip
+
+
+@given(place=st.sampled_from(PLACES), value=HOSTILE | st.sampled_from([1e30, 1e-30, (1,), (1e3, 1.0)]))
+@settings(max_examples=300, deadline=None)
+def test_any_value_put_into_a_spec_is_used_or_refused_in_seconds(place, value):
+    part, one = place
+    spec = replace(BENCH, **{part: value if one is None else replace(getattr(BENCH, part), **{one: value})})
+    began = time.process_time()
+    try:
+        sitscad.lay_out(spec)
+    except SpecError as error:
+        assert error.findings
+    assert time.process_time() - began < 10.0
+
+
+WRONG = {
+    "turns": -3,
+    "layers": 2,
+    "trace_width": 80,
+    "shape": "pear",
+    "size": (1e-3, 2e-3),
+    "trace_spacing": 1.0,
+    "start_angle": math.inf,
+}
+
+
+@pytest.mark.parametrize("field", WRONG)
+def test_what_lays_out_estimates_and_checks_refuses_it_alike(field):
+    spec = replace(BENCH, coil=replace(BENCH.coil, **{field: WRONG[field]}))
+    drawn = replace(sitscad.lay_out(BENCH), spec=spec)
+    for call in (
+        lambda: sitscad.lay_out(spec),
+        lambda: sitscad.check(spec),
+        lambda: sitscad.estimate(drawn),
+        lambda: sitscad.Design(spec).layout,
+    ):
+        assert any(finding.key.startswith("coil.") for finding in refused(call))
+
+
+def test_what_is_no_spec_at_all_is_a_type_error():
+    with pytest.raises(TypeError, match="SensorSpec"):
+        sitscad.lay_out({"coil": 3})
