@@ -30,8 +30,10 @@ def made(monkeypatch):
 
         return counted
 
-    monkeypatch.setattr(sitscad.layout, "lay_out", counting(sitscad.layout.lay_out))
-    monkeypatch.setattr(sitscad.estimates, "estimate", counting(sitscad.estimates.estimate))
+    arrange = counting(sitscad.layout.arrange)
+    monkeypatch.setattr("sitscad.layout.arrange", arrange)
+    monkeypatch.setattr("sitscad.layout.arrangement.arrange", arrange)
+    monkeypatch.setattr(sitscad.estimates, "estimated", counting(sitscad.estimates.estimated))
     return count
 
 
@@ -43,7 +45,7 @@ def test_nothing_is_made_before_it_is_asked_for(made):
     design = template("single_coil")
     assert not made
     assert design.layout is design.layout and design.scene is design.scene
-    assert made == {"lay_out": 1}
+    assert made == {"arrange": 1}
 
 
 @pytest.mark.parametrize("name", ["grasper_4layer", "three_axis_triangle"])
@@ -53,20 +55,20 @@ def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
     assert review.ok and review.findings and review.signals
     assert design.spec.requirements.temperature == ROOM_TEMPERATURE
     assert design.estimates is design.bare.estimates
-    assert made == {"lay_out": 1, "estimate": 1}
+    assert made == {"arrange": 1, "estimated": 1}
 
 
 def test_a_design_that_is_refused_is_laid_out_and_estimated_once_where_no_hint_is_asked_for(made):
     review = Review(template(WORKED_EXAMPLE), hints="none")
     assert not review.ok and review.not_checked == review.result.not_checked
-    assert made == {"lay_out": 1, "estimate": 1}
+    assert made == {"arrange": 1, "estimated": 1}
 
 
 def test_a_build_takes_the_design_that_was_reviewed(made, tmp_path):
     design = template("single_coil")
     assert Review(design).ok
     assert sitscad.build(design, tmp_path, only=["firmware", "laser"]).written
-    assert made == {"lay_out": 1, "estimate": 1}
+    assert made == {"arrange": 1, "estimated": 1}
 
 
 def test_a_bare_design_is_the_same_without_its_text():

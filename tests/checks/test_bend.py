@@ -157,12 +157,11 @@ def test_a_tail_with_nothing_straight_is_not_to_be_bent(bench):
 
 def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
     """The search for leads that fails is long, and no length of the tail changes it: it is not repeated."""
-    import sitscad.layout
 
     crowded = spec("length: 6, layers: 2, bend: static", rest="array: {pattern: line, count: 3, pitch: 7.1}")
     layout = lay_out(crowded)
     assert {lack.what for lack in layout.shortfalls} == {Missing.LEAD_ROOM}
     tried = []
-    monkeypatch.setattr(sitscad.layout, "lay_out", lambda *given, **named: tried.append(given) or layout)
+    monkeypatch.setattr("sitscad.layout.arrangement.arrange", lambda *given, **named: tried.append(given) or layout)
     (found,) = [finding for finding in advised("SIT123", crowded, layout) if finding.key == "fpc.tail.length"]
     assert "lengthen the tail" in found.hint and tried == []
