@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitscad.estimates.winding.inductance_bounds import Crowding, error_bound
+from sitscad.estimates.winding.inductance_bounds import UNFITTED, Crowding, error_bound
 
 COIL = Crowding(12.0, 100e-6, 200e-6, 35e-6, 1.05e-3, 7e-3, (0.0, -60e-6))
 PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "filaments"), ("pentagon", "strands"),
@@ -65,10 +65,11 @@ def test_no_bound_is_below_what_the_references_are_good_for():
     assert error_bound("strands", replace(many, sides=6)) >= 1e-6
 
 
-def test_an_unfitted_number_of_sides_has_the_larger_bound_of_its_neighbours():
+def test_an_unfitted_number_of_sides_has_more_than_the_bounds_of_its_neighbours():
     bounds = {sides: error_bound("strands", replace(COIL, sides=sides)) for sides in (4, 5, 6, 7, 8, 11)}
-    assert bounds[5] == max(bounds[4], bounds[6]) and bounds[7] == max(bounds[6], bounds[8])
-    assert bounds[11] == bounds[8]
+    assert bounds[5] == pytest.approx(UNFITTED * max(bounds[4], bounds[6]))
+    assert bounds[7] == pytest.approx(UNFITTED * max(bounds[6], bounds[8]))
+    assert bounds[11] == pytest.approx(UNFITTED * bounds[8])
 
 
 def test_a_method_that_does_not_serve_a_shape_is_named():

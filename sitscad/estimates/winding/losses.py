@@ -54,7 +54,8 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     usual = wanted > FINE_TOLERANCE
     arcs = any(np.any(mitred(track).turns) for track in bent)
     inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.most_turns
-    half = usual and min(spec.layer_turns) >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
+    alike = usual and spec.outline.sides % 2 == 0  # opposite sides of an odd number of them are not
+    half = alike and min(spec.layer_turns) >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
     # the field along a side is smooth, but for layers that cross near corners: those want twice the places
     cuts = 4 if usual and (not spec.outline.sides or len(bent) == 1) else 8
     return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, half)
