@@ -212,9 +212,16 @@ class _Left:
     def __call__(self, fix: Fix, /) -> tuple[str, ...] | None:
         assert self._finding is not None
         broken = self._noted(self._trials.broken(self._finding, fix.spec))
-        if broken == () and fix.edits not in (known.edits for known in self.mending):
-            self.mending.append(Remedy(fix.edits, self._trials.warned(fix.spec)))
+        if broken == ():
+            self._keep(Remedy(fix.edits, self._trials.warned(fix.spec)))
         return broken
+
+    def mends(self, fix: Fix) -> None:
+        self._keep(Remedy(fix.edits))
+
+    def _keep(self, remedy: Remedy) -> None:
+        if remedy.edits not in (known.edits for known in self.mending):
+            self.mending.append(remedy)
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
         return self._trials.warned(changed)

@@ -21,6 +21,9 @@ class Left(Protocol):
         finding is told with it.
         """
 
+    def mends(self, fix: Fix) -> None:
+        """Tell the finding with a fix that was laid out and held against the rules that matter, but not estimated."""
+
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
         """Other rules that warn of it, and not of the spec as it stands; of a change that breaks nothing."""
 

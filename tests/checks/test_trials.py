@@ -10,7 +10,7 @@ from ruamel.yaml import YAML
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "validation")]
 
-from follow_hints import NAMED, followed, written  # noqa: E402
+from follow_hints import alternatives, followed, written  # noqa: E402
 from follow_hints import design as random_design  # noqa: E402
 
 from sitscad.checks import check  # noqa: E402
@@ -122,7 +122,7 @@ def test_sizes_that_are_told_to_plates_fit_the_board_and_keep_the_other_rules_of
     document["requirements"] = {"normal_force": force}
     (found, *_) = advised("SIT307", load_text(json.dumps(document), "spec.yaml"))
     changed = document
-    for key, value in NAMED.findall(found.hint):
+    for key, value in alternatives(found)[0]:
         changed = written(changed, key, value)
     after = load_text(json.dumps(changed), "spec.yaml")
     assert judge("SIT307", after) == judge("SIT306", after) == judge("SIT304", after) == []

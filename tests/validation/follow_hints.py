@@ -2,16 +2,15 @@
 
     python tests/validation/follow_hints.py [-n 30] [--first 1] [--hints decisive]
 
-checks random designs of sensible proportions (those of tests/benchmarks/check_times.py), writes every alternative that
-a hint names into the spec, checks again, and counts what is then better (the finding is gone), equal or worse: a new
-error, or a complaint that the hint does not name.
+checks random designs of sensible proportions (those of tests/benchmarks/check_times.py), writes every fix of every
+finding into the spec, checks again, and counts what is then better (the finding is gone), equal or worse: a new error,
+or a complaint that the fix does not name.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 from collections import Counter
 from pathlib import Path
@@ -29,14 +28,9 @@ from sitscad.spec.rules import SpecError  # noqa: E402
 
 plain = YAML(typ="safe")
 
-NAMED = re.compile(
-    r"((?:coil|array|fpc|readout|target|elastomer)\.[a-z_.]+): (\[[^]]*\]|[^,;()]+?)"
-    r"(?= with | and | or |;|,| instead| is enough| is long| mends| makes| fits| leaves| \(|$)"
-)
-
 
 def written(document, key, value):
-    """A document with one dotted key changed to a value as it stands in a hint."""
+    """A document with one dotted key changed to a value as it is written."""
     changed = json.loads(json.dumps(document))
     *parents, last = key.split(".")
     place = changed
@@ -46,11 +40,9 @@ def written(document, key, value):
     return changed
 
 
-def alternatives(hint):
-    """What a hint says was tried and mends: lists of keys and values to be written together."""
-    promised, tried, _ = re.sub(r"\(tried[^)]*(\([^)]*\)[^)]*)*\)", "", hint).partition("(it was tried)")
-    parts = re.split(r"; or |; ", promised.strip()) if tried else []
-    return [NAMED.findall(part) for part in parts if NAMED.findall(part)]
+def alternatives(finding):
+    """What is said to mend a finding: lists of keys and values to be written together."""
+    return [[(edit.key, edit.new.strip('"')) for edit in remedy.edits] for remedy in finding.fixes]
 
 
 def complaints(findings):
@@ -70,7 +62,7 @@ def followed(document, only=None, hints="full"):
     """Every alternative of every hint (of `only` one rule) followed: rule, what was written, and what is then wrong."""
     found = check(load_text(json.dumps(document), "spec.yaml"), hints=hints).findings
     for finding in (f for f in complaints(found) if only in (None, f.rule)):
-        for changes in alternatives(finding.hint):
+        for changes, remedy in zip(alternatives(finding), finding.fixes, strict=True):
             changed = document
             for key, value in changes:
                 changed = written(changed, key, value)
@@ -81,7 +73,7 @@ def followed(document, only=None, hints="full"):
                 continue
             wrong = [rule for rule in errors(after) if errors(after).count(rule) > errors(found).count(rule)]
             wrong += [f.rule for f in complaints(after) if (f.rule, f.key) == (finding.rule, finding.key)]
-            wrong += [f.rule for f in complaints(after) if is_new(f.rule, found, after) and f.rule not in finding.hint]
+            wrong += [f.rule for f in complaints(after) if is_new(f.rule, found, after) and f.rule not in remedy.brings]
             yield finding.rule, changes, wrong
 
 

@@ -134,6 +134,8 @@ def _told(design: Design, left: Left | None) -> str:
             breaks = tuple(sorted(_other_complaints(Design(change.spec, layout)) - before))
             if not breaks:
                 found.append(change.words)
+                if left is not None:
+                    left.mends(change)
                 break
             broken.append((breaks, change))
     if found:

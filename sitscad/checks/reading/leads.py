@@ -104,6 +104,7 @@ def _other_way(design: Design, is_cramped: bool, left: Left, is_warned: bool) ->
     fit = (change for change in changes if _runs_together(left, change, is_cramped))
     found = first_that_mends(islice(fit, TRIED), left) if is_warned else next(fit, None)
     if found is not None:
+        left.mends(found)
         return f"{found.words} lets them run together (it was {'tried' if is_warned else 'drawn'})"
     return "" if left.is_cut_short else _vain(changes)
 
