@@ -316,7 +316,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
             raise
         raise click.BadParameter(str(error), param_hint="--method") from error
     result = sitscad.check(loaded, layout, estimates if method is None else None)
-    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked, result.signals)
+    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked, result.signals, result.fit)
     _print(show(spec, estimates, checked, _colour(sys.stdout)))
     worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
     if tolerance is not None and worst.inductance_error > tolerance:
@@ -404,7 +404,7 @@ def response(
     else:
         _print(show(spec, found, _colour(sys.stdout)))
     result = sitscad.check(loaded, design.layout, design.estimates)
-    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked, result.signals)
+    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked, result.signals, result.fit)
     if not checked.ok:
         _say(f"the checks found {_counted(checked.count(Severity.ERROR), 'error')}: sitscad check {spec}")
     return checked.exit_code

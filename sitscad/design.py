@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from sitscad.layout.cutting.panel import Panel
     from sitscad.layout.routing.patience import Patience
     from sitscad.scene.bodies import Body
+    from sitscad.scene.fit import Measure
     from sitscad.scene.motions import Motions
 
 Kept = TypeVar("Kept")
@@ -66,6 +67,13 @@ class Design:
         from sitscad.scene.stack import stack
 
         return stack(self.layout)
+
+    @cached_property
+    def fit(self) -> tuple[Measure, ...]:
+        """What is measured of the sensor in its jaw; nothing without one, or where the shield does not fit."""
+        from sitscad.scene.fit import measures
+
+        return measures(self.layout)
 
     @cached_property
     def estimates(self) -> Estimates:

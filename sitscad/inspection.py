@@ -68,7 +68,7 @@ def inspect_text(text: str, path: str, hints: str = DECISIVE) -> Inspection:
 def _inspected(spec: SensorSpec, hints: str) -> Inspection:
     design = Design(spec)
     result = Review(design, hints).result
-    return Inspection(checked_spec(spec, result.findings, result.not_checked, result.signals), design)
+    return Inspection(checked_spec(spec, result.findings, result.not_checked, result.signals, result.fit), design)
 
 
 @record(eq=False)

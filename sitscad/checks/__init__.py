@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from sitscad.checks.assembly.fit import FIT_RULES
 from sitscad.checks.assembly.overhang import OVERHANG_RULES
 from sitscad.checks.assembly.plates import PLATE_RULES
+from sitscad.checks.assembly.room_in_jaw import ROOM_IN_JAW_RULES
 from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
 from sitscad.checks.board.bend import BEND_RULES
 from sitscad.checks.board.clearances import CLEARANCE_RULES
@@ -38,6 +39,7 @@ from sitscad.spec.validity import refuse_unusable
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
     from sitscad.estimates.signal import Signal
+    from sitscad.scene.fit import Measure
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "check", "explain", "mended"]
 
@@ -49,7 +51,7 @@ _LOADING = tuple(
 _TABLES = (
     _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, COVERLAY_RULES, ROOM_RULES, DRAWN_FORM_RULES,
     BEND_RULES, PLUG_RULES, STEP_RULES, ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES,
-    SHEAR_RULES, TRANSDUCTION_RULES, THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES,
+    ROOM_IN_JAW_RULES,    SHEAR_RULES, TRANSDUCTION_RULES, THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))
@@ -58,13 +60,14 @@ RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in ta
 
 @record
 class CheckResult:
-    """What was found, in the order of rule and place, what could not be checked, with the reason, and what each coil's
-    reading does from rest to the required force.
+    """What was found, in the order of rule and place, what could not be checked, with the reason, what each coil's
+    reading does from rest to the required force, and what was measured of the sensor in its jaw.
     """
 
     findings: tuple[Finding, ...]
     not_checked: tuple[NotChecked, ...]
     signals: tuple[Signal, ...] = ()
+    fit: tuple[Measure, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -104,7 +107,7 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
     findings = Trials(design, RULES, said, not_checked, budget).advised()
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
-    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates))
+    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit)
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:

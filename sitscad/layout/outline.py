@@ -62,7 +62,8 @@ def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
     as far as the jaw is long.
     """
     margin, jaw = spec.fpc.margin[0], spec.mount.jaw if spec.mount else None
-    return _about(spec.array.middle[0], far - margin, near + margin, jaw.length if jaw else None)
+    room = jaw.length - 2.0 * spec.fpc.rules.outline_tolerance if jaw else None  # longer, and it may come out too long
+    return _about(spec.array.middle[0], far - margin, near + margin, room)
 
 
 def body_breadth(spec: SensorSpec, needed: Breadth) -> Breadth:

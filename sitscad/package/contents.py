@@ -58,7 +58,7 @@ class Contents:
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
         review = self.review
-        return checked_spec(self.design.spec, review.findings, review.not_checked, review.signals)
+        return checked_spec(self.design.spec, review.findings, review.not_checked, review.signals, review.result.fit)
 
     @cached_property
     def forced(self) -> str:

@@ -1,6 +1,6 @@
 """Does it fit: clearances between solids, and the closed pair of jaws against its port's circle.
 
-From the meshes of the very solids that are built; `sitscad.scene.jaws.closed_section` says the same of the spec's
+From the meshes of the very solids that are built; `sitscad.scene.fit.closed_section` says the same of the spec's
 figures alone, by an independent way that needs no CAD kernel.
 """
 

@@ -25,7 +25,7 @@ from sitscad.scene.bodies import (
     film_thickness,
     seat_spans,
 )
-from sitscad.scene.jaws import axis, closed_span, fitted_jaw, jaw_range, shield_that_fits
+from sitscad.scene.jaws import axis, closed_span, fitted_jaw, jaw_range, made_to_measure, shield_that_fits
 
 MATERIAL, COLOUR = "printed resin", "#dfe6e9"
 CLEARANCE = 0.15e-3
@@ -77,11 +77,11 @@ def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
 
 
 def _within_port(layout: Layout, slab: Any) -> Any:
-    """The slab with the edges cut off that would stand out of the port's circle when the jaws are closed."""
+    """The slab without the edges that could stand out of the port's circle, tolerances at their worst, jaws closed."""
     fitted, span = fitted_jaw(layout), closed_span(layout)
     if fitted is None or span is None:
         return slab
-    bd, radius = require("build123d"), fitted.port_diameter / 2 * MM
+    bd, radius = require("build123d"), made_to_measure(layout, fitted) * MM
     bounds, middle, level = slab.bounding_box(), axis(layout).y * MM, (span[0] + span[1]) / 2 * MM
     heights = (bounds.min.Z - level, bounds.max.Z - level)
     reach = max(math.hypot(bounds.max.Y - middle, height) for height in heights)

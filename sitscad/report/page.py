@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail.contacts import Contact, head
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
+from sitscad.report.fit import FIT_HEAD, FIT_TITLE, PARTS_HEAD, fit_rows
+from sitscad.report.fit import PARTS_TITLE as FIT_PARTS_TITLE
+from sitscad.report.fit import part_rows as fit_part_rows
 from sitscad.report.numbers import (
     CROSS_HEAD,
     GAPS_TITLE,
@@ -78,6 +81,7 @@ def render(
         _part("Electrical numbers", _electrical(estimates)),
         _part("Readout settings", _readout(estimates)),
         _part("Stack", _stack(spec, estimates)),
+        _part("Fit", _fit(checked)),
         _part("Cross-checks", _cross_checks(estimates)),
         _part("Defaults assumed", _list(spec.source.defaults)),
         _part("Figures that nobody has verified", _unverified(spec)),
@@ -230,6 +234,12 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."
     pressed = _table(["", ""], compression_rows(estimates), PRESSED_TITLE)
     return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), GAPS_TITLE) + pressed
+
+
+def _fit(checked: CheckedSpec) -> str:
+    return _table(FIT_HEAD, fit_rows(checked.fit), FIT_TITLE) + _table(
+        PARTS_HEAD, fit_part_rows(checked.fit), FIT_PARTS_TITLE
+    )
 
 
 def _contacts(wiring: Sequence[Contact], converter: str) -> str:

@@ -1,22 +1,14 @@
-"""The closed pair of jaws: their section, where they stand, and what the port leaves between them. No CAD kernel."""
+"""The jaws: their section, where they stand, and the room that the port leaves between them. No CAD kernel."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 from sitscad.geometry.path import Arc, Line, Path, Point
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.scene.bodies import (
-    Heights,
-    above_board,
-    board_heights,
-    film_thickness,
-    seat_heights,
-    shield_heights,
-    top_height,
-)
+from sitscad.scene.bodies import Heights, seat_heights, shield_heights, top_height
+from sitscad.scene.column import slack
 from sitscad.spec.sensor import Jaw, SensorSpec
 
 FILM_ROUNDING = 0.8
@@ -25,10 +17,6 @@ FILM_ROUNDING = 0.8
 
 class PartsError(ValueError):
     """A part that the spec asks for cannot exist; the text says why and what to change."""
-
-
-Corner = tuple[str, float, float, float]
-"""A part, the distance y from the jaw's middle, the height z, and the rounding radius about that point (m)."""
 
 
 @record
@@ -99,83 +87,19 @@ def closed_span(layout: Layout) -> Heights | None:
 def half_width(layout: Layout, z: float) -> float:
     """Half the width (m) of what lies below the board at height z: the body's, or what the closed pair's port leaves.
 
-    Seat and shield are made to measure, so they are narrowed where a body's width would stand out of the port's circle.
+    Seat and shield are made to measure, so they are narrowed where a body's width would stand out of the port's circle,
+    with glue and tolerances at their worst.
     """
     half, jaw, span = layout.body_size[1] / 2, fitted_jaw(layout), closed_span(layout)
     if jaw is None or span is None:
         return half
-    radius, aside = jaw.port_diameter / 2, z - (span[0] + span[1]) / 2
+    radius, aside = made_to_measure(layout, jaw), z - (span[0] + span[1]) / 2
     return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
 
 
-@record
-class ClosedSection:
-    """The closed pair across its axis: height back to back (m), the axis' height above the board's top face (m),
-    the radius (m) of the smallest circle about the axis that holds everything, and which part decides it.
-    """
-
-    height: float
-    axis: float
-    radius: float
-    decided_by: str
-    port_radius: float
-
-    @property
-    def fits(self) -> bool:
-        """Whether the pair passes its port, touching allowed."""
-        return self.radius <= self.port_radius + 1e-9
-
-
-def closed_section(layout: Layout) -> ClosedSection | None:
-    """The closed pair from the spec's figures; None without a jaw.
-
-    Corners and the ends of rounded edges are the only points that can be farthest from the axis.
-    """
-    jaw, span = fitted_jaw(layout), closed_span(layout)
-    shield_that_fits(layout.spec)
-    if jaw is None or span is None:
-        return None
-    middle = (span[0] + span[1]) / 2
-    corners = (*_jaw_corners(layout, jaw, span), *_sensor_corners(layout))
-    radius, part = max((math.hypot(y, z - middle) + r, part) for part, y, z, r in corners)
-    return ClosedSection(span[1] - span[0], middle, radius, part, jaw.port_diameter / 2)
-
-
-def _jaw_corners(layout: Layout, jaw: Jaw, span: tuple[float, float]) -> Iterator[Corner]:
-    """Lowest point, side and face edge of both jaws, and the edge of the seat on the lower one."""
-    profile = section(jaw)
-    for y, depth in ((0.0, jaw.height), (profile.face / 2, profile.side), (profile.face / 2, 0.0)):
-        yield "jaw", y, span[0] + jaw.height - depth, 0.0
-        yield "opposing jaw", y, span[1] - jaw.height + depth, 0.0
-    metal = span[0] + jaw.height
-    yield "mount", half_width(layout, metal), metal, 0.0
-
-
-def _sensor_corners(layout: Layout) -> Iterator[Corner]:
-    """Every outer corner of board, shield, pad, target and film."""
-    spec, half, middle = layout.spec, layout.body_size[1] / 2, axis(layout).y
-    film, sheet = film_thickness(spec), shield_heights(spec)
-    for z in board_heights(spec):
-        yield "board body", half, z, 0.0
-    if sheet:
-        for z in sheet:
-            yield "shield", half_width(layout, sheet[0]), z, 0.0
-    if film:
-        yield "encapsulation", half, film, 0.0
-    for body in above_board(spec):
-        _, low, _, high = body.footprint.box
-        aside = max(high - middle, middle - low)
-        yield from _plate_corners(body.name, aside, body.heights, film)
-
-
-def _plate_corners(part: str, y: float, heights: tuple[float, float], film: float) -> Iterator[Corner]:
-    """A plate's lower and upper edge, and the film's round it (rounded above, square below)."""
-    for z in heights:
-        yield part, y, z, 0.0
-    if film > 0.0:
-        r = FILM_ROUNDING * film
-        yield "encapsulation", y + film - r, heights[1] + film - r, r
-        yield "encapsulation", y + film, max(0.0, heights[0] - film), 0.0
+def made_to_measure(layout: Layout, jaw: Jaw) -> float:
+    """The radius (m) within which seat and shield are kept: the port's, less what glue and tolerances may move them."""
+    return jaw.port_diameter / 2 - math.hypot(*slack(layout))
 
 
 def shield_that_fits(spec: SensorSpec) -> Heights | None:

@@ -42,3 +42,18 @@ class Finish:
     is_for_plugs: bool
     is_for_solder: bool
     source: str
+
+
+@record
+class Adhesive:
+    """What pieces are glued with: the thickness of one glue line and its tolerance in metres.
+
+    ``product`` is one that can be bought, ``primer`` what it needs on silicone (empty: nothing).
+    """
+
+    name: str
+    product: str
+    line: float
+    tolerance: float
+    primer: str = ""
+    source: str = ""

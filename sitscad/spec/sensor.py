@@ -16,7 +16,7 @@ from sitscad.record import record
 from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.issue import Issue
-from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.materials import Adhesive, Conductor, ElastomerMaterial
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import CopperLayer, Stackup
 
@@ -272,11 +272,30 @@ class Jaw:
 
 @record
 class Mount:
-    """What carries the sensor: ``standoff`` is from the metal's face to the board's bottom face (m)."""
+    """What carries the sensor: ``standoff`` is from the metal's face to the board's bottom face (m), ``process`` how
+    its pieces are made (resin, powder, filament, machined).
+    """
 
     kind: str
     jaw: Jaw | None
     standoff: float
+    process: str = "resin"
+
+
+@record
+class Assembly:
+    """How the pieces are put together: what they are glued with, the thickness of each glue line (m) and its
+    tolerance (m), and tolerances (m) of parts by name that go before those of their process.
+    """
+
+    adhesive: Adhesive | None = None
+    glue_line: float = 0.0
+    glue_tolerance: float = 0.0
+    tolerances: tuple[tuple[str, float], ...] = ()
+
+    def tolerance(self, part: str) -> float | None:
+        """The tolerance (m) that the spec gives a part; None where it leaves it to the part's process."""
+        return dict(self.tolerances).get(part)
 
 
 @record
@@ -343,6 +362,7 @@ class SensorSpec:
     requirements: Requirements
     source: SpecSource
     issue: Issue = Issue()
+    assembly: Assembly = Assembly()
 
     @property
     def coil_copper(self) -> tuple[CopperLayer, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.materials import Adhesive
 from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -50,6 +51,11 @@ def _sides(value: object) -> str:
     return " x ".join(show(side, "m") for side in value) if isinstance(value, tuple) else str(value or "")
 
 
+def _glue(spec: SensorSpec) -> Adhesive | None:
+    """What the pieces are glued with, where anything is glued."""
+    return spec.assembly.adhesive if any((spec.target, spec.elastomer, spec.mount)) else None
+
+
 def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
     fpc, mount = spec.fpc, spec.mount
     jaw = mount.jaw if mount is not None else None
@@ -62,6 +68,7 @@ def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
         *(("jaw", each.name) for each in (jaw,) if each is not None and each.source != WRITTEN),
         *(("conductor", name) for name in dict.fromkeys(m.name for m in metals if m.source != WRITTEN)),
         *(("elastomer", name) for name in dict.fromkeys(m.name for m in soft if m.source != WRITTEN)),
+        *(("adhesive", glue.name) for glue in (_glue(spec),) if glue is not None),
         *(("dielectric", name) for name in dict.fromkeys(layer.material for layer in fpc.stackup.layers)),
     ]
     for kind, name in used:

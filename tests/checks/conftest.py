@@ -19,6 +19,9 @@ from sitscad.remedy.budget import Budget
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
 
+JAW = {"width": 4.8, "length": 20, "height": 1.3, "port_diameter": 6}
+"""A jaw like generic-5mm, with a port that has been measured and is wide enough for glue and tolerances."""
+
 GOOD: dict[str, Any] = {
     "sitscad": 1,
     "name": "jaw",
@@ -39,7 +42,7 @@ GOOD: dict[str, Any] = {
     "target": {"shape": "square", "size": 4.5, "thickness": 0.2, "material": "copper"},
     "elastomer": {"material": "dragon-skin-30", "shape": "square", "size": 4.5, "thickness": 1, "kerf": 0.15},
     "encapsulation": {"material": "pdms", "thickness": 0.1},
-    "mount": {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 0.7},
+    "mount": {"kind": "grasper-pad", "jaw": JAW, "standoff": 0.7},
     "shield": {"material": "copper", "thickness": 0.1, "gap": 0.6},
     "readout": {"device": "ldc1614", "capacitance": "220 pF", "clock": "40 MHz", "scan_rate": "500 Hz"},
     "requirements": {"normal_force": "4.8 N", "shear_force": "1 N", "bandwidth": "100 Hz"},

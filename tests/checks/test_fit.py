@@ -52,37 +52,37 @@ def test_a_tail_that_leaves_the_ports_circle_is_told(aside, judge, design, drawn
 def test_width_and_length(judge, design, drawn):
     spec = design()
     layout = drawn(spec)
-    narrow = with_jaw(spec, width=4.6e-3)
+    narrow = with_jaw(spec, width=4.6e-3, source="from memory, unverified")
     (found,) = judge("SIT301", narrow, layout)
     assert found.measured == layout.body_size[1] and found.limit == 4.6e-3
     assert "board" in found.message and "unverified" in found.message
     measured = with_jaw(spec, width=4.4e-3, source="measured with a calliper")
-    assert [f.key for f in judge("SIT301", measured, layout)] == [
+    assert [f.key for f in judge("SIT301", measured, layout) if f.severity is Severity.ERROR] == [
         "coil.outer_diameter",
         "elastomer.size",
         "target.size",
     ]
     assert not any("unverified" in f.message for f in judge("SIT301", measured, layout))
-    (found,) = judge("SIT302", with_jaw(spec, length=9e-3), layout)
-    assert found.measured == layout.body_size[0] and found.limit == 9e-3
+    short = with_jaw(spec, length=9e-3)
+    (found,) = judge("SIT302", short, replace(layout, spec=short))
+    assert layout.body_size[0] < found.measured < layout.body_size[0] + 0.15e-3 and found.limit == 9e-3
 
 
 @pytest.mark.parametrize(
-    ("port", "source", "severity"),
-    [
-        (5.0e-3, "from memory, unverified", Severity.WARNING),
-        (5.0e-3, "measured", Severity.ERROR),
-        (4.6e-3, "unverified", Severity.ERROR),
-        (6e-3, "measured", None),
-    ],
+    ("port", "severity"),
+    [(4.6e-3, Severity.ERROR), (5.0e-3, Severity.ERROR), (5.5e-3, Severity.WARNING), (6e-3, None)],
 )
+@pytest.mark.parametrize("source", ["from memory, unverified", "measured"])
 def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
+    """Nominally 4.99 mm, 5.2 by root-sum-square, 5.6 at worst (more on a wider back); sources change nothing."""
     spec = with_jaw(design(), port_diameter=port, source=source)
     found = judge("SIT303", spec, replace(drawn(design()), spec=spec))
     assert [f.severity for f in found] == ([severity] if severity else [])
     for f in found:
-        assert f.limit == port and port < f.measured < 5.5e-3
-        assert "elastomer.thickness is 1 mm" in f.hint
+        assert f.limit == port < f.measured < 5.9e-3
+        assert "elastomer.thickness is 1 mm" in f.hint and "elastomer +-150 um" in f.hint
+        assert ("unverified" in f.message) == (source != "measured") and "glue lines are 150 um of it" in f.message
+        assert ("smallest measured port" in f.message) == (f.measured <= 1.1 * port)
 
 
 def test_a_bench_plate_is_not_checked_against_a_jaw(verdicts, design, drawn):
@@ -298,7 +298,8 @@ def test_shield_gap(judge, design):
 
 def test_a_shield_that_the_port_makes_narrower_than_the_coils_is_said_to_be(judge, design):
     """Low in the standoff the port leaves 3.4 mm, the coils are 4 mm."""
-    low = design(mount__standoff=1.6, shield__gap=1.5)
+    jaw = {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 1.6}
+    low = design(mount=jaw, shield__gap=1.5)
     (found,) = judge("SIT309", low)
     assert found.severity is Severity.WARNING and found.measured < 4e-3 and found.limit == pytest.approx(4e-3)
     assert (
@@ -384,3 +385,29 @@ def test_a_body_too_wide_for_its_jaw_counts_coils_off_the_axis_from_edge_to_edge
     spec = design(coil__outer_diameter=6, array={"pattern": "explicit", "centres": centres})
     (found,) = judge("SIT301", with_jaw(spec, width=10e-3, length=60e-3, port_diameter=60e-3), lay_out(spec))
     assert "coils 13.5 mm" in found.message
+
+
+@pytest.mark.parametrize(("standoff", "count"), [(0.73, 1), (0.7, 0), (1.09, 1), (1.1, 0)])
+def test_a_printed_piece_too_thin_to_be_made_is_refused(standoff, count, judge, design):
+    """A standoff of 0.73 mm over a shield that ends at 0.7 mm printed a sheet of 0.03 mm without a word."""
+    found = judge("SIT314", design(mount__standoff=standoff))
+    assert len(found) == count
+    for one in found:
+        assert one.severity is Severity.ERROR and one.measured == pytest.approx(standoff * 1e-3 - 0.7e-3)
+        assert one.limit == 0.4e-3 and "mount.standoff: 0.7 lays the shield on the metal, 1.1 leaves" in one.hint
+
+
+def test_a_coarser_process_needs_thicker_pieces(judge, design):
+    assert judge("SIT314", design(mount__process="resin")) == []
+    (found,) = judge("SIT314", design(mount__process="powder"))
+    assert found.key == "shield.gap" and found.limit == 0.7e-3 and found.measured == pytest.approx(0.6e-3)
+    assert judge("SIT314", design(mount={"kind": "bench-plate", "standoff": 2}, shield=None)) == []
+
+
+def test_a_board_wider_than_the_jaw_s_true_face_is_told_and_held_by_its_seat(judge, design):
+    """4.712 mm on a face of 4.386 mm passed in silence, for the bar that the jaw is milled from is 4.8 mm wide."""
+    jaw = {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 0.7}
+    (note,) = judge("SIT301", design(mount=jaw))
+    assert note.severity is Severity.NOTE and "4.386 mm wide" in note.message and note.limit == pytest.approx(0.6e-3)
+    (bare,) = judge("SIT301", design(mount=jaw | {"standoff": 0.1}, shield=None, elastomer__thickness=0.5))
+    assert bare.severity is Severity.ERROR and bare.limit == pytest.approx(0.1e-3) and bare.measured > bare.limit

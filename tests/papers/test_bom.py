@@ -15,7 +15,7 @@ from sitscad.layout import lay_out
 from sitscad.papers import bom
 from sitscad.report.section import section
 from sitscad.scene.bodies import shield_heights
-from sitscad.scene.jaws import closed_span
+from sitscad.scene.jaws import closed_span, made_to_measure
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial
@@ -163,6 +163,6 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
     low, high = closed_span(layout)
     levels = shield_heights(layout.spec)
     corner = math.hypot(width / 2, (levels[0] - (low + high) / 2) / MM)
-    assert corner == pytest.approx(layout.spec.mount.jaw.port_diameter / 2 / MM, abs=1e-4)
+    assert corner == pytest.approx(made_to_measure(layout, layout.spec.mount.jaw) / MM, abs=1e-4)
     assert width < layout.body_size[1] / MM and "to pass the port" in rows["shield"]["note"]
     assert (length, thickness) == (pytest.approx(layout.body_size[0] / MM, abs=1e-4), 0.1)

@@ -11,7 +11,7 @@ from sitscad.parts import Solid, fit
 from sitscad.parts.assembly import closed_pair
 from sitscad.parts.prism import box
 from sitscad.scene.bodies import BodyRole
-from sitscad.scene.jaws import closed_section
+from sitscad.scene.fit import closed_section
 
 FITTED = {
     "as made": {},
@@ -46,7 +46,7 @@ def test_figures_and_meshes_agree_on_the_envelope(case):
 def test_the_height_is_the_sum_of_the_stack():
     section = closed_section(handmade.jaw_sensor())
     assert section.height == pytest.approx(2 * 1.2e-3 + 1.0e-3 + 0.2e-3 + 1e-3 + 0.2e-3 + 0.1e-3)
-    assert section.radius == pytest.approx(2.5e-3)  # the seat, cut back to the port
+    assert section.radius < 2.5e-3 < section.likely < section.worst
     assert section.fits
 
 
@@ -70,7 +70,7 @@ def test_the_envelope_needs_both_jaws_and_leaves_the_tail_out():
     layout = handmade.jaw_sensor()
     wide_end = handmade.board(layout.spec, tail=20e-3, end_width=8e-3)
     pair = closed_pair(wide_end)
-    assert fit.envelope_radius(pair) == pytest.approx(2.5e-3, rel=1e-4)
+    assert fit.envelope_radius(pair) < 2.5e-3
     assert fit.envelope_radius(pair, within=(-10e-3, 40e-3)) == pytest.approx(4e-3, rel=1e-2)
 
 

@@ -26,7 +26,7 @@ def test_importing_parts_and_their_writers_imports_no_cad():
 def test_the_closed_section_needs_no_cad():
     import handmade
 
-    from sitscad.scene.jaws import closed_section
+    from sitscad.scene.fit import closed_section
 
     before = {name for name in HEAVY if name in sys.modules}
     assert closed_section(handmade.jaw_sensor()) is not None

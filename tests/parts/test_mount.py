@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import handmade
 import pytest
@@ -12,7 +13,8 @@ from sitscad.parts import fit, mount, solids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import of_role
 from sitscad.scene.bodies import BodyRole
-from sitscad.scene.jaws import closed_section, section
+from sitscad.scene.fit import closed_section
+from sitscad.scene.jaws import made_to_measure, section
 
 pytestmark = pytest.mark.cad
 
@@ -26,7 +28,7 @@ def pad(standoff: float, **fitted):
 
 
 def test_a_shield_splits_the_seat():
-    base, spacer = seats()
+    base, spacer = seats(mount=handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3))
     assert (base.name, spacer.name) == ("mount", "mount-spacer")
     assert spacer.volume == pytest.approx(9e-3 * 4.4e-3 * 0.6e-3)
 
@@ -37,7 +39,7 @@ def test_without_a_shield_the_seat_is_one_piece():
 
 def test_a_shield_on_the_metal_leaves_only_the_spacer_with_its_stop():
     (only,) = seats(mount=pad(0.7e-3))
-    assert bounds(only)[2::3] == pytest.approx((-0.8e-3, 0.0))
+    assert bounds(only)[2::3] == pytest.approx((-0.8e-3, 0.0), abs=1e-9)
     names = [solid.name for solid in solids(handmade.jaw_sensor(mount=pad(0.7e-3)))]
     assert names[:4] == ["jaw", "shield", "mount", "stiffener"]
 
@@ -46,8 +48,11 @@ def test_the_seat_s_edges_stay_inside_the_port():
     """A seat as wide as the body would reach 2.53 mm from the closed pair's axis (2.2 mm aside, 1.25 mm below it)."""
     base = manifold(tessellate(seats()[0])).to_mesh64().vert_properties
     reach = max(math.hypot(y, z - 0.05) for _, y, z in base.tolist())
-    assert reach == pytest.approx(2.5, abs=1e-3)
-    narrow = manifold(tessellate(seats(mount=pad(1e-3, height=1.0e-3))[1])).to_mesh64().vert_properties
+    layout = handmade.jaw_sensor()
+    within = 1e3 * made_to_measure(layout, layout.spec.mount.jaw)
+    assert reach == pytest.approx(within, abs=1e-3) and 2.0 < within < 2.5
+    wide_port = handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3)
+    narrow = manifold(tessellate(seats(mount=wide_port)[1])).to_mesh64().vert_properties
     assert narrow[:, 1].max() == pytest.approx(2.2)
 
 
@@ -57,7 +62,7 @@ def test_the_shield_is_narrowed_to_the_port_where_the_body_is_too_wide_for_it():
     _, y0, z0, _, y1, _ = bounds(sheet)
     axis = closed_section(wide).axis
     assert y1 - y0 < 4.7e-3
-    assert math.hypot(y1, z0 - axis) == pytest.approx(2.5e-3)
+    assert math.hypot(y1, z0 - axis) == pytest.approx(made_to_measure(wide, wide.spec.mount.jaw))
     assert bounds(piece("bench-shielded", "shield"))[4] == pytest.approx(3.8e-3)
 
 

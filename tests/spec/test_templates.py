@@ -43,7 +43,7 @@ INHERENT = {
     "bench_7mm": {"SIT103"},
     "fingertip_foil": set(),
     "grasper_3p5mm": {"SIT103", "SIT203", "SIT204", "SIT218", "SIT303", "SIT304", "SIT312"},
-    "grasper_4layer": {"SIT103", "SIT304"},
+    "grasper_4layer": {"SIT103"},
     "jaw_5x20": set(),
     "racetrack_jaw": {"SIT103"},
     "single_coil": set(),

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.assembly.fit import FIT_RULES, GRAIN, ROUNDING
+from sitscad.checks.assembly.fit import GRAIN, ROUNDING
 from sitscad.checks.assembly.plate_places import (
     MOST_MARGIN,
     carried,
@@ -20,6 +20,7 @@ from sitscad.checks.assembly.plate_places import (
     pair,
 )
 from sitscad.checks.assembly.plates import PROPORTIONS
+from sitscad.checks.assembly.room_in_jaw import ROOM_IN_JAW_RULES
 from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
 from sitscad.checks.rules import Complaint, Rule, Verdict, apply_rule
 from sitscad.design import Design
@@ -175,7 +176,7 @@ def _widened(design: Design, left: Left) -> Iterator[Fix]:
 
 def _other_complaints(design: Design) -> Counter[str]:
     """How often those rules complain that look at plates or body and need no electrical numbers."""
-    asked = (rule for rule in (*FIT_RULES, *TRANSDUCTION_RULES) if rule.id in QUICK)
+    asked = (rule for rule in (*ROOM_IN_JAW_RULES, *TRANSDUCTION_RULES) if rule.id in QUICK)
     said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design)[0])
     return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
 

@@ -13,6 +13,7 @@ from sitscad.spec.source import SpecSource
 
 if TYPE_CHECKING:
     from sitscad.estimates.signal import Signal
+    from sitscad.scene.fit import Measure
 
 
 @record
@@ -20,7 +21,8 @@ class CheckedSpec:
     """One spec after its checks: the path as typed, the text that findings point into, and what was found.
 
     ``texts`` are those of other files that findings point into, by path; ``signals`` what each coil does from rest to
-    the required force; ``ignored`` what was found and is not held against the spec, each with the reason.
+    the required force; ``fit`` what was measured of the sensor in its jaw; ``ignored`` what was found and is not held
+    against the spec, each with the reason.
     """
 
     path: str
@@ -30,6 +32,7 @@ class CheckedSpec:
     texts: Mapping[str, str] = field(default_factory=dict)
     signals: tuple[Signal, ...] = ()
     ignored: tuple[Ignored, ...] = ()
+    fit: tuple[Measure, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -68,10 +71,13 @@ def checked_spec(
     findings: Sequence[Finding],
     not_checked: Sequence[NotChecked],
     signals: Sequence[Signal] = (),
+    fit: Sequence[Measure] = (),
 ) -> CheckedSpec:
-    """A spec with its findings, each given its place in the text where it has none yet, and the coils' signals."""
+    """A spec with its findings, each given its place in the text where it has none yet, the signals and the fit."""
     source, placed = spec.source, (_placed(spec.source, finding) for finding in findings)
-    return CheckedSpec(source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals))
+    return CheckedSpec(
+        source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals), fit=tuple(fit)
+    )
 
 
 def _placed(source: SpecSource, finding: Finding) -> Finding:

@@ -32,6 +32,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 "ignored": [_ignored_json(ignored) for ignored in spec.ignored],
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
                 "signal": [signal_json(signal) for signal in spec.signals],
+                "fit": _fit_json(spec),
             }
             for spec in checked
         ],
@@ -40,6 +41,14 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
 
 def _ignored_json(ignored: Ignored) -> dict[str, Any]:
     return {"reason": ignored.reason, "by": ignored.by, "finding": finding_json(ignored.finding)}
+
+
+def _fit_json(spec: CheckedSpec) -> list[dict[str, Any]]:
+    if not spec.fit:
+        return []
+    from sitscad.report.fit import fit_json  # only where something was measured
+
+    return [fit_json(measure) for measure in spec.fit]
 
 
 def to_json(document: object) -> str:

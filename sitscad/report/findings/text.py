@@ -13,6 +13,7 @@ def as_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     blocks = [_finding_text(spec, finding, colour) for spec in checked for finding in in_order(spec.findings)]
     left_out = [line for spec in checked for line in _not_checked_text(spec, len(checked) > 1, colour)]
     felt = [line for spec in checked for line in _signal_text(spec, len(checked) > 1)]
+    felt += [line for spec in checked for line in _fit_text(spec, len(checked) > 1)]
     return "\n".join([*blocks, *left_out, *felt, summary(checked, colour)]) + "\n"
 
 
@@ -72,6 +73,14 @@ def _signal_text(spec: CheckedSpec, name_it: bool) -> list[str]:
 
     prefix = f"{printable(spec.path)}: " if name_it else ""
     return [f"{prefix}signal: {'; '.join(headline(spec.signals))}"] if spec.signals else []
+
+
+def _fit_text(spec: CheckedSpec, name_it: bool) -> list[str]:
+    """The fit in its jaw in one line; none without a jaw."""
+    from sitscad.report.fit import headline  # only where something was measured
+
+    prefix = f"{printable(spec.path)}: " if name_it else ""
+    return [f"{prefix}fit {headline(spec.fit)}"] if spec.fit else []
 
 
 def _in_runs(rules: list[str]) -> list[str]:

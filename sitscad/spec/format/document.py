@@ -28,6 +28,7 @@ from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1
 FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")
+PROCESSES = ("resin", "powder", "filament", "machined")
 
 
 def _version(value: Any) -> int:
@@ -74,6 +75,7 @@ Thickness = Quantity("length", "1 um", "100 mm")
 Kerf = Quantity("length", "0 mm", "2 mm")
 Margin = Pair(Quantity("length", "0 mm", "100 mm"), single=True)
 Gap = Quantity("length", "0 mm", "100 mm")
+Tolerance = Quantity("length", "0 mm", "5 mm")
 Run = Quantity("length", "1 mm", "5000 mm")
 Offset = Quantity("length", "-500 mm", "500 mm")
 PlateOffset = Pair(Offset)
@@ -327,6 +329,7 @@ class MountDocument(Section):
         "more for a shield, if left out",
         None,
     )
+    process: str = key(Choice(PROCESSES), "how its pieces are made: sets least walls and tolerances", "resin")
 
 
 class ShieldDocument(Section):
@@ -335,6 +338,36 @@ class ShieldDocument(Section):
     material: str | ConductorDocument = key(ConductorChoice, "copper or ferrite, or written out", "copper")
     thickness: float = key(Thickness, "of the sheet", 0.1)
     gap: float = key(Gap, "from the board's bottom face down to the sheet; inside mount.standoff", 0.6)
+
+
+class TolerancesDocument(Section):
+    """Half the band of what is delivered, part by part: written where yours are measured, else the process's."""
+
+    board: float | None = key(Tolerance, "thickness of the board's body; fpc.rules if left out", None)
+    outline: float | None = key(Tolerance, "length and width of the board; fpc.rules if left out", None)
+    elastomer: float | None = key(Tolerance, "thickness of the pad", None)
+    elastomer_size: float | None = key(Tolerance, "length and width of the pad", None)
+    target: float | None = key(Tolerance, "thickness of the target", None)
+    target_size: float | None = key(Tolerance, "length and width of the target", None)
+    encapsulation: float | None = key(Tolerance, "thickness of the film", None)
+    shield: float | None = key(Tolerance, "thickness of the shield", None)
+    mount: float | None = key(Tolerance, "thickness of each piece of the mount", None)
+    jaw: float | None = key(Tolerance, "height and width of each jaw", None)
+    opposing_pad: float | None = key(Tolerance, "thickness of the other jaw's pad", None)
+    placement: float | None = key(Tolerance, "where each piece is glued, along and across", None)
+
+
+class AssemblyDocument(Section):
+    """How the pieces are put together: what their glue and their tolerances add is checked against the port."""
+
+    adhesive: str | None = key(Preset("adhesive"), "what the pieces are glued with: cyanoacrylate if left out", None)
+    glue_line: float | None = key(
+        Quantity("length", "0 mm", "1 mm"), "thickness of each glue line; the adhesive's if left out", None
+    )
+    glue_tolerance: float | None = key(Tolerance, "of each glue line; the adhesive's if left out", None)
+    tolerances: TolerancesDocument = key(
+        Part(TolerancesDocument), "half the band of a part's size, where it is not its process's", {}
+    )
 
 
 class CableDocument(Section):
@@ -394,5 +427,6 @@ class SpecDocument(Section):
     )
     mount: MountDocument | None = key(Part(MountDocument), "what carries the sensor", None)
     shield: ShieldDocument | None = key(Part(ShieldDocument), "a sheet between coil and jaw", None)
+    assembly: AssemblyDocument = key(Part(AssemblyDocument), "how the pieces are put together", {})
     readout: ReadoutDocument = key(Part(ReadoutDocument), "the converter that reads the coils", {})
     requirements: RequirementsDocument = key(Part(RequirementsDocument), "what the sensor must bear and follow", {})

@@ -11,7 +11,7 @@ DATA = Path(__file__).parents[2] / "data"
 FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws"}
 TABLES = {
     "conductor": "conductors", "dielectric": "dielectrics", "elastomer": "elastomers", "chip": "chips",
-    "converter": "converters",
+    "converter": "converters", "adhesive": "adhesives",
 }  # fmt: skip
 
 

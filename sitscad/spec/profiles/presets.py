@@ -12,7 +12,7 @@ from functools import cache
 
 from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.materials import Conductor, ElastomerMaterial, Finish
+from sitscad.spec.materials import Adhesive, Conductor, ElastomerMaterial, Finish
 from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.profiles.names import DATA as DATA
 from sitscad.spec.profiles.names import FOLDERS, TABLES, read_table
@@ -150,6 +150,14 @@ def finish(name: str) -> Finish:
     row = _table("finishes")[name]
     electrolytic, plugged, soldered = (row[field] == "yes" for field in ("electrolytic", "plugged", "soldered"))
     return Finish(name, row["job_name"], row["words"], electrolytic, plugged, soldered, _source(row))
+
+
+@cache
+def adhesive(name: str) -> Adhesive:
+    """What pieces are glued with; raises KeyError where there is none of that name."""
+    row = _table("adhesives")[name]
+    line, tolerance = (parse_quantity(row[field], "length") for field in ("line", "tolerance"))
+    return Adhesive(name, row["product"], line, tolerance, row["primer"], _source(row))
 
 
 @cache

@@ -19,6 +19,7 @@ from sitscad.spec.resolver.array import resolve_array
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coil import check_amount, resolve_coil
 from sitscad.spec.sensor import (
+    Assembly,
     Cable,
     ElastomerPad,
     Encapsulation,
@@ -67,6 +68,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         requirements=Requirements(**document.requirements.values()),
         source=source,
         issue=Issue(document.revision, document.part_number, document.date),
+        assembly=resolve_assembly(document, remarks),
     )
     _note_plain_defaults(document, "", source.keys, remarks)
     return spec, remarks
@@ -161,10 +163,31 @@ def resolve_mount(document: SpecDocument, shield: Shield | None, remarks: Remark
     if part.kind == "bench-plate":
         if part.jaw is not None:
             remarks.flaw("SIT009", "mount.jaw", "a bench plate has no jaw", "leave jaw out, or kind: grasper-pad")
-        return Mount(part.kind, None, standoff)
+        return Mount(part.kind, None, standoff, part.process)
     if part.jaw is None:
         remarks.default("mount.jaw", "generic-5mm")
-    return Mount(part.kind, _jaw(part.jaw or "generic-5mm"), standoff)
+    return Mount(part.kind, _jaw(part.jaw or "generic-5mm"), standoff, part.process)
+
+
+def resolve_assembly(document: SpecDocument, remarks: Remarks) -> Assembly:
+    """What the pieces are glued with, and the tolerances that are written; figures left out are the adhesive's."""
+    part = document.assembly
+    adhesive = presets.adhesive(part.adhesive or "cyanoacrylate")
+    line = adhesive.line if part.glue_line is None else part.glue_line
+    spread = min(adhesive.tolerance, line) if part.glue_tolerance is None else part.glue_tolerance
+    if any((document.target, document.elastomer, document.mount)):
+        for key, value, given in (
+            ("adhesive", adhesive.name, part.adhesive),
+            ("glue_line", show(line, "m"), part.glue_line),
+            ("glue_tolerance", show(spread, "m"), part.glue_tolerance),
+        ):
+            if given is None:
+                remarks.default(f"assembly.{key}", value, "unverified: measure yours")
+    if spread > line:
+        message = f"a glue line of {show(line, 'm')} cannot come out {show(spread, 'm')} thinner"
+        remarks.flaw("SIT009", "assembly.glue_tolerance", message, "at most the thickness of the line itself")
+    written = tuple((name, value) for name, value in part.tolerances.values().items() if value is not None)
+    return Assembly(adhesive, line, spread, written)
 
 
 def _jaw(document: str | JawDocument) -> Jaw:

@@ -1,0 +1,205 @@
+"""The closed pair from back to back: every layer with its tolerance, and every glue line between.
+
+The spec's heights (`sitscad.scene.bodies`) are those of the pieces alone, as they are cut, printed and bought; what
+glue adds and how far each piece may be off is here. Whether the pair passes its port is decided with these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+
+from sitscad.data import rows
+from sitscad.layout.board import Layout
+from sitscad.layout.tail.thickness import Where, finished_thickness
+from sitscad.record import record
+from sitscad.scene.bodies import MOUNT_PIECES, board_heights, film_thickness, seat_spans, shield_heights
+from sitscad.scene.toleranced import Toleranced, total
+from sitscad.spec.sensor import Jaw, Mount, SensorSpec
+from sitscad.units import parse_quantity
+
+WRITTEN = "the spec (assembly.tolerances)"
+GLUE = "glue under the "
+
+
+@record
+class Tolerance:
+    """Half the band (m) of a size, and where the figure comes from."""
+
+    band: float
+    source: str
+
+
+@record
+class Layer:
+    """A layer of the closed pair: what it is, its thickness (m), and where its tolerance comes from."""
+
+    part: str
+    thickness: Toleranced
+    source: str
+
+    @property
+    def is_glue(self) -> bool:
+        """Whether it is a glue line."""
+        return self.part.startswith(GLUE)
+
+
+Levels = dict[str, tuple[Toleranced, Toleranced]]
+
+
+def column(layout: Layout) -> tuple[Layer, ...]:
+    """The layers between the backs of the closed jaws, from the jaw's lowest point upwards; none without a jaw."""
+    mount = layout.spec.mount
+    if mount is None or mount.jaw is None:
+        return ()
+    jaw = mount.jaw
+    glued = [*_behind(layout.spec, mount), _board(layout), *_above(layout.spec)]
+    lines = (_glue(layout.spec, layer.part) for layer in glued)
+    stacked = [layer for pair in zip(lines, glued, strict=True) for layer in pair if layer is not None]
+    return (_jaw(layout.spec, jaw, "jaw"), *stacked, *_upon(layout.spec, jaw), _jaw(layout.spec, jaw, "opposing-jaw"))
+
+
+def levels(layers: tuple[Layer, ...]) -> Levels:
+    """The heights (m) of every layer's faces above the jaw's lowest point."""
+    found: Levels = {}
+    here = Toleranced(0.0)
+    for layer in layers:
+        found[layer.part] = here, here + layer.thickness
+        here = here + layer.thickness
+    return found
+
+
+def slack(layout: Layout) -> tuple[float, float]:
+    """How far (m) a piece made to measure may stand aside, and above or below where the pieces alone would put it.
+
+    About the closed pair's middle each layer counts half, whichever side of the piece it lies on.
+    """
+    layers = column(layout)
+    glue = total(layer.thickness for layer in layers if layer.is_glue).nominal
+    size, placed = mount_tolerance(layout.spec).band, placement(layout.spec).band
+    return 0.5 * size + placed, 0.5 * (total(layer.thickness for layer in layers).spread + glue)
+
+
+def placement(spec: SensorSpec) -> Tolerance:
+    """How far a piece may be glued beside its place."""
+    return _tolerance(spec, "placement", "placement", "by ledges", 0.0)
+
+
+def outline_tolerance(spec: SensorSpec) -> Tolerance:
+    """Of the board's length and width."""
+    written, rules = spec.assembly.tolerance("outline"), spec.fpc.rules
+    if written is not None:
+        return Tolerance(written, WRITTEN)
+    return Tolerance(rules.outline_tolerance, rules.sources.get("outline_tolerance") or rules.source)
+
+
+def mount_tolerance(spec: SensorSpec) -> Tolerance:
+    """Of each printed or milled piece."""
+    process = spec.mount.process if spec.mount is not None else "resin"
+    return _tolerance(spec, "mount", "mount", process, spec.mount.standoff if spec.mount is not None else 0.0)
+
+
+def jaw_tolerance(spec: SensorSpec, size: float) -> Tolerance:
+    """Of a jaw's size (m)."""
+    return _tolerance(spec, "jaw", "jaw", "machined", size)
+
+
+def plate_tolerance(spec: SensorSpec, name: str, size: float) -> Tolerance:
+    """Of the sides of the elastomer or the target."""
+    if name == "target":
+        return _tolerance(spec, "target_size", "edge", "cut", size)
+    return _elastomer(spec, "elastomer_size", "elastomer size")
+
+
+def _behind(spec: SensorSpec, mount: Mount) -> list[Layer]:
+    """Printed pieces and shield between metal and board, from the metal upwards."""
+    bottom, sheet = board_heights(spec)[0], shield_heights(spec)
+    spans = zip(MOUNT_PIECES, seat_spans(bottom, mount.standoff, sheet), strict=False)
+    printed = mount_tolerance(spec)
+    found = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
+    if sheet is not None and spec.shield is not None:
+        thickness = spec.shield.thickness
+        found.append((sheet[0], _layer("shield", thickness, _tolerance(spec, "shield", "sheet", "rolled", thickness))))
+    return [layer for _, layer in sorted(found, key=lambda entry: entry[0])]
+
+
+def _board(layout: Layout) -> Layer:
+    finished, written = finished_thickness(layout, Where.COIL), layout.spec.assembly.tolerance("board")
+    nominal = layout.spec.fpc.stackup.thickness
+    if written is not None:
+        return _layer("board", nominal, Tolerance(written, WRITTEN))
+    return _layer("board", nominal, Tolerance(finished.maximum - finished.nominal, finished.source))
+
+
+def _above(spec: SensorSpec) -> Iterator[Layer]:
+    """Elastomer and target."""
+    if spec.elastomer is not None:
+        yield _layer("elastomer", spec.elastomer.thickness, _elastomer(spec, "elastomer", "elastomer thickness"))
+    if spec.target is not None:
+        thickness = spec.target.thickness
+        yield _layer("target", thickness, _tolerance(spec, "target", "sheet", "rolled", thickness))
+
+
+def _upon(spec: SensorSpec, jaw: Jaw) -> Iterator[Layer]:
+    """What is not glued: the film, and the pad that the other jaw was bought with."""
+    film, pad = film_thickness(spec), jaw.opposing_pad_thickness
+    if film:
+        yield _layer("encapsulation", film, _tolerance(spec, "encapsulation", "film", "coated", film))
+    if pad:
+        yield _layer("opposing-pad", pad, _tolerance(spec, "opposing_pad", "opposing-pad", "moulded", pad))
+
+
+def _jaw(spec: SensorSpec, jaw: Jaw, name: str) -> Layer:
+    return _layer(name, jaw.height, jaw_tolerance(spec, jaw.height))
+
+
+def _glue(spec: SensorSpec, over: str) -> Layer | None:
+    assembly = spec.assembly
+    if not assembly.glue_line:
+        return None
+    source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
+    return _layer(f"{GLUE}{over}", assembly.glue_line, Tolerance(assembly.glue_tolerance, source))
+
+
+def _layer(part: str, thickness: float, tolerance: Tolerance) -> Layer:
+    return Layer(part, Toleranced.of(thickness, min(tolerance.band, thickness), part), tolerance.source)
+
+
+def _elastomer(spec: SensorSpec, written: str, row: str) -> Tolerance:
+    """The tolerance of the pad, one and the same as the electrical estimate's."""
+    own = spec.assembly.tolerance(written)
+    if own is not None:
+        return Tolerance(own, WRITTEN)
+    found = next(entry for entry in _elastomer_rows() if entry["name"] == row)
+    return Tolerance(float(found["half_width"]), _source(found))
+
+
+def _tolerance(spec: SensorSpec, written: str, part: str, process: str, size: float) -> Tolerance:
+    """What the spec writes, else what the process keeps at a size (m)."""
+    own = spec.assembly.tolerance(written)
+    return Tolerance(own, WRITTEN) if own is not None else process_tolerance(part, process, size)
+
+
+def process_tolerance(part: str, process: str, size: float) -> Tolerance:
+    """What a process keeps of a part of some size (m); raises KeyError where there is no such row."""
+    fitting = [row for row in _rows() if (row["part"], row["process"]) == (part, process)]
+    for row in fitting:
+        if size <= parse_quantity(row["up_to"], "length") or row is fitting[-1]:
+            band, _, unit = row["tolerance"].partition(" ")
+            share = 0.01 * float(band) * size if unit == "%" else parse_quantity(row["tolerance"], "length")
+            return Tolerance(share, _source(row))
+    raise KeyError((part, process))
+
+
+def _source(row: dict[str, str]) -> str:
+    return row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"
+
+
+@cache
+def _rows() -> tuple[dict[str, str], ...]:
+    return rows("process_tolerances")
+
+
+@cache
+def _elastomer_rows() -> tuple[dict[str, str], ...]:
+    return rows("tolerances")

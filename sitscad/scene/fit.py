@@ -1,0 +1,272 @@
+"""Does the sensor fit, from the figures alone: the closed pair in its port, the board on the jaw's face and along it.
+
+Every measure is taken nominally, by root-sum-square and at worst, with every glue line and each part's tolerance. Exact
+in the plane across the jaw's axis, and without a CAD kernel; `sitscad.parts.fit` measures the built solids.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.layout.board import Layout
+from sitscad.record import record
+from sitscad.scene.bodies import MOUNT_PIECES, above_board, board_heights, shield_heights
+from sitscad.scene.column import (
+    Levels,
+    column,
+    jaw_tolerance,
+    levels,
+    mount_tolerance,
+    outline_tolerance,
+    placement,
+    plate_tolerance,
+)
+from sitscad.scene.jaws import (
+    FILM_ROUNDING,
+    PartsError,
+    axis,
+    closed_span,
+    fitted_jaw,
+    half_width,
+    section,
+    shield_that_fits,
+)
+from sitscad.scene.toleranced import Reach, Toleranced, reach
+from sitscad.spec.sensor import Jaw
+
+CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "board along the jaw"
+
+
+@record
+class Share:
+    """What a part brings to a measure: its size and half its band (m), and where the tolerance comes from."""
+
+    part: str
+    nominal: float
+    tolerance: float
+    source: str
+
+
+@record
+class Measure:
+    """One size that has to stay below a limit (m): nominal, by root-sum-square of all tolerances, and at worst.
+
+    ``decided_by`` is the part that decides it, ``parts`` what it is made of.
+    """
+
+    name: str
+    nominal: float
+    root_sum_square: float
+    worst: float
+    limit: float
+    decided_by: str
+    parts: tuple[Share, ...]
+
+    @property
+    def margin(self) -> float:
+        """What is to spare (m) at worst; negative where it is too much."""
+        return self.limit - self.worst
+
+    @property
+    def measured(self) -> float:
+        """What is held against the limit (m): root-sum-square or nominal where that is beyond it, else the worst."""
+        likely = max(self.nominal, self.root_sum_square)
+        return likely if likely > self.limit else self.worst
+
+    @property
+    def likely_margin(self) -> float:
+        """What is to spare (m) by root-sum-square."""
+        return self.limit - self.root_sum_square
+
+
+@record
+class Corner:
+    """A corner of a part across the jaw: beside its middle, above the closed pair's, rounded about that point (m)."""
+
+    part: str
+    y: Toleranced
+    z: Toleranced
+    rounding: Toleranced = Toleranced(0.0)
+
+    @property
+    def reach(self) -> Reach:
+        """How far it reaches from the closed pair's axis (m)."""
+        return reach(self.y, self.z, self.rounding)
+
+
+@record
+class ClosedSection:
+    """The closed pair across its axis, as it is put together: height back to back (m), the axis' height above the
+    board's top face (m), the radius (m) of the smallest circle about the axis that holds everything, and which part
+    decides it: nominally, by root-sum-square (``likely``) and at worst.
+    """
+
+    height: float
+    axis: float
+    radius: float
+    decided_by: str
+    port_radius: float
+    likely: float
+    worst: float
+
+    @property
+    def fits(self) -> bool:
+        """Whether the pair passes its port nominally, touching allowed."""
+        return self.radius <= self.port_radius + 1e-9
+
+
+def fit(layout: Layout) -> tuple[Measure, ...]:
+    """What is measured of a sensor in a jaw; nothing without one. Raises `PartsError` where the shield does not fit."""
+    jaw, pair = fitted_jaw(layout), closed_section(layout)
+    if jaw is None or pair is None:
+        return ()
+    return _closed_pair(layout, pair), _overhang(layout, jaw), _length(layout, jaw)
+
+
+def measures(layout: Layout) -> tuple[Measure, ...]:
+    """As `fit`; nothing where shield and standoff contradict each other (which is a finding of its own)."""
+    try:
+        return fit(layout)
+    except PartsError:
+        return ()
+
+
+def closed_section(layout: Layout) -> ClosedSection | None:
+    """The closed pair from the spec's figures, with every glue line; None without a jaw.
+
+    Corners and the ends of rounded edges are the only points that can be farthest from the axis. Raises `PartsError`
+    where the shield does not fit.
+    """
+    jaw, span = fitted_jaw(layout), closed_span(layout)
+    shield_that_fits(layout.spec)
+    if jaw is None or span is None:
+        return None
+    layers = column(layout)
+    at = levels(layers)
+    height = at["opposing-jaw"][1]
+    found = [(corner, corner.reach) for corner in _corners(layout, jaw, at, height * 0.5)]
+    corner, nominal = max(found, key=lambda entry: (entry[1].nominal, entry[0].part))
+    likely, worst = (max(getattr(r, name) for _, r in found) for name in ("root_sum_square", "worst"))
+    above = 0.5 * height.nominal - at["board"][1].nominal
+    return ClosedSection(height.nominal, above, nominal.nominal, corner.part, jaw.port_diameter / 2, likely, worst)
+
+
+def _closed_pair(layout: Layout, pair: ClosedSection) -> Measure:
+    spec, layers = layout.spec, column(layout)
+    outline, placed = outline_tolerance(spec), placement(spec)
+    parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
+    parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
+    parts.append(Share("each piece beside its place", 0.0, placed.band, placed.source))
+    widths = (2.0 * pair.radius, 2.0 * pair.likely, 2.0 * pair.worst, 2.0 * pair.port_radius)
+    return Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts))
+
+
+def _overhang(layout: Layout, jaw: Jaw) -> Measure:
+    """How far the board stands over each side of the jaw's true face, against what the seat below it carries: as much
+    as it is thick, which is an overhang of 45 degrees.
+    """
+    spec, width, face = layout.spec, layout.body_size[1], section(jaw).face
+    outline, metal, placed = outline_tolerance(spec), jaw_tolerance(spec, face), placement(spec)
+    parts = (
+        Share("board across", width, outline.band, outline.source),
+        Share("jaw's face across", face, metal.band, metal.source),
+        Share("board beside its place", 0.0, placed.band, placed.source),
+    )
+    over = (Toleranced.of(width, outline.band, "board") - Toleranced.of(face, metal.band, "jaw")) * 0.5
+    over = over + Toleranced.of(0.0, placed.band, "placement")
+    carried = math.fsum(layer.thickness.nominal for layer in column(layout) if layer.part in MOUNT_PIECES)
+    return _measure(OVERHANG, over, carried, "board", parts)
+
+
+def _length(layout: Layout, jaw: Jaw) -> Measure:
+    outline, metal = outline_tolerance(layout.spec), jaw_tolerance(layout.spec, jaw.length)
+    length = layout.body_size[0]
+    parts = (
+        Share("board along", length, outline.band, outline.source),
+        Share("jaw along", jaw.length, metal.band, metal.source),
+    )
+    along = Toleranced.of(length, outline.band, "board") + Toleranced.of(0.0, metal.band, "jaw")
+    return _measure(LENGTH, along, jaw.length, "board", parts)
+
+
+def _measure(name: str, size: Toleranced, limit: float, decided_by: str, parts: tuple[Share, ...]) -> Measure:
+    nominal = size.nominal
+    return Measure(name, nominal, nominal + size.root_sum_square, nominal + size.spread, limit, decided_by, parts)
+
+
+def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    yield from _jaw_corners(layout, jaw, at, middle)
+    yield from _seat_corners(layout, at, middle)
+    yield from _sensor_corners(layout, at, middle)
+
+
+def _jaw_corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    """Lowest point, side and face edge of both jaws."""
+    profile = section(jaw)
+    half = Toleranced.of(profile.face / 2, 0.5 * jaw_tolerance(layout.spec, profile.face).band, "jaw across")
+    side = Toleranced(profile.side)
+    for name, back, inner, inward in (("jaw", 0, 1, -1.0), ("opposing jaw", 1, 0, 1.0)):
+        faces = at[name.replace(" ", "-")]
+        yield Corner(name, Toleranced(0.0), faces[back] - middle)
+        for depth in (side, Toleranced(0.0)):
+            yield Corner(name, half, faces[inner] + depth * inward - middle)
+
+
+def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    """The lower edge of the seat on the metal, and both edges of the shield; both are made to measure."""
+    spec = layout.spec
+    metal, sheet = board_heights(spec)[0] - (spec.mount.standoff if spec.mount else 0.0), shield_heights(spec)
+    printed, placed = mount_tolerance(spec), _placed(layout, "mount")
+    lowest = at["jaw"][1]
+    yield Corner("mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + placed,
+                 lowest - middle)  # fmt: skip
+    if sheet:
+        half = Toleranced(half_width(layout, sheet[0])) + _placed(layout, "shield")
+        for level in at["shield"]:
+            yield Corner("shield", half, level - middle)
+
+
+def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    """Every outer corner of board, pad, target and film."""
+    spec = layout.spec
+    outline = outline_tolerance(spec)
+    half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band, "board across") + _placed(layout, "board")
+    for level in at["board"]:
+        yield Corner("board body", half, level - middle)
+    film = _film(at)
+    if film is not None:
+        yield Corner("encapsulation", half, at["board"][1] + film - middle)
+    for body in above_board(spec):
+        _, low, _, high = body.footprint.box
+        aside = max(high - axis(layout).y, axis(layout).y - low)
+        size = plate_tolerance(spec, body.name, high - low)
+        across = Toleranced.of(aside, 0.5 * size.band, f"{body.name} across") + _placed(layout, body.name)
+        yield from _plate_corners(body.name, across, at, middle)
+
+
+def _plate_corners(part: str, across: Toleranced, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    """A plate's lower and upper edge, and the film's round it (rounded above, square below)."""
+    (lower, upper), film = at[part], _film(at)
+    for level in (lower, upper):
+        yield Corner(part, across, level - middle)
+    if film is None:
+        return
+    square = film * (1.0 - FILM_ROUNDING)
+    yield Corner("encapsulation", across + square, upper + square - middle, film * FILM_ROUNDING)
+    board = at["board"][1]
+    foot = lower - film
+    yield Corner("encapsulation", across + film, (foot if foot.nominal > board.nominal else board) - middle)
+
+
+def _film(at: Levels) -> Toleranced | None:
+    """The film's thickness; None without one."""
+    if "encapsulation" not in at:
+        return None
+    lower, upper = at["encapsulation"]
+    return upper - lower
+
+
+def _placed(layout: Layout, part: str) -> Toleranced:
+    """Where a piece is glued beside its place, each by itself: all are pushed against the same ledges."""
+    return Toleranced.of(0.0, placement(layout.spec).band, f"{part} beside its place")

@@ -1,0 +1,49 @@
+"""What text, JSON and page say of a sensor that fits its jaw, and of one that does not."""
+
+from __future__ import annotations
+
+import json
+
+import handmade
+import pytest
+
+from sitscad.report.findings import CheckedSpec, as_json, as_text
+from sitscad.report.fit import FIT_HEAD, PARTS_HEAD, fit_rows, headline, part_rows
+from sitscad.scene.fit import Measure, Share, fit
+
+MEASURED = fit(handmade.jaw_sensor())
+
+
+def measure(nominal, likely, worst, limit=5e-3):
+    return Measure("closed pair", nominal, likely, worst, limit, "jaw", (Share("jaw", 1.3e-3, 5e-5, "a source"),))
+
+
+@pytest.mark.parametrize(("sizes", "words"), [
+    ((4.6e-3, 4.7e-3, 4.95e-3), "50 um to spare at worst"),
+    ((4.6e-3, 4.7e-3, 5.1e-3), "of 5 mm, 100 um short at worst"),
+    ((4.9e-3, 5.2e-3, 5.4e-3), "400 um short at worst, 200 um by root-sum-square"),
+])  # fmt: skip
+def test_the_line_says_what_is_to_spare(sizes, words):
+    assert headline([measure(*sizes)]).endswith(words)
+
+
+def test_a_sensor_that_passes_prints_its_margin():
+    checked = CheckedSpec("a.yaml", "", (), fit=(measure(4.6e-3, 4.7e-3, 4.95e-3),))
+    assert "fit (nominal / root-sum-square / worst case): closed pair 4.6 / 4.7 / 4.95 of 5 mm" in as_text([checked])
+    assert "fit (" not in as_text([CheckedSpec("a.yaml", "", ())])
+
+
+def test_json_has_every_number_and_where_it_comes_from():
+    checked = CheckedSpec("a.yaml", "", (), fit=MEASURED)
+    found = json.loads(as_json([checked]))["specs"][0]["fit"]
+    assert [entry["name"] for entry in found] == [entry.name for entry in MEASURED]
+    assert found[0]["nominal_m"] == pytest.approx(MEASURED[0].nominal) and found[0]["parts"][0]["source"]
+    assert found[0]["margin_m"] == pytest.approx(found[0]["limit_m"] - found[0]["worst_m"])
+    assert json.loads(as_json([CheckedSpec("a.yaml", "", ())]))["specs"][0]["fit"] == []
+
+
+def test_the_page_s_tables_have_a_row_a_measure_and_a_row_a_part():
+    assert [len(row) for row in fit_rows(MEASURED)] == [len(FIT_HEAD)] * len(MEASURED)
+    rows = part_rows(MEASURED)
+    assert len(rows) == len(MEASURED[0].parts) and {len(row) for row in rows} == {len(PARTS_HEAD)}
+    assert fit_rows(()) == [] and part_rows(()) == []
