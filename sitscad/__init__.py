@@ -43,6 +43,16 @@ _HOMES = {
     "Severity": "sitscad.finding",
     "MissingExtra": "sitscad.parts",
     "PartsError": "sitscad.parts",
+    "Solid": "sitscad.parts",
+    "solids": "sitscad.parts",
+    "Area": "sitscad.interchange",
+    "CentreLine": "sitscad.interchange",
+    "CurrentPath": "sitscad.interchange",
+    "areas": "sitscad.interchange",
+    "as_cadquery": "sitscad.interchange",
+    "centre_lines": "sitscad.interchange",
+    "copper_solids": "sitscad.interchange",
+    "current_paths": "sitscad.interchange",
     "build": "sitscad.package",
     "verify": "sitscad.package",
     "BuildResult": "sitscad.package",
@@ -79,9 +89,12 @@ __all__ = [
     "RULES",
     "SCHEMAS",
     "STAGES",
+    "Area",
     "BuildResult",
+    "CentreLine",
     "CheckResult",
     "CheckedSpec",
+    "CurrentPath",
     "Design",
     "Estimates",
     "Finding",
@@ -100,11 +113,17 @@ __all__ = [
     "Review",
     "SensorSpec",
     "Severity",
+    "Solid",
     "SpecError",
     "__version__",
+    "areas",
+    "as_cadquery",
     "build",
+    "centre_lines",
     "check",
     "checked_spec",
+    "copper_solids",
+    "current_paths",
     "estimate",
     "frequency_of",
     "inspect",
@@ -121,6 +140,7 @@ __all__ = [
     "respond",
     "respond_to",
     "response_file",
+    "solids",
     "unreadable",
     "verify",
     "write_file",
@@ -135,6 +155,16 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.values import Response
     from sitscad.finding import Finding, NotChecked, Severity
     from sitscad.inspection import Inspection, MendedSpec, inspect, mend, unreadable
+    from sitscad.interchange import (
+        Area,
+        CentreLine,
+        CurrentPath,
+        areas,
+        as_cadquery,
+        centre_lines,
+        copper_solids,
+        current_paths,
+    )
     from sitscad.layout import lay_out
     from sitscad.layout.board import Layout
     from sitscad.package import (
@@ -148,7 +178,7 @@ if TYPE_CHECKING:
         write_file,
         write_template,
     )
-    from sitscad.parts import MissingExtra, PartsError
+    from sitscad.parts import MissingExtra, PartsError, Solid, solids
     from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner, checked_spec
     from sitscad.report.findings.github import job_summary
     from sitscad.report.numbers import ESTIMATE_FORMATS

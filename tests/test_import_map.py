@@ -33,6 +33,7 @@ MAY_IMPORT = {
     },
     "review": {"finding", "spec", "estimates", "design", "remedy", "checks"},
     "fabrication": {"units", "geometry", "spec", "layout"},
+    "interchange": {"geometry", "spec", "layout", "scene", "parts"},
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
     "writer": {"spec"},
     "formats": {"units", "geometry", "spec", "layout", "scene", "parts", "fabrication", "drawing", "writer"},
@@ -51,7 +52,7 @@ MAY_IMPORT = {
     "cli": {"", "finding"},
     "__main__": {"cli"},
     "__init__": {
-        "finding", "spec", "layout", "scene", "parts", "estimates", "design", "checks", "review", "package", "report",
+        "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks", "review", "package", "report",
         "inspection", "schemas",
     },
 }  # fmt: skip

@@ -1,0 +1,69 @@
+"""Areas and solids: the copper that is drawn, apart by net, inside the board, and the same volume as a solid."""
+
+from __future__ import annotations
+
+import builtins
+import math
+from itertools import combinations
+
+import pytest
+
+import sitscad
+from sitscad.interchange import areas, as_cadquery, copper_solids
+from sitscad.spec import templates
+
+LAYOUTS = {name: sitscad.lay_out(sitscad.load_text(templates.read(name))) for name in ("bench_7mm", "jaw_5x20")}
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_copper_of_different_nets_keeps_apart_and_inside_the_board(name):
+    layout = LAYOUTS[name]
+    found = areas(layout)
+    (board,) = (area for area in found if area.what == "board")
+    copper = [area for area in found if area.what == "copper"]
+    assert all(area.polygon.is_valid and board.polygon.contains(area.polygon.buffer(-2e-6)) for area in copper)
+    for one, other in combinations(copper, 2):
+        if one.layer == other.layer:
+            assert one.polygon.distance(other.polygon) > 50e-6
+    thickness = layout.spec.fpc.stackup.copper[0].thickness
+    assert all(area.upper - area.lower == pytest.approx(thickness) for area in copper if area.layer == 1)
+    assert all(area.upper < 0.0 for area in copper)
+
+
+def test_the_area_of_a_coil_is_its_length_times_its_width():
+    layout = LAYOUTS["bench_7mm"]
+    coil = layout.coils[0]
+    (found,) = (area for area in areas(layout) if area.layer == 2 and area.net == coil.net)
+    tracks = [trace for trace in layout.on_layer(2) if trace.net == coil.net]
+    drawn = math.fsum(trace.path.length * trace.width for trace in tracks)
+    assert found.polygon.area == pytest.approx(drawn, rel=0.03)  # pads and teardrops come on top, holes go off
+
+
+def test_the_plates_are_where_the_scene_has_them():
+    found = {area.what: area for area in areas(LAYOUTS["jaw_5x20"])}
+    spec = LAYOUTS["jaw_5x20"].spec
+    assert found["target"].polygon.area == pytest.approx(math.prod(spec.target.size), rel=1e-6)
+    assert found["target"].lower == pytest.approx(found["elastomer"].upper) == pytest.approx(spec.elastomer.thickness)
+
+
+def test_without_shapely_it_is_said_how_to_get_it(monkeypatch):
+    real = builtins.__import__
+    monkeypatch.setattr("sitscad.parts.extras.import_module", lambda name: real("no_such_package_" + name))
+    with pytest.raises(sitscad.MissingExtra, match="sitscad\\[all\\]"):
+        areas(LAYOUTS["bench_7mm"])
+
+
+@pytest.mark.cad
+def test_solid_copper_has_the_volume_of_its_area():
+    pytest.importorskip("build123d")
+    layout = sitscad.lay_out(
+        sitscad.load_text(templates.read("bench_7mm")).replace({"coil.turns": 3, "array": {"pattern": "single"}})
+    )
+    solids = copper_solids(layout, 20e-6)
+    flat = [area for area in areas(layout, 20e-6) if area.what == "copper"]
+    drawn = math.fsum(area.polygon.area * (area.upper - area.lower) for area in flat)
+    assert math.fsum(solid.volume for solid in solids) == pytest.approx(drawn, rel=1e-6)
+    assert all(solid.shape.is_valid and solid.shape.bounding_box().max.Z < 0.0 for solid in solids)
+    pytest.importorskip("cadquery")
+    volumes = {name: sum(s.Volume() for s in work.vals()) for name, work in as_cadquery(solids).items()}
+    assert math.fsum(volumes.values()) * 1e-9 == pytest.approx(drawn, rel=1e-6)
