@@ -52,8 +52,8 @@ MAY_IMPORT = {
     "cli": {"", "finding"},
     "__main__": {"cli"},
     "__init__": {
-        "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks", "review", "package", "report",
-        "inspection", "schemas",
+        "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks", "review",
+        "package", "report", "inspection", "schemas",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.
