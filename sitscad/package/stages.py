@@ -299,7 +299,7 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
     layers = stackup_drawing.drawing(layout, "see the package", not contents.checked.ok)
     drawn = {
         f"{body}, seen from the top, to scale; upper layers hide lower ones.": picture(
-            layout, None, layout.body, marks
+            layout, None, layout.body, marks, "body"
         ),
         "The whole board, to scale.": picture(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": svg(layers),

@@ -11,5 +11,5 @@ def render(layout: Layout) -> dict[str, bytes]:
     """Two pictures by their paths in the package: the whole board, and its body, which carries the coils."""
     return {
         fabrication_path(layout, "board.svg"): picture(layout).encode("utf-8"),
-        fabrication_path(layout, "body.svg"): picture(layout, window=layout.body).encode("utf-8"),
+        fabrication_path(layout, "body.svg"): picture(layout, window=layout.body, name="body").encode("utf-8"),
     }

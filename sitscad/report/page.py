@@ -197,7 +197,8 @@ def _where(finding: Finding, number: int | None) -> str:
     words = [f"x = {place.x * 1e3:.3f} mm, y = {place.y * 1e3:.3f} mm"]
     words += [f"layer {place.layer}"] if place.layer is not None else []
     words += [f"net{'s' if len(place.nets) > 1 else ''} {', '.join(place.nets)}"] if place.nets else []
-    return f"<p><b>Place {number}</b> in the pictures: {escape(', '.join(words))}</p>"
+    place_name = f'<a href="#board-finding-{number}">Place {number}</a>'
+    return f"<p><b>{place_name}</b> in the pictures: {escape(', '.join(words))}</p>"
 
 
 def _electrical(estimates: Estimates) -> str:

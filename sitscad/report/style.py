@@ -43,6 +43,7 @@ ul { padding-left: 1.2rem; }
 .finding.error { border-left-color: var(--error); }
 .finding.warning { border-left-color: var(--warning); }
 .finding p { margin: .35rem 0; overflow-wrap: anywhere; }
+a { color: inherit; }
 .kind { font-weight: 700; color: var(--note); }
 .error .kind { color: var(--error); }
 .warning .kind { color: var(--warning); }

@@ -11,7 +11,7 @@ from itertools import pairwise
 import layouts
 import pytest
 
-from sitscad.drawing import board_picture
+from sitscad.drawing import board_legend, board_picture
 from sitscad.drawing.svg import svg as as_svg
 from sitscad.finding import Missing, Shortfall
 from sitscad.formats import excellon, ipc356
@@ -30,13 +30,13 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 def drawing(svg: str) -> ET.Element:
     """The inner picture: the drawing to scale."""
-    return ET.fromstring(svg).find(f"{SVG}svg")
+    return ET.fromstring(svg).find(f".//{SVG}svg")
 
 
 def scale_of(svg: str) -> float:
     """User units a millimetre, from the scale bar and what is written beside it."""
-    bar = next(path for path in ET.fromstring(svg).iter(f"{SVG}path") if path.get("d").startswith("M20 8V16M20 12H"))
-    end = float(re.search(r"H([0-9.]+)", bar.get("d"))[1])
+    bar = next(path for path in ET.fromstring(svg).iter(f"{SVG}path") if path.get("class") == "scale")
+    end = max(float(x) for x in re.findall(r"[ML]([0-9.]+)", bar.get("d")))
     words = [text.text for text in ET.fromstring(svg).iter(f"{SVG}text") if re.fullmatch(r"[0-9.]+ (mm|um)", text.text)]
     number, unit = words[0].split()
     return (end - 20.0) / (float(number) * (1e-3 if unit == "um" else 1.0))
@@ -46,7 +46,10 @@ def test_tracks_and_vias_are_drawn_to_the_scale_of_the_bar(board):
     for svg in (board_picture.picture(board), board_picture.picture(board, window=board.body)):
         scale = scale_of(svg)
         group = next(g for g in drawing(svg).iter(f"{SVG}g") if g.get("class") == "copper-1")
-        (width,) = {float(path.get("stroke-width")) for path in group}
+        nets = [g for g in group if g.get("class", "").startswith("net-")]
+        assert [g.get("id") for g in nets] == ["board-copper-1-net-C1", "board-copper-1-net-C2"]
+        tracks = [path for g in nets for path in g if path.get("fill") == "none"]
+        (width,) = {float(path.get("stroke-width")) for path in tracks}
         assert width == pytest.approx(0.1 * scale, abs=0.006)
         radii = sorted({float(circle.get("r")) for circle in drawing(svg).iter(f"{SVG}circle")})
         assert radii == pytest.approx([0.075 * scale, 0.175 * scale], abs=0.006)
@@ -67,7 +70,7 @@ def test_layers_are_chosen_and_coloured_apart(board):
     everything = board_picture.picture(board)
     only = board_picture.picture(board, layers=[last])
     assert f"class='copper-{last}'" in only and "class='copper-1'" not in only
-    assert len({board_picture.COLOURS[i] for i in range(last)}) == last
+    assert len({board_legend.COLOURS[i] for i in range(last)}) == last
     assert all(f"class='copper-{i}'" in everything for i in range(1, last + 1))
 
 
@@ -92,7 +95,9 @@ def test_pictures_are_self_contained(board):
         if path.endswith(".svg"):
             root = ET.fromstring(text)
             assert not [e.tag for e in root.iter() if e.tag.rpartition("}")[2] in ("script", "image", "use", "style")]
-            assert b"href" not in text and b"url(" not in text and b" id=" not in text
+            assert b"href" not in text and b"url(" not in text
+            names = [e.get("id") for e in root.iter() if e.get("id")]
+            assert len(names) == len(set(names))
             assert b"nan" not in text.lower().replace(b"dominant", b"") and b"inf" not in text.lower()
 
 
@@ -190,11 +195,17 @@ def test_marks_stand_at_their_places_and_do_not_hide_one_another(board):
     text = board_picture.picture(board, window=board.body, marks=marks)
     root = ET.fromstring(text)
     groups = [g for g in root.iter() if g.get("class", "").startswith("mark-")]
-    assert [(g.get("class"), g[2].text) for g in groups] == [("mark-error", "1, 2"), ("mark-warning", "3")]
+    assert [(g.get("class"), next(g.iter(f"{SVG}text")).text) for g in groups] == [
+        ("mark-error", "1, 2"),
+        ("mark-warning", "3"),
+    ]
+    ids = [[e.get("id") for e in g.iter() if e.get("id")] for g in groups]
+    assert ids == [["board-finding-1", "board-finding-2"], ["board-finding-3"]]
     margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
-    scale = board_picture.WIDTH / (x1 - x0 + 2 * margin)
+    scale = board_legend.WIDTH / (x1 - x0 + 2 * margin)
     for group, (x, y) in zip(groups, ((margin, y1 - y0 + margin), (x1 - x0 + margin, margin)), strict=True):
-        assert (float(group[0].get("cx")), float(group[0].get("cy"))) == pytest.approx((x * scale, y * scale), abs=0.02)
+        ring = next(group.iter(f"{SVG}circle"))
+        assert (float(ring.get("cx")), float(ring.get("cy"))) == pytest.approx((x * scale, y * scale), abs=0.02)
     assert ">error, numbered<" in text and ">note, numbered<" not in text
     assert "mark-" not in board_picture.picture(board)
 
@@ -208,12 +219,13 @@ def test_names_of_contacts_do_not_cover_each_other(tail):
     )
     layout = lay_out(load_text(f"{text}fpc: {{tail: {{{tail}}}}}\n"))
     root = ET.fromstring(board_picture.picture(layout))
-    (group,) = [g for g in root.iter(f"{SVG}g") if any(": C" in (t.text or "") for t in g.findall(f"{SVG}text"))]
+    (group,) = [g for g in root.iter(f"{SVG}g") if g.get("id") == "board-contact-names"]
     names = group.findall(f"{SVG}text")
     assert [t.text for t in names] == [f"{p.number}: {p.pin}" if p.pin else f"{p.number}" for p in layout.pads]
-    size, axis = float(group.get("font-size")), "x" if "turn" in tail else "y"
-    places = sorted(float(t.get(axis)) for t in names)
-    assert min(b - a for a, b in pairwise(places)) > size > 1.0 and group.get("stroke-width") is None
+    (size,), axis = {float(t.get("font-size")) for t in names}, 0 if "turn" in tail else 1
+    places = sorted(float(re.findall(r"[0-9.]+", t.get("transform"))[axis]) for t in names)
+    assert min(b - a for a, b in pairwise(places)) > size > 1.0
+    assert not any(t.get("stroke-width") for t in names)
 
 
 @pytest.mark.parametrize("layers", [1, 2, 4, 6])
