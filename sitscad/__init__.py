@@ -73,6 +73,19 @@ _HOMES = {
     "mend": "sitscad.inspection",
     "unreadable": "sitscad.inspection",
     "SCHEMAS": "sitscad.schemas",
+    "RULE_FORMATS": "sitscad.report.rules",
+    "Baseline": "sitscad.policy",
+    "Policy": "sitscad.policy",
+    "PolicyError": "sitscad.policy",
+    "nearest_policy": "sitscad.policy",
+    "read_baseline": "sitscad.policy",
+    "stands_for": "sitscad.policy",
+    "as_configured": "sitscad.inspection",
+    "Held": "sitscad.inspection",
+    "opened": "sitscad.inspection",
+    "policy_for": "sitscad.inspection",
+    "specs_in": "sitscad.inspection",
+    "each_of": "sitscad.processes",
     "ESTIMATE_FORMATS": "sitscad.report.numbers",
     "RESPONSE_FILES": "sitscad.report.response",
     "RESPONSE_FORMATS": "sitscad.report.response",
@@ -87,9 +100,11 @@ __all__ = [
     "RESPONSE_FILES",
     "RESPONSE_FORMATS",
     "RULES",
+    "RULE_FORMATS",
     "SCHEMAS",
     "STAGES",
     "Area",
+    "Baseline",
     "BuildResult",
     "CentreLine",
     "CheckResult",
@@ -98,6 +113,7 @@ __all__ = [
     "Design",
     "Estimates",
     "Finding",
+    "Held",
     "Inspection",
     "Layout",
     "Manner",
@@ -109,6 +125,8 @@ __all__ = [
     "NotChecked",
     "PackageError",
     "PartsError",
+    "Policy",
+    "PolicyError",
     "Response",
     "Review",
     "SensorSpec",
@@ -118,12 +136,14 @@ __all__ = [
     "__version__",
     "areas",
     "as_cadquery",
+    "as_configured",
     "build",
     "centre_lines",
     "check",
     "checked_spec",
     "copper_solids",
     "current_paths",
+    "each_of",
     "estimate",
     "frequency_of",
     "inspect",
@@ -135,12 +155,18 @@ __all__ = [
     "load_text",
     "mend",
     "mended",
+    "nearest_policy",
+    "opened",
+    "policy_for",
+    "read_baseline",
     "read_motions",
     "require_distinct_names",
     "respond",
     "respond_to",
     "response_file",
     "solids",
+    "specs_in",
+    "stands_for",
     "unreadable",
     "verify",
     "write_file",
@@ -154,7 +180,18 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.pad import NoResponse
     from sitscad.estimates.response.values import Response
     from sitscad.finding import Finding, NotChecked, Severity
-    from sitscad.inspection import Inspection, MendedSpec, inspect, mend, unreadable
+    from sitscad.inspection import (
+        Held,
+        Inspection,
+        MendedSpec,
+        as_configured,
+        inspect,
+        mend,
+        opened,
+        policy_for,
+        specs_in,
+        unreadable,
+    )
     from sitscad.interchange import (
         Area,
         CentreLine,
@@ -179,10 +216,13 @@ if TYPE_CHECKING:
         write_template,
     )
     from sitscad.parts import MissingExtra, PartsError, Solid, solids
+    from sitscad.policy import Baseline, Policy, PolicyError, nearest_policy, read_baseline, stands_for
+    from sitscad.processes import each_of
     from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner, checked_spec
     from sitscad.report.findings.github import job_summary
     from sitscad.report.numbers import ESTIMATE_FORMATS
     from sitscad.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
+    from sitscad.report.rules import RULE_FORMATS
     from sitscad.review import Review
     from sitscad.scene.motions import MotionError, Motions, frequency_of, read_motions
     from sitscad.schemas import SCHEMAS

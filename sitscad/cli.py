@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import gc
 import os
 import sys
@@ -14,7 +15,7 @@ import sitscad
 from sitscad.finding import Finding, Remedy, Severity
 
 if TYPE_CHECKING:
-    from sitscad import BuildResult, CheckedSpec, Inspection, Manner, MendedSpec
+    from sitscad import Baseline, BuildResult, CheckedSpec, Held, Inspection, Manner, MendedSpec, Policy, SensorSpec
 
 ISSUES = "the project's issue tracker"
 
@@ -60,7 +61,7 @@ def _explain_crash(error: Exception) -> int:
     """One sentence for what is known to go wrong, one with how to report it for what is not."""
     if os.environ.get("SITSCAD_TRACEBACK"):
         raise error
-    if isinstance(error, (sitscad.PackageError, sitscad.MissingExtra)):
+    if isinstance(error, (sitscad.PackageError, sitscad.MissingExtra, sitscad.PolicyError)):
         _say(str(error))
     elif isinstance(error, sitscad.PartsError):
         _say(f"a part cannot be made: {error}")
@@ -96,11 +97,16 @@ SUMMARY_LIMIT = 1_000_000
 """Bytes of a job's page: GitHub takes one mebibyte a step and drops the whole page of a longer one."""
 
 
-def _append_job_summary(checked: list[CheckedSpec], inspected: list[Inspection]) -> None:
-    """Write the page of the job where GitHub Actions asks for one; pictures go first where it would be too long."""
-    path = os.environ.get("GITHUB_STEP_SUMMARY")
+def _summary_path(format_name: str) -> str:
+    """Where GitHub Actions wants the page of a job; empty where nobody does."""
+    return os.environ.get("GITHUB_STEP_SUMMARY", "") if format_name == "github" else ""
+
+
+def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
+    """Write the page of the job where one is wanted; pictures go first where it would be too long."""
     if not path:
         return
+    checked = [each.checked for each in inspected]
     pictures = {each.checked.path: each.picture for each in inspected}
     for drawn in (pictures, {}):
         page = sitscad.job_summary(checked, drawn).encode("utf-8")
@@ -178,12 +184,19 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool) 
 FORMS = "text, json, sarif, junit or github."
 
 
+JOBS = click.option("--jobs", type=click.IntRange(1), help="Processes for several specs (default: the processors).")
+BASELINE = click.option("--baseline", help="A file of check --format json: what it holds does not fail again.")
+
+
 @cli.command(example="sitscad check sensor.yaml --format json")
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
 @click.option("--format", "format_name", default="text", show_default=True, help=FORMS)
 @click.option("--select", type=_Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
 @click.option("--ignore", type=_Names(), default=(), help="Not these rules.")
-@click.option("--strict", is_flag=True, help="Warnings fail, too: exit code 1. Notes never do.")
+@click.option("--strict", is_flag=True, help="As --fail-on warning.")
+@click.option("--fail-on", default="error", show_default=True, help="What fails: note, warning or error, and graver.")
+@BASELINE
+@JOBS
 @click.option("--hints", default="decisive", show_default=True, help="What is tried for hints: none, decisive or full.")
 @click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
 @click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
@@ -194,6 +207,9 @@ def check(
     select: tuple[str, ...],
     ignore: tuple[str, ...],
     strict: bool,
+    fail_on: str,
+    baseline: str | None,
+    jobs: int | None,
     hints: str,
     fix: bool,
     diff: bool,
@@ -201,35 +217,43 @@ def check(
 ) -> int:
     """Check SPECS against every rule that applies.
 
+    SPECS are files, folders (every spec in them and below) and - for standard input. The nearest sitscad.toml, or
+    [tool.sitscad] in pyproject.toml, above each spec chooses rules and severities; a comment
+    "# sitscad: ignore SIT103 reason" silences a rule on its line.
     Writes no files without --fix, which writes every fix into the spec that was tried, mends its finding and brings no
     error or warning; comments and order stay. Of standard input (-) it prints the mended text.
     The verdict does not depend on --hints: decisive tries changes for as long as the check itself takes, for errors
     first; full tries all that may mend a finding, which can take minutes; none tries nothing.
-    Exit code: 0 no errors, 1 errors found (with --strict: or warnings), 2 a spec cannot be read; with --fix of what it
-    leaves, and with --diff at least 1 where it would change something.
+    Exit code: 0 no errors, 1 errors found (with --fail-on: or milder findings), 2 a spec cannot be read; with --fix of
+    what it leaves, and with --diff at least 1 where it would change something.
     """
     show = _row(sitscad.FINDING_FORMATS, format_name, "--format")
     _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
     for pattern in (*select, *ignore):
         _require_rule(pattern)
     _row(dict.fromkeys(sitscad.HINTS), hints, "--hints")
-    mended = _mended(specs, hints, select, ignore, unsafe_fixes) if fix or diff else []
-    inspected = [each.inspection for each in mended] or [sitscad.inspect(path, hints) for path in specs]
-    checked = [_chosen(each.checked, select, ignore) for each in inspected]
-    fail_on = Severity.WARNING if strict else Severity.ERROR
+    weight = _row({severity.value: severity for severity in Severity}, "warning" if strict else fail_on, "--fail-on")
+    held, paths = sitscad.Held(select, ignore, _baseline(baseline)), _specs(specs)
+    draws = bool(_summary_path(format_name))
+    mended = _mended(paths, hints, held, unsafe_fixes) if fix or diff else []
+    work = functools.partial(sitscad.inspect, hints=hints, held=held, draws=draws)
+    inspected = [each.inspection for each in mended] or list(sitscad.each_of(work, paths, jobs))
+    checked = [each.checked for each in inspected]
     for each in () if diff else mended:
         _write(each)
     if diff or (fix and "-" in specs):
         click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
         _show_findings(checked)
     else:
-        _print(show(checked, _manner(sys.stdout, fail_on)))
-    if format_name == "github":
-        _append_job_summary(checked, inspected)
+        _print(show(checked, _manner(sys.stdout, weight)))
+    _append_job_summary(_summary_path(format_name), inspected)
     code = max(*(spec.exit_code for spec in checked), int(diff and any(each.diff for each in mended)))
-    warnings = sum(spec.count(Severity.WARNING) for spec in checked)
-    if strict and warnings and code == 0:
-        _say(f"--strict: {_counted(warnings, 'warning')} and no error; warnings fail (--ignore leaves rules out)")
+    if code == 0 and any(spec.fails(weight) for spec in checked):
+        option = "--strict" if strict else f"--fail-on {fail_on}"
+        milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.weighs(weight)]
+        counts = ((severity.value, sum(spec.count(severity) for spec in checked)) for severity in milder)
+        words = " and ".join(_counted(count, name) for name, count in counts if count)
+        _say(f"{option}: {words} and no error; {weight.value}s fail (--ignore leaves rules out)")
         return 1
     return code
 
@@ -245,15 +269,13 @@ def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tupl
         raise click.UsageError("--fix takes standard input (-) alone.")
 
 
-def _mended(
-    specs: tuple[str, ...], hints: str, select: tuple[str, ...], ignore: tuple[str, ...], unsafe: bool
-) -> list[MendedSpec]:
+def _mended(specs: Iterable[str], hints: str, held: Held, unsafe: bool) -> list[MendedSpec]:
     """The specs with all fixes of the chosen rules that may be made."""
 
-    def may(finding: Finding, remedy: Remedy) -> bool:
-        return (unsafe or remedy.is_safe) and _is_wanted(finding.rule, finding.name, select, ignore)
+    def may(_: Finding, remedy: Remedy) -> bool:
+        return unsafe or remedy.is_safe
 
-    return [sitscad.mend(path, may, hints) for path in specs]
+    return [sitscad.mend(path, may, hints, held) for path in specs]
 
 
 def _write(mended: MendedSpec) -> None:
@@ -264,6 +286,18 @@ def _write(mended: MendedSpec) -> None:
         sitscad.write_file(mended.path, mended.after.encode("utf-8"))
     for line in mended.words.splitlines():
         _say(f"{mended.path}: {line}")
+
+
+def _specs(paths: Iterable[str]) -> list[str]:
+    """The specs that are named, those of folders among them."""
+    try:
+        return sitscad.specs_in(list(paths))
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+
+
+def _baseline(path: str | None) -> Baseline | None:
+    return None if path is None else sitscad.read_baseline(path)
 
 
 @cli.command(example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
@@ -316,7 +350,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
             raise
         raise click.BadParameter(str(error), param_hint="--method") from error
     result = sitscad.check(loaded, layout, estimates if method is None else None)
-    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked, result.signals, result.fit)
+    checked = sitscad.as_configured(loaded, result)
     _print(show(spec, estimates, checked, _colour(sys.stdout)))
     worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
     if tolerance is not None and worst.inductance_error > tolerance:
@@ -404,7 +438,7 @@ def response(
     else:
         _print(show(spec, found, _colour(sys.stdout)))
     result = sitscad.check(loaded, design.layout, design.estimates)
-    checked = sitscad.checked_spec(loaded, result.findings, result.not_checked, result.signals, result.fit)
+    checked = sitscad.as_configured(loaded, result)
     if not checked.ok:
         _say(f"the checks found {_counted(checked.count(Severity.ERROR), 'error')}: sitscad check {spec}")
     return checked.exit_code
@@ -424,24 +458,43 @@ def _points(done: int, of: int) -> None:
 @click.option("-o", "--output", default="outputs", show_default=True, type=click.Path(), help="Where packages go.")
 @click.option("--only", type=_Names(), help="Only these parts: gerber, kicad, laser, mount, mesh, firmware, report.")
 @click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
-def build(specs: tuple[str, ...], output: str, only: tuple[str, ...] | None, force: bool) -> int:
+@BASELINE
+@JOBS
+def build(
+    specs: tuple[str, ...],
+    output: str,
+    only: tuple[str, ...] | None,
+    force: bool,
+    baseline: str | None,
+    jobs: int | None,
+) -> int:
     """Check SPECS, then write their packages.
 
-    A package is the folder NAME under the output folder; NAME stands in the spec.
+    A package is the folder NAME under the output folder; NAME stands in the spec. SPECS are files, folders (every spec
+    in them and below) and - for standard input. Configuration and comments count as for `check`.
     An error in the checks stops a build before anything is made. Exit code: 0 written, 1 errors found, 2 a spec cannot
     be read or a package cannot be written.
     """
     loaded, code = [], 0
-    for path in specs:
+    for path in _specs(specs):
         try:
-            loaded.append(sitscad.load(path))
+            policy = sitscad.policy_for(path)
+            loaded.append((sitscad.opened(path, policy), policy))
         except sitscad.SpecError as error:
             _show_findings([sitscad.unreadable(path, error)])
             code = 2
-    sitscad.require_distinct_names(loaded)
-    for spec in loaded:
-        code = max(code, _build_one(spec, output, only, force))
+    sitscad.require_distinct_names([spec for spec, _ in loaded])
+    alone = len(loaded) == 1 and sys.stderr.isatty()
+    asked: dict[str, Any] = {"out": output, "only": only, "force": force, "progress": _progress if alone else None}
+    work = functools.partial(_build_one, baseline=_baseline(baseline), **asked)
+    for result in sitscad.each_of(work, loaded, jobs):
+        code = max(code, _told(result))
     return code
+
+
+def _build_one(asked: tuple[SensorSpec, Policy], baseline: Baseline | None, **how: Any) -> BuildResult:
+    spec, policy = asked
+    return sitscad.build(spec, **how, policy=policy, baseline=baseline)
 
 
 @cli.command(example="sitscad explain SIT201")
@@ -460,12 +513,10 @@ def explain(rule: str) -> int:
 
 
 @cli.command(example="sitscad rules")
-def rules() -> int:
-    """List every rule with the severities that it can have."""
-    known = _rules()
-    width = max(len(rule.name) for rule in known)
-    rows = (f"{rule.id}  {rule.name:<{width}}  {_severities(rule):<20}  {rule.summary}" for rule in known)
-    _print("\n".join(rows))
+@click.option("--format", "format_name", default="text", show_default=True, help="text, json or markdown.")
+def rules(format_name: str) -> int:
+    """List every rule with the severities that it can have; json and markdown have all its texts."""
+    _print(_row(sitscad.RULE_FORMATS, format_name, "--format")(tuple(_rules())))
     return 0
 
 
@@ -495,12 +546,13 @@ def verify(directory: str) -> int:
     return 0 if found.ok else 1
 
 
-def _build_one(spec: Any, output: str, only: Iterable[str] | None, force: bool) -> int:
-    result = sitscad.build(spec, output, only, force, _progress if sys.stderr.isatty() else None)
-    if result.checked.findings:
+def _told(result: BuildResult) -> int:
+    """Say what became of a build; its exit code."""
+    if result.checked.findings or result.checked.ignored:
         _show_findings([result.checked])
     if not result.written:
-        _say(f"{spec.source.path}: not built, because of the errors above; --force builds in spite of them")
+        path = result.checked.path
+        _say(f"{path}: not built, because of the errors above; --force builds in spite of them")
         return result.checked.exit_code
     if result.kept_aside:
         _say(f"files that were changed by hand, or not sitscad's, are now in {result.kept_aside}")
@@ -534,29 +586,10 @@ def _show_findings(checked: list[CheckedSpec]) -> None:
     click.echo(text, err=True, nl=False, color=True)
 
 
-def _chosen(checked: CheckedSpec, select: tuple[str, ...], ignore: tuple[str, ...]) -> CheckedSpec:
-    """The findings of the selected rules; the others are listed as not checked, except where the spec is unreadable."""
-    names = {rule.id: rule.name for rule in _rules()}
-
-    left_out = [rule for rule, name in names.items() if not _is_wanted(rule, name, select, ignore)]
-    return checked.without(left_out, "left out by --select or --ignore")
-
-
-def _is_wanted(rule: str, name: str, select: tuple[str, ...], ignore: tuple[str, ...]) -> bool:
-    """Whether a rule is chosen: those of the spec itself always are."""
-    chosen = not select or any(_stands_for(pattern, rule, name) for pattern in select)
-    return rule.startswith("SIT0") or (chosen and not any(_stands_for(pattern, rule, name) for pattern in ignore))
-
-
-def _stands_for(pattern: str, rule: str, name: str) -> bool:
-    wanted = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
-    return rule.startswith(wanted) or name == pattern.lower().replace("_", "-")
-
-
 def _require_rule(pattern: str) -> Any:
     """The one rule that a pattern stands for, None for several; a usage error for none."""
     known = _rules()
-    found = [rule for rule in known if _stands_for(pattern, rule.id, rule.name)]
+    found = [rule for rule in known if sitscad.stands_for(pattern, rule.id, rule.name)]
     if not found:
         meant = _meant(pattern, (r.name for r in known))
         raise click.UsageError(f"There is no rule {pattern!r}.{meant} `sitscad rules` lists them all.")
@@ -580,11 +613,6 @@ def _meant(name: str, known: Iterable[str]) -> str:
 def _rules() -> list[Any]:
     table = sitscad.RULES
     return sorted(table.values() if hasattr(table, "values") else table, key=lambda rule: rule.id)
-
-
-def _severities(rule: Any) -> str:
-    """The severities alone, mildest first: ``warning, error``; `explain` says when."""
-    return ", ".join(word for word in ("note", "warning", "error") if word in rule.severities.replace(",", " ").split())
 
 
 __all__ = ["cli", "main"]

@@ -146,7 +146,7 @@ class NotChecked:
 
 @record
 class Ignored:
-    """A finding not held against the design, why, and by what: a ``comment`` in the spec, or the ``baseline``."""
+    """A finding not held against the design, why, and by what: ``comment``, ``configuration``, ``baseline``."""
 
     finding: Finding
     reason: str

@@ -1,14 +1,18 @@
-"""A spec as a path leads to it, checked: what is wrong with it, whether it could be read or not, and its picture."""
+"""A spec as a path leads to it, checked and judged: what is held against it, whether it could be read or not, its
+picture, and its text with fixes written into it.
+"""
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from sitscad.checks import RULES, mended
+from sitscad.checks import RULES, CheckResult, mended
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy
+from sitscad.policy import Baseline, Policy, chosen_rules, judged, nearest_policy
 from sitscad.record import record
 from sitscad.remedy.budget import DECISIVE
 from sitscad.remedy.mending import Applied, mended_text
@@ -19,56 +23,129 @@ from sitscad.spec.load import load, load_text, read_text
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
 
+STDIN = "-"
 SHOWN = 1 << 18
 """Bytes of an unreadable spec that are read to show its lines: as many as a spec may have."""
 
 
 @record
 class Inspection:
-    """One spec after its checks; ``design`` is None where it could not be read."""
+    """One spec after its checks; ``picture`` is its board in letters, empty where none is asked for or possible."""
 
     checked: CheckedSpec
-    design: Design | None = None
-
-    @property
-    def picture(self) -> str:
-        """The board in text with the findings' numbers at their places; empty where there is none."""
-        if self.design is None:
-            return ""
-        from sitscad.drawing.board_picture import Mark
-        from sitscad.drawing.dots import dot_picture  # nobody else shows text where a picture should be
-
-        numbered = ((number, finding.place) for number, finding in numbered_places(self.checked.findings))
-        marks = [Mark(place.x, place.y, str(number), "") for number, place in numbered if place is not None]
-        return dot_picture(self.design.layout, marks)
+    picture: str = ""
 
 
-def inspect(path: str, hints: str = DECISIVE) -> Inspection:
-    """Load and check one spec; what keeps it from being read is a finding too.
-
-    `hints` is what is tried for hints, as in `check`.
+@record
+class Held:
+    """What is held against a spec beside its comments and the nearest configuration: patterns of rules that are
+    selected or ignored, and what was known before.
     """
+
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    baseline: Baseline | None = None
+
+
+ALL = Held()
+"""All rules, and nothing known before."""
+
+
+def inspect(path: str, hints: str = DECISIVE, held: Held = ALL, draws: bool = False) -> Inspection:
+    """Load, check and judge one spec (``-`` is standard input); what keeps it from being read is a finding too.
+
+    `hints` is what is tried for hints, as in `check`. Raises `PolicyError` for a configuration that cannot be used.
+    """
+    policy = policy_for(path)
     try:
-        spec = load(path)
+        spec = opened(path, policy)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints))
-    return _inspected(spec, hints)
+    return _inspected(spec, hints, policy, held, draws)
 
 
-def inspect_text(text: str, path: str, hints: str = DECISIVE) -> Inspection:
+def inspect_text(text: str, path: str, hints: str = DECISIVE, held: Held = ALL) -> Inspection:
     """Check a spec's text as it would stand at a path."""
     plain = decoded(text.encode("utf-8"))
+    policy = policy_for(path)
     try:
         spec = load_text(plain, path)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints, plain))
-    return _inspected(spec, hints)
+    return _inspected(spec, hints, policy, held)
 
 
-def _inspected(spec: SensorSpec, hints: str) -> Inspection:
+def _inspected(spec: SensorSpec, hints: str, policy: Policy, held: Held, draws: bool = False) -> Inspection:
     design = Design(spec)
-    result = Review(design, hints).result
-    return Inspection(checked_spec(spec, result.findings, result.not_checked, result.signals, result.fit), design)
+    checked = _checked(spec, Review(design, hints).result)
+    wanted = chosen_rules(RULES, held.select, held.ignore)
+    left_out = [rule.id for rule in RULES if rule.id not in wanted]
+    checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
+    checked = judged(checked, spec.source, RULES, policy, held.baseline)
+    return Inspection(checked, _picture(design, checked) if draws else "")
+
+
+def as_configured(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
+    """What a check found in a spec, judged by the nearest configuration above it and by its comments."""
+    return judged(_checked(spec, result), spec.source, RULES, policy_for(spec.source.path))
+
+
+def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
+    return checked_spec(spec, result.findings, result.not_checked, result.signals, result.fit)
+
+
+def policy_for(path: str) -> Policy:
+    """The policy of the nearest configuration above a spec; above the working folder for standard input."""
+    return nearest_policy(Path(path).parent, RULES)
+
+
+def opened(path: str, policy: Policy | None = None) -> SensorSpec:
+    """The spec at a path, or of standard input; raises `SpecError` with every finding where it is none."""
+    return load_text(decoded(read_text(path).encode("utf-8")), path) if path == STDIN else load(path)
+
+
+def specs_in(paths: Sequence[str]) -> list[str]:
+    """Paths as they are, folders as the specs in them and below, in order of their names.
+
+    Of the YAML files in a folder those are specs that have a key ``sitscad`` at the left; packages and hidden folders
+    are left out. Raises ValueError for a folder without any.
+    """
+    found: list[str] = []
+    for path in paths:
+        if path == STDIN or not os.path.isdir(path):
+            found.append(path)
+            continue
+        below = [name for name in _yaml_files(path) if _is_spec(name)]
+        if not below:
+            raise ValueError(f"{path}: there is no spec in this folder (a YAML file with `sitscad: 1` in it)")
+        found += below
+    return list(dict.fromkeys(found))
+
+
+def _yaml_files(folder: str) -> list[str]:
+    found = []
+    for root, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and not _is_package(root, name))
+        found += [os.path.join(root, name) for name in sorted(files) if name.lower().endswith((".yaml", ".yml"))]
+    return found
+
+
+def _is_package(root: str, name: str) -> bool:
+    return os.path.isfile(os.path.join(root, name, "manifest.json"))
+
+
+def _is_spec(path: str) -> bool:
+    return any(line.startswith("sitscad:") for line in _beginning(path).splitlines())
+
+
+def _picture(design: Design, checked: CheckedSpec) -> str:
+    """The board in letters with the findings' numbers at their places."""
+    from sitscad.drawing.board_picture import Mark
+    from sitscad.drawing.dots import dot_picture  # nobody else shows text where a picture should be
+
+    numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
+    marks = [Mark(place.x, place.y, str(number), "") for number, place in numbered if place is not None]
+    return dot_picture(design.layout, marks)
 
 
 @record(eq=False)
@@ -103,7 +180,7 @@ class MendedSpec:
 NO_LINE_END = "\\ No newline at end of file"
 
 
-def mend(path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIVE) -> MendedSpec:
+def mend(path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIVE, held: Held = ALL) -> MendedSpec:
     """A spec with every fix that may be made, and makes it better; nothing is written. A path of ``-`` is standard
     input. One that is no text is only inspected.
     """
@@ -113,10 +190,10 @@ def mend(path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIV
         return MendedSpec(path, "", "", Inspection(unreadable(path, error, hints)))
 
     def said(of: str) -> CheckedSpec:
-        return inspect_text(of, path, hints).checked
+        return inspect_text(of, path, hints, held).checked
 
     def verdict(of: str) -> CheckedSpec:
-        return inspect_text(of, path, "none").checked
+        return inspect_text(of, path, "none", held).checked
 
     found = mended_text(text, said, may, verdict)
     return MendedSpec(path, text, found.text, Inspection(found.said), found.applied)
@@ -129,7 +206,8 @@ def unreadable(path: str, error: SpecError, hints: str = DECISIVE, text: str | N
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in RULES if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
-    shown = _beginning(path) if text is None else text
+    known = error.source.text if error.source is not None else ""
+    shown = text if text is not None else known if path == STDIN else _beginning(path)
     return CheckedSpec(path, shown, mended(error, hints), not_checked, error.texts)
 
 

@@ -45,15 +45,17 @@ MAY_IMPORT = {
     "extraction": {"units", "finding"},
     "package": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design", "review",
-        "drawing", "formats", "papers", "writer", "report", "extraction",
+        "drawing", "formats", "papers", "writer", "report", "extraction", "checks", "policy",
     },
-    "inspection": {"finding", "spec", "design", "checks", "remedy", "review", "drawing", "report"},
+    "policy": {"finding", "spec", "report"},
+    "processes": set(),
+    "inspection": {"finding", "policy", "spec", "design", "checks", "remedy", "review", "drawing", "report"},
     "schemas": {"spec"},
     "cli": {"", "finding"},
     "__main__": {"cli"},
     "__init__": {
         "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks", "review",
-        "package", "report", "inspection", "schemas",
+        "package", "report", "inspection", "schemas", "policy", "processes",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.

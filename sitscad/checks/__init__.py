@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "check", "explain", "mended"]
 
 _LOADING = tuple(
-    Rule(row.id, row.name, Severity.ERROR, row.summary, row.why, row.mend, "docs/spec.md") for row in SPEC_RULES
+    Rule(row.id, row.name, row.severity, row.summary, row.why, row.mend, "docs/spec.md") for row in SPEC_RULES
 )
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 

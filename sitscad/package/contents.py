@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sitscad.checks import RULES
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.policy import Baseline, Policy, judged
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, checked_spec
 from sitscad.review import Review
@@ -28,6 +31,8 @@ class Contents:
 
     design: Design
     review: Review
+    policy: Policy = field(default_factory=Policy)
+    baseline: Baseline | None = None
 
     @cached_property
     def spec(self) -> SensorSpec:
@@ -57,27 +62,38 @@ class Contents:
     @cached_property
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
-        review = self.review
-        return checked_spec(self.design.spec, review.findings, review.not_checked, review.signals, review.result.fit)
+        review, source = self.review, self.design.spec.source
+        result = review.result
+        found = checked_spec(self.design.spec, result.findings, result.not_checked, result.signals, result.fit)
+        return judged(found, source, RULES, self.policy, self.baseline)
 
     @cached_property
     def forced(self) -> str:
         """Why the package ought not to be ordered from; empty where all checks pass."""
-        return "" if self.checked.ok else self.forced_note([])
+        return "" if self.checked.is_orderable else self.forced_note([])
 
     def forced_note(self, failures: list[str]) -> str:
         """What is wrong with a package that is built in spite of errors, and what could not be written of it."""
-        errors = [finding for finding in self.review.findings if finding.severity == Severity.ERROR]
-        count = f"{len(errors)} error{'' if len(errors) == 1 else 's'}"
+        errors = [finding for finding in self.checked.findings if finding.severity == Severity.ERROR]
+        silenced = self.checked.silenced
+        count = f"{len(errors) + len(silenced)} error{'' if len(errors) + len(silenced) == 1 else 's'}"
+        how = "with --force" if errors else "with rules silenced"
         lines = [
-            f"The package {self.spec.name} was built with --force in spite of {count}.",
+            f"The package {self.spec.name} was built {how} in spite of {count}.",
             "It is known not to meet its own checks. Do not order from it unless you know why:",
             "",
         ]
         lines += [f"- {finding.rule} {finding.name}: {finding.message}" for finding in errors]
+        lines += [f"- {finding.rule} {finding.name} (silenced): {finding.message}" for finding in silenced]
         if failures:
             lines += ["", "Left out, because it cannot be written:", "", *(f"- {failure}" for failure in failures)]
         return "\n".join([*lines, ""])
+
+    @property
+    def baseline_entries(self) -> dict[str, str]:
+        """What the baseline knows of this spec, as plain values."""
+        known = {} if self.baseline is None else self.baseline.of(self.design.spec.source.path)
+        return {name: severity.value for name, severity in known.items()}
 
     @cached_property
     def file_name(self) -> str:

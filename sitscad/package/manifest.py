@@ -33,7 +33,8 @@ class Entry:
 class Manifest:
     """The contents of a package.
 
-    `forced` is set when it was built in spite of errors; `nets` names the pins that every net of the layout joins.
+    `forced` is set when it was built in spite of errors; `nets` names the pins that every net of the layout joins;
+    `configuration` is what a project's configuration says of rules, empty where it says nothing.
     """
 
     version: str = __version__
@@ -41,6 +42,7 @@ class Manifest:
     forced: bool = False
     nets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     files: Mapping[str, Entry] = field(default_factory=dict)
+    configuration: Mapping[str, object] = field(default_factory=dict)
 
     def as_bytes(self) -> bytes:
         """The text of ``manifest.json``, files in order of their names."""
@@ -51,6 +53,7 @@ class Manifest:
             "spec": dict(self.spec),
             "forced": self.forced,
             "nets": nets,
+            **({"configuration": dict(self.configuration)} if self.configuration else {}),
             "files": files,
         }
         return (json.dumps(document, indent=1) + "\n").encode("ascii")
@@ -73,7 +76,10 @@ def read_manifest(folder: Path) -> Manifest:
         files = {require_inside(name): Entry(**_texts(entry)) for name, entry in document["files"].items()}
         nets = {str(net): tuple(map(str, pins)) for net, pins in document.get("nets", {}).items()}
         forced = document.get("forced") is True
-        return Manifest(str(document["sitscad"]), _texts(document["spec"]), forced, nets, files)
+        configuration = document.get("configuration", {})
+        if not isinstance(configuration, dict):
+            raise ValueError("its configuration is no mapping")
+        return Manifest(str(document["sitscad"]), _texts(document["spec"]), forced, nets, files, configuration)
     except OSError as error:
         inside = ", ".join(str(found.parent) for found in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
         hint = f"; it holds {inside}: name one of these" if inside else ""

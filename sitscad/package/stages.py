@@ -34,6 +34,7 @@ from sitscad.package.manifest import (
 )
 from sitscad.papers import PAPERS
 from sitscad.parts import MissingExtra
+from sitscad.policy import Baseline, Policy
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, as_json, numbered_places, to_json
 from sitscad.review import Review
@@ -82,7 +83,7 @@ class BuildResult:
     @property
     def forced(self) -> bool:
         """Whether the package was written in spite of errors."""
-        return self.written and not self.checked.ok
+        return self.written and not self.checked.is_orderable
 
 
 def build(
@@ -91,11 +92,15 @@ def build(
     only: Iterable[str] | None = None,
     force: bool = False,
     progress: Progress | None = None,
+    policy: Policy | None = None,
+    baseline: Baseline | None = None,
 ) -> BuildResult:
     """Check a spec and write its package into ``out/NAME``, as a whole or not at all.
 
     `only` names stages (see STAGES); the parts of an existing package that are still true to the spec stay, stale ones
     go. `force` builds in spite of errors and marks the package. A part that would come out the same is not made again.
+    `policy` and `baseline` are held against the findings, and so are the comments in the spec; errors of the electrical
+    rules that they silence stop nothing, but mark the package as `force` does.
 
     Raises
     ------
@@ -108,7 +113,7 @@ def build(
     wanted = _require_stages(only)
     report = progress or (lambda *_: None)
     design = spec if isinstance(spec, Design) else Design(spec)
-    contents = Contents(design, Review(design))
+    contents = Contents(design, Review(design), policy or Policy(), baseline)
     directory = Path(out) / name
     report(CHECK_STAGE, "start", 0.0)
     began = time.perf_counter()
@@ -118,7 +123,13 @@ def build(
     with opened_for_building(directory.parent, name) as staged:
         old = _require_ours(directory)
         stages, files, entries = _make_all(contents, directory, old, wanted, report)
-        manifest = Manifest(spec=contents.origin, forced=not contents.checked.ok, nets=contents.nets, files=entries)
+        manifest = Manifest(
+            spec=contents.origin,
+            forced=not contents.checked.is_orderable,
+            nets=contents.nets,
+            files=entries,
+            configuration=contents.policy.as_json() if contents.policy.says_anything else {},
+        )
         if manifest == old and not foreign_files(directory, old):
             return BuildResult(directory, contents.checked, True, stages)
         write_files(staged, files)
@@ -170,7 +181,8 @@ def _make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozen
 
 def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], failures: list[str]) -> tuple[object, ...]:
     """Everything that the files of a stage depend on, besides sitscad itself."""
-    text = (contents.spec, contents.design.spec.source.text, contents.file_name)
+    judged_by = (contents.policy.as_json(), contents.baseline_entries)
+    text = (contents.spec, contents.design.spec.source.text, contents.file_name, judged_by)
     if stage == CHECK_STAGE:
         read = {name: sha256(content) for name, content in contents.design.spec.source.files.items()}
         return (*text, read, failures, any(name.startswith("fpc/") for name in entries))
@@ -222,7 +234,7 @@ def _written(contents: Contents, writers: list[Writer], failures: list[str]) -> 
         try:
             made = writer.render(*(new if name == "files" else contents.value(name) for name in writer.takes))
         except ValueError as error:
-            if contents.checked.ok:
+            if contents.checked.is_orderable:
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
             failures.append(f"{writer.name}: {error}")
             continue
@@ -247,7 +259,7 @@ def _checked_files(contents: Contents, failures: list[str], beside_gerbers: bool
         "estimate.json": to_json(contents.estimates.as_json(contents.file_name)).encode("ascii"),
     }
     files |= _spec_files(contents)
-    if not checked.ok:
+    if not checked.is_orderable:
         note = contents.forced_note(failures).encode("utf-8")
         files |= {FORCED_NOTE: note} | ({f"fpc/{FORCED_NOTE}": note} if beside_gerbers else {})
     return files
@@ -296,7 +308,7 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
     ]
     has_jaw = contents.spec.mount is not None and contents.spec.mount.jaw is not None
     body = "The part that lies on the jaw" if has_jaw else "The part with the coils"
-    layers = stackup_drawing.drawing(layout, "see the package", not contents.checked.ok)
+    layers = stackup_drawing.drawing(layout, "see the package", not contents.checked.is_orderable)
     drawn = {
         f"{body}, seen from the top, to scale; upper layers hide lower ones.": picture(
             layout, None, layout.body, marks, "body"
@@ -304,7 +316,7 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
         "The whole board, to scale.": picture(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": svg(layers),
     }
-    if (over := assembly_drawing.drawing(layout, not contents.checked.ok)) is not None:
+    if (over := assembly_drawing.drawing(layout, not contents.checked.is_orderable)) is not None:
         drawn["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
     solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}

@@ -101,7 +101,9 @@ def render(
 def _verdict(checked: CheckedSpec) -> str:
     """In green only what nothing at all was said of."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
-    if errors:
+    if checked.silenced:
+        kind, words = "bad", f"{_counted(len(checked.silenced), 'error')} silenced: do not order this"
+    elif errors:
         kind, words = "bad", f"{_counted(errors, 'error')}: do not order this"
     elif warnings:
         weak = "the signal is small; " if any(f.name == SMALL_SIGNAL for f in checked.findings) else ""
@@ -128,7 +130,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
         f"{coils} of {show(coil.outer_diameter, 'm')}, {turns}, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
     )
-    banner = "" if checked.ok else f"<p class='banner'>{FORCED}</p>"
+    banner = "" if checked.is_orderable else f"<p class='banner'>{FORCED}</p>"
     skipped = len(checked.not_checked)
     not_made = f"{_counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
     issue = f"<p class='soft'>{escape(spec.issue.words)}</p>" if spec.issue.rows else ""
@@ -166,7 +168,15 @@ def _incomplete(estimates: Estimates) -> str:
 def _findings(checked: CheckedSpec) -> str:
     numbers = {id(finding): number for number, finding in numbered_places(checked.findings)}
     articles = (_finding(checked, finding, numbers.get(id(finding))) for finding in by_weight(checked.findings))
-    return "".join(articles) or "<p>Nothing was found.</p>"
+    return ("".join(articles) or "<p>Nothing was found.</p>") + _ignored(checked)
+
+
+def _ignored(checked: CheckedSpec) -> str:
+    """What was found and is not held against the design, with the reasons that were given."""
+    if not checked.ignored:
+        return ""
+    rows = [[each.finding.rule, each.finding.message, f"{each.reason} ({each.by})"] for each in checked.ignored]
+    return _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from sitscad.finding import Finding
+from sitscad.finding import Finding, Severity
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
@@ -19,6 +19,7 @@ class SpecRule:
     summary: str
     why: str
     mend: str
+    severity: Severity = Severity.ERROR
 
 
 class SpecError(ValueError):
@@ -185,6 +186,15 @@ SPEC_RULES: tuple[SpecRule, ...] = (
         "What an estimate takes grows with the square of the turns: at 400 turns of one coil half a gigabyte of memory "
         "and twenty seconds, beyond these limits gigabytes and minutes. It is refused before anything is computed.",
         "Use fewer turns or layers, or fewer coils; a coil for this converter has some tens of turns.",
+    ),
+    SpecRule(
+        "SIT020",
+        "ignore-comment",
+        "A comment `# sitscad: ignore` names rules that exist, gives a reason, and silences a finding on its line.",
+        "A rule that is silenced without a reason, or for something that has long gone, hides the next fault there.",
+        "Write `# sitscad: ignore SIT103 their quotation of 3 May` at the end of the line that the finding points at, "
+        "or take the comment out.",
+        Severity.WARNING,
     ),
 )
 

@@ -22,7 +22,8 @@ class CheckedSpec:
 
     ``texts`` are those of other files that findings point into, by path; ``signals`` what each coil does from rest to
     the required force; ``fit`` what was measured of the sensor in its jaw; ``ignored`` what was found and is not held
-    against the spec, each with the reason.
+    against the spec, each with the reason; ``silenced`` the errors among that and what was left out that only physics
+    can judge: they stop no build, but mark its package.
     """
 
     path: str
@@ -33,6 +34,7 @@ class CheckedSpec:
     signals: tuple[Signal, ...] = ()
     ignored: tuple[Ignored, ...] = ()
     fit: tuple[Measure, ...] = ()
+    silenced: tuple[Finding, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -44,6 +46,11 @@ class CheckedSpec:
         """2 when the spec itself is at fault (an error of SIT0xx), else 1 with any error, else 0."""
         errors = [finding for finding in self.findings if finding.severity == Severity.ERROR]
         return 2 if any(finding.rule.startswith("SIT0") for finding in errors) else 1 if errors else 0
+
+    @property
+    def is_orderable(self) -> bool:
+        """Whether no error was found, and none was silenced that is no matter of opinion."""
+        return self.ok and not self.silenced
 
     def fails(self, on: Severity) -> bool:
         """Whether anything was found that weighs as much as `on`, or more."""

@@ -12,6 +12,7 @@ def as_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     """``file:line:column rule severity message``, the offending line under it, a hint, and a summary in the end."""
     blocks = [_finding_text(spec, finding, colour) for spec in checked for finding in in_order(spec.findings)]
     left_out = [line for spec in checked for line in _not_checked_text(spec, len(checked) > 1, colour)]
+    left_out += [line for spec in checked for line in _ignored_text(spec, len(checked) > 1, colour)]
     felt = [line for spec in checked for line in _signal_text(spec, len(checked) > 1)]
     felt += [line for spec in checked for line in _fit_text(spec, len(checked) > 1)]
     return "\n".join([*blocks, *left_out, *felt, summary(checked, colour)]) + "\n"
@@ -65,6 +66,19 @@ def _not_checked_text(spec: CheckedSpec, name_it: bool, colour: bool) -> list[st
     prefix = f"{printable(spec.path)}: " if name_it else ""
     grouped = ((", ".join(_in_runs(rules)), printable(reason)) for reason, rules in reasons.items())
     return [styled(f"{prefix}not checked: {rules} ({reason})", "dim", colour) for rules, reason in grouped]
+
+
+def _ignored_text(spec: CheckedSpec, name_it: bool, colour: bool) -> list[str]:
+    """What is ignored, one line a finding with its reason, and the errors among it that mark a package."""
+    prefix = f"{printable(spec.path)}: " if name_it else ""
+    lines = [
+        f"{prefix}ignored: {each.finding.rule} {printable(each.finding.message)} ({each.by}: {printable(each.reason)})"
+        for each in spec.ignored
+    ]
+    if spec.silenced:
+        rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
+        lines.append(f"{prefix}silenced errors: {rules}: a package is marked as one that is not to be ordered")
+    return [styled(line, "dim", colour) for line in lines]
 
 
 def _signal_text(spec: CheckedSpec, name_it: bool) -> list[str]:

@@ -1,0 +1,21 @@
+"""What a project holds against its specs: rules that are chosen, waived with a reason or weighed otherwise, and what
+was known before. Rules find, the policy judges; nothing of it changes what is drawn.
+"""
+
+from __future__ import annotations
+
+from sitscad.policy.baseline import Baseline, read_baseline
+from sitscad.policy.configuration import nearest_policy
+from sitscad.policy.judgement import judged
+from sitscad.policy.values import Policy, PolicyError, chosen_rules, stands_for
+
+__all__ = [
+    "Baseline",
+    "Policy",
+    "PolicyError",
+    "chosen_rules",
+    "judged",
+    "nearest_policy",
+    "read_baseline",
+    "stands_for",
+]

@@ -1,0 +1,62 @@
+"""The policy as a value, and the patterns that stand for rules in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import field
+
+from sitscad.finding import Severity
+from sitscad.record import record
+from sitscad.report.findings import RuleTexts
+
+
+class PolicyError(ValueError):
+    """A configuration or baseline that cannot be used; the text says where and why."""
+
+
+@record
+class Policy:
+    """What is held against a spec.
+
+    ``select`` and ``ignore`` are patterns of rules (`stands_for`; no ``select`` is all), ``reasons`` are patterns that
+    are ignored, each with its reason, ``severity`` what the findings of a pattern weigh instead. ``profiles`` is the
+    folder of fabricators' profiles. ``named`` is what reports call the file that says so, empty where nothing does.
+    """
+
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    severity: Mapping[str, Severity] = field(default_factory=dict)
+    profiles: str | None = None
+    named: str = ""
+
+    @property
+    def says_anything(self) -> bool:
+        """Whether it changes the judgement of any spec."""
+        return bool(self.select or self.ignore or self.reasons or self.severity)
+
+    def as_json(self) -> dict[str, object]:
+        """The rules' part as plain values."""
+        return {
+            "select": list(self.select),
+            "ignore": [*self.ignore],
+            "reasons": dict(sorted(self.reasons.items())),
+            "severity": {pattern: severity.value for pattern, severity in sorted(self.severity.items())},
+        }
+
+
+def stands_for(pattern: str, rule: str, name: str) -> bool:
+    """Whether a pattern means a rule: its identifier or the beginning of it, its number, or its name."""
+    wanted = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
+    return rule.startswith(wanted) or name == pattern.lower().replace("_", "-")
+
+
+def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
+    """The identifiers that are selected and not ignored; rules of the spec itself always are."""
+
+    def is_wanted(rule: RuleTexts) -> bool:
+        is_selected = not select or any(stands_for(pattern, rule.id, rule.name) for pattern in select)
+        is_ignored = any(stands_for(pattern, rule.id, rule.name) for pattern in ignore)
+        return rule.id.startswith("SIT0") or (is_selected and not is_ignored)
+
+    return frozenset(rule.id for rule in rules if is_wanted(rule))

@@ -1,0 +1,281 @@
+"""Waivers with reasons: comments in a spec, the nearest configuration, a baseline; and what they do to a package."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from sitscad.policy.comments import comments
+
+COMMENT = "# sitscad: ignore "
+
+
+def waived(text: str, line_with: str, words: str) -> str:
+    """A spec's text with a comment at the end of one line."""
+    (line,) = [each for each in text.splitlines() if each.strip().startswith(line_with)]
+    return text.replace(line, f"{line}   {COMMENT}{words}")
+
+
+def spec_of(run, *arguments: str) -> dict:
+    return json.loads(run("check", *arguments, "--hints", "none", "--format", "json").out)["specs"][0]
+
+
+def rules_of(spec: dict) -> set[str]:
+    return {finding["rule"] for finding in spec["findings"]}
+
+
+def ignored_of(spec: dict) -> dict[str, tuple[str, str]]:
+    return {each["finding"]["rule"]: (each["by"], each["reason"]) for each in spec["ignored"]}
+
+
+@pytest.fixture
+def good(tmp_path) -> Path:
+    return tmp_path / "good.yaml"
+
+
+# --------------------------------------------------------------------------------------------------------- comments
+
+
+def test_a_comment_silences_its_line_and_is_reported_with_its_reason(run, good):
+    good.write_text(waived(good.read_text(), "trace_width", "SIT103 their quotation of 3 May"))
+    spec = spec_of(run, "good.yaml")
+    assert [f["key"] for f in spec["findings"] if f["rule"] == "SIT103"] == ["coil.trace_spacing"]
+    assert ignored_of(spec) == {"SIT103": ("comment", "their quotation of 3 May")}
+    text = run("check", "good.yaml", "--hints", "none").out
+    assert "ignored: SIT103 " in text and "(comment: their quotation of 3 May)" in text
+
+
+def test_a_comment_on_a_flow_mapping_is_for_all_its_keys(run, good):
+    flow = (
+        "coil: {shape: circle, outer_diameter: 10, turns: 12.5, layers: 2,   # sitscad: ignore SIT103, SIT116 asked\n"
+    )
+    good.write_text(f"sitscad: 1\nname: flow\n{flow}  trace_width: 150 um, trace_spacing: 150 um}}\n")
+    spec = spec_of(run, "good.yaml")
+    assert "SIT103" not in rules_of(spec) and ignored_of(spec)["SIT103"] == ("comment", "asked")
+    assert "SIT020" not in rules_of(spec)
+
+
+def test_a_comment_on_a_sections_line_is_not_for_the_keys_below(run, good):
+    good.write_text(waived(good.read_text(), "coil:", "SIT103 no"))
+    spec = spec_of(run, "good.yaml")
+    assert {"SIT103", "SIT020"} <= rules_of(spec) and not spec["ignored"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("SIT103", "gives no reason"),
+        ("", "names no rule"),
+        ("whatever it is", "names no rule"),
+        ("SIT999 because", "no rule SIT999"),
+        ("SIT004 because", "cannot be ignored"),
+        ("SIT201 nothing of it is here", "silences nothing"),
+    ],
+)
+def test_a_comment_in_vain_is_a_warning_at_its_place(run, good, words, said):
+    good.write_text(waived(good.read_text(), "trace_width", words))
+    spec = spec_of(run, "good.yaml")
+    (warning,) = [finding for finding in spec["findings"] if finding["rule"] == "SIT020"]
+    line = good.read_text().splitlines()[warning["line"] - 1]
+    assert said in warning["message"] and warning["severity"] == "warning"
+    assert line[warning["column"] - 1 :].startswith(COMMENT.strip())
+    assert "SIT103" in rules_of(spec)
+
+
+def test_a_comment_about_a_rule_that_was_not_checked_is_not_in_vain(run, good):
+    good.write_text(waived(good.read_text(), "outer_diameter", "SIT301 the jaw is theirs"))
+    assert "SIT020" not in rules_of(spec_of(run, "good.yaml"))
+
+
+@pytest.mark.parametrize(
+    "line", ['name: "x # sitscad: ignore SIT103 no"', "name: 'x # sitscad: ignore SIT103 no'", "a: b#sitscad: ignore x"]
+)
+def test_what_stands_in_quotes_is_no_comment(line):
+    assert comments(line, ["SIT103"]) == ()
+
+
+# ---------------------------------------------------------------------------------------------------- configuration
+
+
+def test_the_nearest_configuration_wins(run, tmp_path):
+    folder = tmp_path / "sensors" / "inner"
+    folder.mkdir(parents=True)
+    (folder / "a.yaml").write_text((tmp_path / "good.yaml").read_text())
+    (tmp_path / "pyproject.toml").write_text('[tool.sitscad]\nignore = ["SIT103"]\n')
+    spec = spec_of(run, str(folder / "a.yaml"))
+    assert "SIT103" not in rules_of(spec)
+    assert {"rule": "SIT103", "reason": "left out by pyproject.toml"} in spec["not_checked"]
+    (tmp_path / "sensors" / "sitscad.toml").write_text('[ignore]\ncoil-trace = "their quotation"\n')
+    spec = spec_of(run, str(folder / "a.yaml"))
+    assert ignored_of(spec)["SIT103"] == ("configuration", "their quotation")
+    (folder / "pyproject.toml").write_text("[tool.other]\nx = 1  # sitscad\n")
+    assert ignored_of(spec_of(run, str(folder / "a.yaml"))), "a pyproject.toml without the table does not count"
+    (folder / "sitscad.toml").write_text("")
+    assert "SIT103" in rules_of(spec_of(run, str(folder / "a.yaml")))
+
+
+def test_severities_and_selection_are_the_configurations(run, tmp_path):
+    Path("sitscad.toml").write_text('select = ["SIT1"]\n[severity]\nSIT103 = "error"\n')
+    spec = spec_of(run, "good.yaml")
+    assert {f["severity"] for f in spec["findings"] if f["rule"] == "SIT103"} == {"error"}
+    assert all(rule.startswith("SIT1") for rule in rules_of(spec))
+    assert run("check", "good.yaml", "--hints", "none").code == 1
+    assert run("check", "broken.yaml").code == 2, "what a spec is read by holds always"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("selct = []", "did you mean select?"),
+        ('ignore = ["SIT999"]', "no rule 'SIT999'"),
+        ('ignore = ["SIT004"]', "holds always"),
+        ('[ignore]\nSIT103 = " "', "has no reason"),
+        ('[severity]\nSIT103 = "fatal"', "one of error, warning, note"),
+        ("select = 3", "no list"),
+        ("profiles = 3", "no folder"),
+        ("x = [", "is not TOML"),
+        ("\xff\xfe", "is not TOML"),
+    ],
+)
+def test_a_faulty_configuration_is_one_sentence_and_exit_2(run, text, said):
+    Path("sitscad.toml").write_bytes(text.encode("latin-1"))
+    done = run("check", "good.yaml")
+    assert (done.code, done.out) == (2, "") and said in done.err and "sitscad.toml" in done.err
+
+
+# --------------------------------------------------------------------------------------------------------- baseline
+
+
+def test_what_was_known_does_not_fail_and_what_is_new_does(run, tmp_path):
+    known = run("check", "weak.yaml", "--hints", "none", "--format", "json").out
+    Path("known.json").write_text(known)
+    done = run("check", "weak.yaml", "--hints", "none", "--baseline", "known.json")
+    assert done.code == 0 and "(baseline: known before (known.json))" in done.out
+    text = Path("weak.yaml").read_text()
+    Path("weak.yaml").write_text("# moved\n\n" + text.replace("trace_width: 100 um", "trace_width: 60 um"))
+    spec = spec_of(run, "weak.yaml", "--baseline", "known.json")
+    assert "SIT101" in rules_of(spec), "a new one"
+    assert "SIT203" not in rules_of(spec), "a known one on another line, with another number"
+    (tmp_path / "weak2.yaml").write_text(text)
+    assert run("check", "weak2.yaml", "--baseline", "known.json", "--hints", "none").code == 1
+
+
+def test_a_known_finding_that_became_graver_is_new(run):
+    document = json.loads(run("check", "weak.yaml", "--hints", "none", "--format", "json").out)
+    errors = [f for f in document["specs"][0]["findings"] if f["severity"] == "error"]
+    errors[0]["severity"] = "warning"
+    Path("known.json").write_text(json.dumps(document))
+    spec = spec_of(run, "weak.yaml", "--baseline", "known.json")
+    assert {f["rule"] for f in spec["findings"] if f["severity"] == "error"} == {errors[0]["rule"]}
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"specs": [{}]}', '{"specs": 3}', "\x00"])
+def test_what_is_no_baseline_is_one_sentence(run, text):
+    Path("known.json").write_text(text)
+    done = run("check", "good.yaml", "--baseline", "known.json")
+    assert done.code == 2 and "known.json is no baseline" in done.err and "Traceback" not in done.err
+
+
+# ------------------------------------------------------------------------------------------------- folders and stdin
+
+
+def test_a_folder_stands_for_the_specs_in_it(run, tmp_path):
+    folder = tmp_path / "sensors"
+    (folder / "deep").mkdir(parents=True)
+    (folder / ".hidden").mkdir()
+    (folder / "package" / "spec").mkdir(parents=True)
+    (folder / "package" / "manifest.json").write_text("{}")
+    text = Path("good.yaml").read_text()
+    for name in ("b.yaml", "a.yml", "deep/c.yaml", ".hidden/d.yaml", "package/spec/e.yaml"):
+        (folder / name).write_text(text)
+    (folder / "shop.yaml").write_text("name: a profile\nbased_on: generic-flex\n")
+    document = json.loads(run("check", "sensors", "--hints", "none", "--format", "json").out)
+    assert [spec["spec"] for spec in document["specs"]] == ["sensors/a.yml", "sensors/b.yaml", "sensors/deep/c.yaml"]
+    done = run("check", "sensors/.hidden/..", "sensors/package")
+    assert done.code in (0, 2)
+    (tmp_path / "empty").mkdir()
+    done = run("check", "empty")
+    assert done.code == 2 and "there is no spec in this folder" in done.err
+
+
+@pytest.mark.parametrize(("name", "code"), [("good", 0), ("weak", 1), ("broken", 2)])
+def test_a_spec_may_come_from_standard_input(run, monkeypatch, name, code):
+    text = Path(f"{name}.yaml").read_bytes()
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
+    done = run("check", "-", "--hints", "none", "--format", "json")
+    (spec,) = json.loads(done.out)["specs"]
+    assert (done.code, spec["spec"]) == (code, "-")
+    assert all(finding["line"] for finding in spec["findings"] if finding["key"])
+
+
+@pytest.mark.parametrize(("on", "code"), [("note", 1), ("warning", 1), ("error", 0)])
+def test_what_fails_can_be_chosen(run, on, code):
+    done = run("check", "good.yaml", "--fail-on", on, "--hints", "none")
+    assert done.code == code and (f"--fail-on {on}" in done.err) == bool(code)
+    assert run("check", "good.yaml", "--fail-on", "nothing").code == 2
+
+
+def test_processes_change_nothing_but_the_time(run):
+    asked = ("check", "good.yaml", "weak.yaml", "broken.yaml", "absent.yaml", "--hints", "none", "--format", "json")
+    one, two = run(*asked, "--jobs", "1"), run(*asked, "--jobs", "2")
+    assert one == two and one.code == 2
+
+
+# ------------------------------------------------------------------------------------------------------------ build
+
+
+def package_of(run, *arguments: str) -> tuple[int, dict, Path]:
+    done = run("build", *arguments, "--only", "firmware,report")
+    folder = Path("outputs") / Path(arguments[0]).stem.replace("good", "good-coil").replace("weak", "weak-coil")
+    manifest = json.loads((folder / "manifest.json").read_text()) if done.code == 0 else {}
+    return done.code, manifest, folder
+
+
+def test_a_fabricators_waiver_needs_no_force(run):
+    Path("sitscad.toml").write_text('[severity]\nSIT103 = "error"\n')
+    assert package_of(run, "good.yaml")[0] == 1
+    Path("sitscad.toml").write_text('[severity]\nSIT103 = "error"\n[ignore]\nSIT103 = "their quotation of 3 May"\n')
+    code, manifest, folder = package_of(run, "good.yaml")
+    assert code == 0 and not manifest["forced"] and not list(folder.rglob("FORCED.txt"))
+    assert manifest["configuration"]["reasons"] == {"SIT103": "their quotation of 3 May"}
+    assert "their quotation of 3 May" in (folder / "report.html").read_text()
+    findings = json.loads((folder / "findings.json").read_text())["specs"][0]
+    assert ignored_of(findings) == {"SIT103": ("configuration", "their quotation of 3 May")}
+
+
+def test_physics_cannot_be_waived_without_a_mark(run):
+    assert package_of(run, "weak.yaml")[0] == 1
+    Path("sitscad.toml").write_text('[ignore]\nSIT2 = "we know better"\n')
+    code, manifest, folder = package_of(run, "weak.yaml")
+    assert code == 0 and manifest["forced"]
+    note = (folder / "FORCED.txt").read_text()
+    assert "with rules silenced" in note and "(silenced)" in note
+    assert "silenced: do not order this" in (folder / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    "configuration", ['ignore = ["SIT2"]', 'select = ["SIT1"]', '[severity]\nSIT2 = "warning"', '[ignore]\nSIT2 = "x"']
+)
+def test_physics_is_marked_in_whatever_way_it_is_silenced(run, configuration):
+    Path("sitscad.toml").write_text(configuration + "\n")
+    code, manifest, _ = package_of(run, "weak.yaml")
+    assert code == 0 and manifest["forced"]
+
+
+def test_physics_known_before_is_marked_too(run):
+    Path("known.json").write_text(run("check", "weak.yaml", "--hints", "none", "--format", "json").out)
+    code, manifest, _ = package_of(run, "weak.yaml", "--baseline", "known.json")
+    assert code == 0 and manifest["forced"]
+
+
+def test_a_changed_waiver_is_a_changed_package(run):
+    assert package_of(run, "good.yaml")[0] == 0
+    Path("sitscad.toml").write_text('[ignore]\nSIT103 = "one"\n')
+    assert "made check, report" in run("build", "good.yaml", "--only", "firmware,report").out
+    assert "made" not in run("build", "good.yaml", "--only", "firmware,report").out
+    Path("sitscad.toml").write_text('[ignore]\nSIT103 = "another"\n')
+    assert "made check, report" in run("build", "good.yaml", "--only", "firmware,report").out

@@ -1,0 +1,35 @@
+"""The list of rules in every form."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+import sitscad
+from sitscad.report.rules import RULE_FORMATS
+
+
+@pytest.mark.parametrize("form", RULE_FORMATS)
+def test_every_rule_is_in_every_form_once_and_in_order(form):
+    text = RULE_FORMATS[form](sitscad.RULES)
+    begins = {"text": r"^(SIT\d+)", "json": r'"rule": "(SIT\d+)"', "markdown": r"^### (SIT\d+)"}[form]
+    assert re.findall(begins, text, re.MULTILINE) == [rule.id for rule in sitscad.RULES]
+    assert text.endswith("\n")
+
+
+def test_json_and_markdown_have_all_texts():
+    document, page = json.loads(RULE_FORMATS["json"](sitscad.RULES)), RULE_FORMATS["markdown"](sitscad.RULES)
+    for rule, entry in zip(sitscad.RULES, document["rules"], strict=True):
+        for text in (rule.summary, rule.why, rule.mend, rule.source):
+            assert text in entry.values() and text in page
+        assert set(entry["severities"]) <= {"note", "warning", "error"} and rule.severity.value in entry["severities"]
+
+
+def test_the_command_prints_them(capsys):
+    for form in RULE_FORMATS:
+        with pytest.raises(SystemExit) as left:
+            sitscad.cli.main(["rules", "--format", form])
+        assert left.value.code == 0
+        assert capsys.readouterr().out == RULE_FORMATS[form](sitscad.RULES)
