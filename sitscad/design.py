@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from sitscad.layout.cutting.panel import Panel
     from sitscad.layout.routing.patience import Patience
     from sitscad.scene.bodies import Body
+    from sitscad.scene.closing import Closing
     from sitscad.scene.fit import Measure
     from sitscad.scene.motions import Motions
 
@@ -74,6 +75,13 @@ class Design:
         from sitscad.scene.fit import measures
 
         return measures(self.layout)
+
+    @cached_property
+    def closing(self) -> Closing | None:
+        """How the sensor's jaws close; None without a jaw, or where the shield does not fit."""
+        from sitscad.scene.closing import closing
+
+        return closing(self.layout) if self.fit else None
 
     @cached_property
     def estimates(self) -> Estimates:

@@ -91,7 +91,7 @@ def as_configured(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
 
 
 def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
-    return checked_spec(spec, result.findings, result.not_checked, result.signals, result.fit)
+    return checked_spec(spec, result.findings, result.not_checked, result.signals, result.fit, result.closing)
 
 
 def policy_for(path: str) -> Policy:

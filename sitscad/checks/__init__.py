@@ -39,6 +39,7 @@ from sitscad.spec.validity import refuse_unusable
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
     from sitscad.estimates.signal import Signal
+    from sitscad.scene.closing import Closing
     from sitscad.scene.fit import Measure
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "check", "explain", "mended"]
@@ -61,13 +62,15 @@ RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in ta
 @record
 class CheckResult:
     """What was found, in the order of rule and place, what could not be checked, with the reason, what each coil's
-    reading does from rest to the required force, and what was measured of the sensor in its jaw.
+    reading does from rest to the required force, and what was measured of the sensor in its jaw,
+    and how that closes.
     """
 
     findings: tuple[Finding, ...]
     not_checked: tuple[NotChecked, ...]
     signals: tuple[Signal, ...] = ()
     fit: tuple[Measure, ...] = ()
+    closing: Closing | None = None
 
     @property
     def ok(self) -> bool:
@@ -107,7 +110,9 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
     findings = Trials(design, RULES, said, not_checked, budget).advised()
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
-    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit)
+    return CheckResult(
+        tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit, design.closing
+    )
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:

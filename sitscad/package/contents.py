@@ -64,7 +64,9 @@ class Contents:
         """The findings, each with its place in the spec's text."""
         review, source = self.review, self.design.spec.source
         result = review.result
-        found = checked_spec(self.design.spec, result.findings, result.not_checked, result.signals, result.fit)
+        found = checked_spec(
+            self.design.spec, result.findings, result.not_checked, result.signals, result.fit, result.closing
+        )
         return judged(found, source, RULES, self.policy, self.baseline)
 
     @cached_property

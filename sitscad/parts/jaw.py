@@ -10,7 +10,7 @@ from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole, seat_heights, top_height
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range, section
+from sitscad.scene.jaws import axis, fitted_jaw, jaw_range, rim, section
 from sitscad.spec.profiles.presets import metal_colour
 from sitscad.spec.sensor import Jaw
 
@@ -22,7 +22,9 @@ def jaw(layout: Layout) -> Solid | None:
     fitted, seat = fitted_jaw(layout), seat_heights(layout.spec)
     if fitted is None or seat is None:
         return None
-    shape = _bar(layout, fitted, seat[0])
+    shape = _pocketed(
+        layout, fitted, _bar(layout, rim(fitted), seat[0] + (rim(fitted).height - fitted.height)), seat[0]
+    )
     return Solid("jaw", shape, fitted.material.name, metal_colour(fitted.material.name), BodyRole.JAW)
 
 
@@ -43,6 +45,18 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
         sheet = box(x0, y - half, top, x1, y + half, top + pad)
         found.append(Solid("opposing-pad", sheet, "pad", "#5f6b6d", BodyRole.OPPOSING_PAD))
     return tuple(found)
+
+
+def _pocketed(layout: Layout, fitted: Jaw, bar: Any, floor: float) -> Any:
+    """The bar with its pad pocket, as high as the floor (m), and the window through it."""
+    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
+    middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + fitted.recess + 1e-3
+    for size, bottom in ((fitted.pocket if fitted.recess else None, floor), (fitted.fenestration, low)):
+        if size is not None:
+            along, across = size[0] / 2, size[1] / 2
+            block = box(middle - along, y - across, bottom, middle + along, y + across, high)
+            bar = one_solid(bar - block, "jaw")
+    return bar
 
 
 def _bar(layout: Layout, fitted: Jaw, height: float) -> Any:

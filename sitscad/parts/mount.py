@@ -25,7 +25,16 @@ from sitscad.scene.bodies import (
     film_thickness,
     seat_spans,
 )
-from sitscad.scene.jaws import axis, closed_span, fitted_jaw, jaw_range, made_to_measure, shield_that_fits
+from sitscad.scene.jaws import (
+    POCKET_CLEARANCE,
+    axis,
+    closed_span,
+    fitted_jaw,
+    jaw_range,
+    made_to_measure,
+    shield_that_fits,
+)
+from sitscad.spec.sensor import Jaw
 
 MATERIAL, COLOUR = "printed resin", "#dfe6e9"
 CLEARANCE = 0.15e-3
@@ -81,6 +90,7 @@ def _within_port(layout: Layout, slab: Any) -> Any:
     fitted, span = fitted_jaw(layout), closed_span(layout)
     if fitted is None or span is None:
         return slab
+    slab = _within_pocket(layout, fitted, slab, span[0] + fitted.height)
     bd, radius = require("build123d"), made_to_measure(layout, fitted) * MM
     bounds, middle, level = slab.bounding_box(), axis(layout).y * MM, (span[0] + span[1]) / 2 * MM
     heights = (bounds.min.Z - level, bounds.max.Z - level)
@@ -89,6 +99,19 @@ def _within_port(layout: Layout, slab: Any) -> Any:
         return slab
     along = bd.Plane((bounds.min.X - 1, middle, level), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
     return one_solid(slab & bd.Solid.make_cylinder(radius, bounds.size.X + 2, along), "mount")
+
+
+def _within_pocket(layout: Layout, fitted: Jaw, slab: Any, floor: float) -> Any:
+    """What of the slab lies below the rims is as narrow and short as their pocket; above them it may lie on them."""
+    bounds, rims = slab.bounding_box(), floor + fitted.recess
+    if fitted.pocket is None or rims - 1e-9 < bounds.min.Z / MM:
+        return slab
+    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
+    middle = (x0 + x1) / 2
+    along, across = (size / 2 - POCKET_CLEARANCE for size in fitted.pocket)
+    above = box(x0 - 1e-3, y - fitted.width, rims, x1 + 1e-3, y + fitted.width, bounds.max.Z / MM + 1e-3)
+    within = box(middle - along, y - across, floor - 1e-3, middle + along, y + across, rims)
+    return one_solid(slab & (within + above), "mount")
 
 
 def _stop(layout: Layout, bottom: float, foot: float) -> Any | None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from sitscad.units import show
 
 if TYPE_CHECKING:
+    from sitscad.scene.closing import Closing
     from sitscad.scene.fit import Measure
 
 FIT_TITLE = "Fit in the jaw, as glued together"
@@ -75,6 +77,49 @@ def fit_json(measure: Measure) -> dict[str, Any]:
             {"part": s.part, "nominal_m": s.nominal, "tolerance_m": s.tolerance, "source": s.source}
             for s in measure.parts
         ],
+    }
+
+
+CLOSING_TITLE = "The jaws about their hinge, on tissue between them at the sensor's middle"
+CLOSING_HEAD = ("tissue", "angle between the faces", "touches first")
+_TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
+
+
+def closing_words(closing: Closing) -> str:
+    """At which grasped thickness the faces are parallel, and how much they tilt on thicker tissue, in one line."""
+    tilt = closing.tilt(closing.parallel_at + 1e-3)
+    leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"
+    if closing.parallel_at < 0.0:
+        return f"the sensor is {_length(-closing.parallel_at, 3)} too thick for faces that are ever parallel{leans}"
+    return f"the faces are parallel on {_length(closing.parallel_at, 3)} of tissue{leans}"
+
+
+def closing_rows(closing: Closing | None) -> list[list[str]]:
+    """Thicknesses of tissue, and how the faces stand on them; nothing without a jaw or its hinge."""
+    if closing is None:
+        return []
+    at = sorted({*_TISSUE, *([closing.parallel_at] if closing.parallel_at > 0.0 else [])})
+    most = closing.most
+    angles = [(t, closing.tilt(t)) for t in at if most is None or t <= most]
+    return [
+        [_length(t, 3), f"{math.degrees(angle):.1f} deg", _first(angle)] for t, angle in angles if angle is not None
+    ]
+
+
+def _first(angle: float) -> str:
+    if abs(angle) < 1e-6:
+        return "the whole face"
+    return "the heel" if angle > 0.0 else "the tip"
+
+
+def closing_json(closing: Closing) -> dict[str, Any]:
+    """How the jaws close, as plain values for JSON."""
+    return {
+        "parallel_at_m": closing.parallel_at,
+        "reach_m": closing.reach,
+        "opening_rad": closing.opening,
+        "most_m": closing.most,
+        "tilt": [{"thickness_m": t, "tilt_rad": closing.tilt(t)} for t in _TISSUE],
     }
 
 

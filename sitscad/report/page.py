@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail.contacts import Contact, head
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
-from sitscad.report.fit import FIT_HEAD, FIT_TITLE, PARTS_HEAD, fit_rows
+from sitscad.report.fit import CLOSING_HEAD, CLOSING_TITLE, FIT_HEAD, FIT_TITLE, PARTS_HEAD, closing_rows, fit_rows
 from sitscad.report.fit import PARTS_TITLE as FIT_PARTS_TITLE
 from sitscad.report.fit import part_rows as fit_part_rows
 from sitscad.report.numbers import (
@@ -248,8 +248,10 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
 
 
 def _fit(checked: CheckedSpec) -> str:
-    return _table(FIT_HEAD, fit_rows(checked.fit), FIT_TITLE) + _table(
-        PARTS_HEAD, fit_part_rows(checked.fit), FIT_PARTS_TITLE
+    return (
+        _table(FIT_HEAD, fit_rows(checked.fit), FIT_TITLE)
+        + _table(PARTS_HEAD, fit_part_rows(checked.fit), FIT_PARTS_TITLE)
+        + _table(CLOSING_HEAD, closing_rows(checked.closing), CLOSING_TITLE)
     )
 
 

@@ -29,6 +29,7 @@ from sitscad.scene.jaws import (
     closed_span,
     fitted_jaw,
     half_width,
+    rim,
     section,
     shield_that_fits,
 )
@@ -166,7 +167,7 @@ def _overhang(layout: Layout, jaw: Jaw) -> Measure:
     """How far the board stands over each side of the jaw's true face, against what the seat below it carries: as much
     as it is thick, which is an overhang of 45 degrees.
     """
-    spec, width, face = layout.spec, layout.body_size[1], section(jaw).face
+    spec, width, face = layout.spec, layout.body_size[1], section(rim(jaw)).face
     outline, metal, placed = outline_tolerance(spec), jaw_tolerance(spec, face), placement(spec)
     parts = (
         Share("board across", width, outline.band, outline.source),
@@ -211,6 +212,10 @@ def _jaw_corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> It
         yield Corner(name, Toleranced(0.0), faces[back] - middle)
         for depth in (side, Toleranced(0.0)):
             yield Corner(name, half, faces[inner] + depth * inward - middle)
+    if rim(jaw) is not jaw:
+        edge, above = section(rim(jaw)).face / 2, Toleranced(jaw.recess)
+        yield Corner("jaw", Toleranced.of(edge, 0.5 * jaw_tolerance(layout.spec, edge).band, "jaw across"),
+                     at["jaw"][1] + above - middle)  # fmt: skip
 
 
 def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from sitscad.geometry.path import Arc, Line, Path, Point
 from sitscad.layout.board import Layout
@@ -46,14 +47,17 @@ def section(jaw: Jaw) -> JawSection:
     """The section of a jaw that passes its port on its own: a bar of its width, rounded behind to the port's radius.
 
     The back is an arc of that radius, its lowest point ``height`` below the face. A flat jaw (one milled down to
-    carry a sensor) has no straight sides left, and its face is the chord there, narrower than the jaw's width.
+    carry a sensor) has no straight sides left, and its face is the chord there, narrower than the jaw's width. A face
+    that is measured wider than that chord has a flatter back.
     """
-    half, radius, height = jaw.width / 2, jaw.port_diameter / 2, jaw.height
+    half, radius, height = (jaw.face or jaw.width) / 2, jaw.port_diameter / 2, jaw.height
+    if jaw.face is not None and height < half:  # a flatter back, if the face is wider than the port's chord
+        radius = max(radius, (height**2 + half**2) / (2 * height))
     chord = math.sqrt(max(0.0, height * (2 * radius - height))) if height < radius else radius
     if chord <= half:
         return JawSection(2 * chord, height, radius, max(0.0, height - radius))
     sagitta = radius - math.sqrt(radius**2 - half**2)
-    return JawSection(jaw.width, height, radius, height - sagitta)
+    return JawSection(2 * half, height, radius, height - sagitta)
 
 
 def fitted_jaw(layout: Layout) -> Jaw | None:
@@ -93,8 +97,25 @@ def half_width(layout: Layout, z: float) -> float:
     half, jaw, span = layout.body_size[1] / 2, fitted_jaw(layout), closed_span(layout)
     if jaw is None or span is None:
         return half
+    half = min(half, _pocket_half(jaw, z - (span[0] + jaw.height)))
     radius, aside = made_to_measure(layout, jaw), z - (span[0] + span[1]) / 2
     return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
+
+
+POCKET_CLEARANCE = 0.1e-3
+"""Between a pad pocket's walls and what is glued into it, on each side (m)."""
+
+
+def _pocket_half(jaw: Jaw, above_floor: float) -> float:
+    """Half the width (m) of what may lie at a height above the pad pocket's floor; endless above its rims."""
+    if jaw.pocket is None or above_floor > jaw.recess - 1e-9:
+        return math.inf
+    return jaw.pocket[1] / 2 - POCKET_CLEARANCE
+
+
+def rim(jaw: Jaw) -> Jaw:
+    """The jaw up to the rims of its pad pocket: itself without one."""
+    return replace(jaw, height=jaw.height + jaw.recess) if jaw.pocket is not None and jaw.recess else jaw
 
 
 def made_to_measure(layout: Layout, jaw: Jaw) -> float:

@@ -258,6 +258,10 @@ class Jaw:
     """One jaw of a grasper: the face that carries the sensor and the metal behind it.
 
     ``height`` is that of one jaw, face to back; ``port_diameter`` is the circle that the closed pair must pass.
+    ``face`` (m) is the flat's true width where it is measured, None where it is the chord of a back as round as the
+    port. In a jaw with a pad pocket the face is the pocket's floor, ``pocket`` its length and width, and the rims
+    beside it stand ``recess`` above it. ``hinge`` is from the face's heel to the pivot, ``opening`` (rad) the angle
+    between the faces when wide open; ``fenestration`` is the length and width of a window through the face.
     """
 
     name: str
@@ -268,6 +272,12 @@ class Jaw:
     material: Conductor
     opposing_pad_thickness: float = 0.0
     source: str = ""
+    face: float | None = None
+    recess: float = 0.0
+    pocket: tuple[float, float] | None = None
+    hinge: float | None = None
+    opening: float | None = None
+    fenestration: tuple[float, float] | None = None
 
 
 @record

@@ -411,3 +411,13 @@ def test_a_board_wider_than_the_jaw_s_true_face_is_told_and_held_by_its_seat(jud
     assert note.severity is Severity.NOTE and "4.386 mm wide" in note.message and note.limit == pytest.approx(0.6e-3)
     (bare,) = judge("SIT301", design(mount=jaw | {"standoff": 0.1}, shield=None, elastomer__thickness=0.5))
     assert bare.severity is Severity.ERROR and bare.limit == pytest.approx(0.1e-3) and bare.measured > bare.limit
+
+
+def test_a_board_below_the_rims_of_a_pocket_has_to_go_into_it(judge, design):
+    jaw = {"width": 4.8, "length": 20, "height": 1.3, "port_diameter": 8, "recess": 1, "pocket": [18, 3.7]}
+    mount = {"kind": "grasper-pad", "jaw": jaw, "standoff": 0.7}
+    (found,) = judge("SIT301", design(mount=mount))
+    assert found.key == "mount.standoff" and found.limit == pytest.approx(3.5e-3) and "300 um below" in found.message
+    assert judge("SIT301", design(mount=mount | {"standoff": 1})) == []
+    (short,) = judge("SIT301", design(mount=mount | {"standoff": 1, "jaw": jaw | {"pocket": [9, 3.7]}}))
+    assert "9 mm" not in short.message and short.limit == pytest.approx(8.8e-3)

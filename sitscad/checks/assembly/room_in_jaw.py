@@ -18,7 +18,7 @@ from sitscad.remedy.search import Left, named, ways
 from sitscad.scene.bodies import MOUNT_PIECES, Body, above_board, board_heights, seat_spans
 from sitscad.scene.column import GLUE
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, Measure
-from sitscad.scene.jaws import PartsError, section, shield_that_fits
+from sitscad.scene.jaws import POCKET_CLEARANCE, PartsError, rim, section, shield_that_fits
 from sitscad.scene.printing import print_limit
 from sitscad.spec.sensor import Jaw, Mount, SensorSpec
 from sitscad.units import show
@@ -46,6 +46,7 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
         yield from _across_jaw(design, jaw, slab)
     if body <= jaw.width + ROUNDING:
         yield from _overhang(design, jaw)
+    yield from _in_pocket(design, jaw, body)
     yield from _through_port(design)
 
 
@@ -133,6 +134,37 @@ def _through_port(design: Design) -> Iterator[Verdict]:
         )
 
 
+def _in_pocket(design: Design, jaw: Jaw, body: float) -> Iterator[Verdict]:
+    """A board below the rims of a pad pocket has to go into it."""
+    mount = design.spec.mount
+    if jaw.pocket is None or mount is None:
+        return
+    length = jaw.pocket[0] - 2.0 * POCKET_CLEARANCE
+    if design.layout.body_size[0] > length + ROUNDING:
+        yield Complaint(
+            f"the board's body is {show(design.layout.body_size[0], 'm')} long, and what lies under it has "
+            f"{show(length, 'm')} in the jaw's pocket{unverified(jaw)}",
+            "a shorter board (fewer or smaller coils), or a jaw with a longer pocket",
+            design.distance_key,
+            design.layout.body_size[0],
+            length,
+            "m",
+        )
+    if mount.standoff > jaw.recess - ROUNDING:
+        return
+    room = jaw.pocket[1] - 2.0 * POCKET_CLEARANCE
+    if body > room + ROUNDING:
+        yield Complaint(
+            f"the board's body is {show(body, 'm')} wide and lies {show(jaw.recess - mount.standoff, 'm', 3)} below "
+            f"the rims of the jaw's pocket, which leaves {show(room, 'm')}{unverified(jaw)}",
+            f"mount.standoff: {jaw.recess * 1e3:.6g} or more lays it over the rims, or a narrower board",
+            "mount.standoff",
+            body,
+            room,
+            "m",
+        )
+
+
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     """The board beside the jaw's true face, which is the chord of its half-round back."""
     over = _measured(design, OVERHANG)
@@ -141,7 +173,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     severity = _severity(over)
     if severity is None and over.nominal <= ROUNDING:
         return
-    face = section(jaw).face
+    face = section(rim(jaw)).face
     carried = f"the {show(over.limit, 'm', 3)} of plastic under it" if over.limit else "nothing under it"
     yield Complaint(
         f"the board's body stands {show(max(0.0, over.nominal), 'm', 3)} over each side of the jaw's face, which is "

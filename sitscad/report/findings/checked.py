@@ -13,6 +13,7 @@ from sitscad.spec.source import SpecSource
 
 if TYPE_CHECKING:
     from sitscad.estimates.signal import Signal
+    from sitscad.scene.closing import Closing
     from sitscad.scene.fit import Measure
 
 
@@ -21,9 +22,9 @@ class CheckedSpec:
     """One spec after its checks: the path as typed, the text that findings point into, and what was found.
 
     ``texts`` are those of other files that findings point into, by path; ``signals`` what each coil does from rest to
-    the required force; ``fit`` what was measured of the sensor in its jaw; ``ignored`` what was found and is not held
-    against the spec, each with the reason; ``silenced`` the errors among that and what was left out that only physics
-    can judge: they stop no build, but mark its package.
+    the required force; ``fit`` what was measured of the sensor in its jaw, ``closing`` how that closes; ``ignored``
+    what was found and is not held against the spec, each with the reason; ``silenced`` the errors among that and what
+    was left out that only physics can judge: they stop no build, but mark its package.
     """
 
     path: str
@@ -35,6 +36,7 @@ class CheckedSpec:
     ignored: tuple[Ignored, ...] = ()
     fit: tuple[Measure, ...] = ()
     silenced: tuple[Finding, ...] = ()
+    closing: Closing | None = None
 
     @property
     def ok(self) -> bool:
@@ -79,11 +81,18 @@ def checked_spec(
     not_checked: Sequence[NotChecked],
     signals: Sequence[Signal] = (),
     fit: Sequence[Measure] = (),
+    closing: Closing | None = None,
 ) -> CheckedSpec:
-    """A spec with its findings, each given its place in the text where it has none yet, the signals and the fit."""
+    """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""
     source, placed = spec.source, (_placed(spec.source, finding) for finding in findings)
     return CheckedSpec(
-        source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals), fit=tuple(fit)
+        source.path,
+        source.text,
+        tuple(placed),
+        tuple(not_checked),
+        signals=tuple(signals),
+        fit=tuple(fit),
+        closing=closing,
     )
 
 

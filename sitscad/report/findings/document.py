@@ -33,6 +33,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
                 "signal": [signal_json(signal) for signal in spec.signals],
                 "fit": _fit_json(spec),
+                "closing": _closing_json(spec),
             }
             for spec in checked
         ],
@@ -49,6 +50,14 @@ def _fit_json(spec: CheckedSpec) -> list[dict[str, Any]]:
     from sitscad.report.fit import fit_json  # only where something was measured
 
     return [fit_json(measure) for measure in spec.fit]
+
+
+def _closing_json(spec: CheckedSpec) -> dict[str, Any] | None:
+    if spec.closing is None:
+        return None
+    from sitscad.report.fit import closing_json  # only where there is a jaw
+
+    return closing_json(spec.closing)
 
 
 def to_json(document: object) -> str:

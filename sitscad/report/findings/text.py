@@ -91,10 +91,13 @@ def _signal_text(spec: CheckedSpec, name_it: bool) -> list[str]:
 
 def _fit_text(spec: CheckedSpec, name_it: bool) -> list[str]:
     """The fit in its jaw in one line; none without a jaw."""
-    from sitscad.report.fit import headline  # only where something was measured
+    from sitscad.report.fit import closing_words, headline  # only where something was measured
 
     prefix = f"{printable(spec.path)}: " if name_it else ""
-    return [f"{prefix}fit {headline(spec.fit)}"] if spec.fit else []
+    if not spec.fit:
+        return []
+    closes = [f"{prefix}closing: {closing_words(spec.closing)}"] if spec.closing is not None else []
+    return [f"{prefix}fit {headline(spec.fit)}", *closes]
 
 
 def _in_runs(rules: list[str]) -> list[str]:

@@ -310,6 +310,18 @@ class JawDocument(Section):
     port_diameter: float = key(Size, "of the circle that the closed pair must pass", 5)
     material: str | ConductorDocument = key(ConductorChoice, "the jaw's metal", "stainless-304")
     opposing_pad_thickness: float = key(Gap, "pad on the other jaw", 0)
+    face: float | None = key(
+        Size, "true width of the flat, measured; if left out, the chord of a back that is as round as the port", None
+    )
+    recess: float = key(Gap, "how far rims beside a pad pocket stand above its floor; the floor is the face then", 0)
+    pocket: tuple[float, float] | None = key(
+        Pair(Size), "[length, width] of a pad pocket; as long and wide as the face if left out", None
+    )
+    hinge: float | None = key(Gap, "from the face's heel to the pivot, along the jaw", None)
+    opening: float | None = key(BendAngle, "between the faces, wide open, like 60 deg", None)
+    fenestration: tuple[float, float] | None = key(
+        Pair(Size), "[length, width] of a window through the middle of the face; none if left out", None
+    )
 
 
 JawChoice = NameOr(Preset("jaw"), Part(JawDocument))

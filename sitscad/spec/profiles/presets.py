@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules
@@ -92,8 +93,18 @@ def converter(name: str) -> Converter:
 def jaw(name: str) -> Jaw:
     """A grasper's jaw; raises KeyError where there is no such preset."""
     rows = _fields("jaw", name)
-    lengths = {field: parse_quantity(row["value"], "length") for field, row in rows.items() if field != "material"}
-    return Jaw(name=name, material=conductor(rows["material"]["value"]), **lengths, source=_sources(rows))
+    figures = {field: _jaw_figure(field, row["value"]) for field, row in rows.items() if field != "material"}
+    return Jaw(name=name, material=conductor(rows["material"]["value"]), **figures, source=_sources(rows))
+
+
+def _jaw_figure(field: str, value: str) -> Any:
+    """One figure of a jaw: an angle, a length and a width, or a length."""
+    if field == "opening":
+        return parse_quantity(value, "angle")
+    if field in ("pocket", "fenestration"):
+        length, _, width = value.partition(" x ")
+        return parse_quantity(length, "length"), parse_quantity(width, "length")
+    return parse_quantity(value, "length")
 
 
 @cache

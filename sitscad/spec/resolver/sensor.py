@@ -166,7 +166,18 @@ def resolve_mount(document: SpecDocument, shield: Shield | None, remarks: Remark
         return Mount(part.kind, None, standoff, part.process)
     if part.jaw is None:
         remarks.default("mount.jaw", "generic-5mm")
-    return Mount(part.kind, _jaw(part.jaw or "generic-5mm"), standoff, part.process)
+    jaw = _jaw(part.jaw or "generic-5mm")
+    _check_jaw(jaw, remarks)
+    return Mount(part.kind, jaw, standoff, part.process)
+
+
+def _check_jaw(jaw: Jaw, remarks: Remarks) -> None:
+    """Whether pocket and window of a jaw lie inside its face."""
+    for name, size in (("pocket", jaw.pocket), ("fenestration", jaw.fenestration)):
+        if size is not None and (size[0] > jaw.length or size[1] > jaw.width):
+            shown = f"{show(size[0], 'm')} x {show(size[1], 'm')}"
+            message = f"the {name} is {shown}, the face {show(jaw.length, 'm')} x {show(jaw.width, 'm')}"
+            remarks.flaw("SIT009", f"mount.jaw.{name}", message, "[length, width], inside length and width of the jaw")
 
 
 def resolve_assembly(document: SpecDocument, remarks: Remarks) -> Assembly:
@@ -202,6 +213,12 @@ def _jaw(document: str | JawDocument) -> Jaw:
         material=_conductor(document.material),
         opposing_pad_thickness=document.opposing_pad_thickness,
         source="the spec",
+        face=document.face,
+        recess=document.recess,
+        pocket=document.pocket,
+        hinge=document.hinge,
+        opening=document.opening,
+        fenestration=document.fenestration,
     )
 
 
