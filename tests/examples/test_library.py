@@ -1,0 +1,146 @@
+"""The library as its page says it is: examples, names and signatures, silence, threads."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import re
+import runpy
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import is_dataclass
+from pathlib import Path
+
+import pytest
+
+import sitscad
+from sitscad.spec import templates
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+TOLD = set(re.findall(r"[`.](\w+)", PAGE))
+NAMES = Path(__file__).with_name("public_names.txt")
+
+
+def test_the_page_is_what_happens():
+    pytest.importorskip("shapely")
+    blocks = "\n".join(re.findall(r"^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
+    found = doctest.DocTestParser().get_doctest(blocks, {}, "library.md", "docs/library.md", 0)
+    said: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=doctest.IGNORE_EXCEPTION_DETAIL | doctest.ELLIPSIS)
+    assert runner.run(found, out=said.append).failed == 0, "".join(said)
+    assert len(found.examples) > 15
+
+
+def test_docstrings_run():
+    import sitscad.spec.sensor
+
+    results = doctest.testmod(sitscad.spec.sensor)
+    assert results.attempted and not results.failed
+
+
+def run(name, monkeypatch, *arguments):
+    """What an example's `main` gives, run as a script with arguments, from the root of the tree."""
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(sys, "argv", [name, *map(str, arguments)])
+    return runpy.run_path(str(ROOT / "docs" / "examples" / name))["main"]()
+
+
+def test_a_sweep_with_a_plot(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "sweep.png"
+    rows = run("sweep.py", monkeypatch, "templates/three_axis_pad.yaml", picture)
+    assert picture.read_bytes().startswith(b"\x89PNG") and len(rows) == 15
+    for width in ("80 um", "100 um", "120 um"):
+        inductances = [row["inductance_H"] for row in rows if row["width"] == width]
+        assert inductances == sorted(inductances)  # more turns, more inductance
+
+
+def test_a_coil_in_a_field_program(monkeypatch, capsys):
+    found = run("field.py", monkeypatch)
+    # its filaments have no width: 0.2 % of the mutual inductance; the mean distance leaves 0.4 % of the own
+    assert found["own"] == pytest.approx(found["own_here"], rel=6e-3)
+    assert found["mutual"] == pytest.approx(found["mutual_here"], rel=6e-3)
+    assert 1e-6 < found["field_T"] < 5e-6 and "uT upwards" in capsys.readouterr().out
+
+
+@pytest.mark.cad
+def test_a_sensor_in_ones_own_cad_models(tmp_path, monkeypatch):
+    pytest.importorskip("cadquery")
+    made = run("cad_model.py", monkeypatch, "templates/square_bench.yaml", tmp_path)
+    names = {child.label for child in made["model"].children}
+    assert {"board", "target", "elastomer", "copper-1-C1", "copper-2-C2"} <= names
+    inside = made["housing"].bounding_box()
+    for solid in sitscad.solids(made["layout"]):
+        assert made["housing"].intersect(solid.shape) is None or not made["housing"].intersect(solid.shape).solids()
+        box = solid.shape.bounding_box()
+        assert inside.min.X < box.min.X and box.max.X < inside.max.X and inside.min.Z < box.min.Z
+    assert {"base", "board", "target"} <= {name.split("/")[-1] for name in made["assembly"].objects}
+    assert all((tmp_path / name).stat().st_size > 50_000 for name in ("housing.step", "on-a-plate.step"))
+
+
+def described() -> dict[str, str]:
+    """What callers rely on, of every public name that the page tells of: a function's parameters, a value's fields,
+    the parameters of its public methods.
+    """
+    found: dict[str, str] = {}
+    for name in sitscad.__all__:
+        if name in TOLD:
+            found |= _described(name, getattr(sitscad, name))
+    return found
+
+
+def _described(name: str, value: object) -> dict[str, str]:
+    if not isinstance(value, type):
+        return {name: str(inspect.signature(value)) if inspect.isfunction(value) else type(value).__name__}
+    methods = {
+        f"{name}.{key}": str(inspect.signature(getattr(value, key)))
+        for key, each in sorted(vars(value).items())
+        if key in TOLD and (inspect.isfunction(each) or isinstance(each, classmethod))
+    }
+    return {name: " ".join(value.__dataclass_fields__) if is_dataclass(value) else "class"} | methods
+
+
+def test_public_names_and_signatures_are_what_they_were():
+    """Callers hold on to them. `python tests/examples/test_library.py` writes them down anew; a value may gain fields
+    without that.
+    """
+    now = described()
+    for name, was in (line.split("\t") for line in NAMES.read_text(encoding="utf-8").splitlines()):
+        assert name in now, f"{name} is gone, or the page says nothing of it any more"
+        if was.startswith("("):
+            assert now[name] == was, name
+        else:
+            assert [one for one in now[name].split() if one in was.split()] == was.split(), name
+    assert {name.partition(".")[0] for name in now} <= {line.split("\t")[0] for line in NAMES.read_text().splitlines()}
+
+
+def test_threads_find_what_one_finds():
+    specs = [sitscad.load_text(templates.read(name)) for name in ("grasper_3p5mm", "square_bench", "single_coil")]
+
+    def worked_out(spec):
+        layout = sitscad.lay_out(spec)
+        paths = [path.points.tobytes() for path in sitscad.current_paths(layout)]
+        return sitscad.estimate(layout), paths, sitscad.check(spec, layout, hints="none").findings
+
+    with ThreadPoolExecutor(6) as pool:
+        together = list(pool.map(worked_out, specs * 3))
+    alone = [worked_out(spec) for spec in specs]
+    assert [repr(found) for found in together] == [repr(found) for found in alone] * 3
+
+
+def test_the_library_is_silent():
+    code = (
+        "import warnings; warnings.simplefilter('error')\n"
+        "import sitscad\n"
+        "from sitscad.spec import templates\n"
+        "spec = sitscad.load_text(templates.read('single_coil')).replace('coil.turns', 8)\n"
+        "layout = sitscad.lay_out(spec); sitscad.estimate(layout); sitscad.check(spec); sitscad.current_paths(layout)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout == done.stderr == ""
+
+
+if __name__ == "__main__":
+    NAMES.write_text("".join(f"{name}\t{what}\n" for name, what in described().items()), encoding="utf-8")
