@@ -80,7 +80,7 @@ def test_the_matrix_is_reciprocal_metal_lowers_l_and_loses(plain, grasper, squar
 
 def test_a_target_far_away_changes_nothing(plain):
     near, far = respond(plain, [[0.0] * 6, [0.0, 0.0, 30.0 * MM, 0.1, 0.0, 0.0]]).target_change
-    assert np.abs(far).max() < 2e-5 * np.abs(near).max()
+    assert np.abs(far).max() < 1e-4 * np.abs(near).max()
 
 
 def test_a_large_target_is_an_endless_sheet():

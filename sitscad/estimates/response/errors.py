@@ -5,22 +5,46 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.estimates.response.plate import Detail, skin_depth
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 
-USUAL = 0.004
-"""Relative error of a change by a good conductor that is not near: surfaces of two finenesses, finite elements."""
+USUAL, THIN, FOIL = 0.005, 0.008, 0.012
+"""Relative error of a change: of a target of four skin depths and more, of two, and of a foil. The laws of edges and
+walls are right to 0.4 % (discs of finite elements); the rest is what they were not fitted to, and the resolution."""
 
-CLOSE, CLOSE_WIDTHS = 0.003, 1.5
-"""What nearness adds: all of it at the copper, none from so many track widths on (tracks are two filaments wide)."""
+CLOSE, CLOSE_WIDTHS = 0.01, 1.5
+"""What nearness adds: all of it at the copper, none from so many track widths on (a track is two filaments there)."""
+
+WIDE, WIDE_FROM = 0.0006, 10.0
+"""What a target adds for every length, beyond so many, over which the field at it varies."""
+
+MUTUAL = 0.002
+"""Error of a mutual inductance's change, of the root of the product of both coils' own changes."""
+
+LOSSY = 0.004
+"""What a mirror adds that loses or returns part of the field, where the target's own image is an approximation."""
 
 
-def stated_errors(spec: SensorSpec, change: Array, scale: float, lowest: Array, mapping: float) -> Array:
+def stated_errors(spec: SensorSpec, change: Array, scale: float, lowest: Array, mapping: float, lossy: bool,
+                  frequency: float) -> Array:  # fmt: skip
     """Relative errors (poses, coils, coils) of changes (H), each of the larger of it and 1 % of `scale` (H).
 
-    `lowest` (m) is the height of the target's lowest point in each pose, `mapping` what interpolation adds.
+    `lowest` (m) is the height of the target's lowest point in each pose, `mapping` what interpolation adds, `lossy`
+    whether what is behind the coils is no good mirror, `frequency` (Hz) that of the changes.
     """
-    near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * (spec.coil.trace_width + 30e-6)), 0.0, 1.0)
-    found = USUAL + CLOSE * near + mapping
-    return np.asarray(np.broadcast_to(found[:, None, None], change.shape), dtype=float)
+    target = spec.target
+    assert target is not None
+    depths = target.thickness / skin_depth(target, frequency)
+    found = float(np.interp(depths, [1.0, 2.0, 4.0], [FOIL, THIN, USUAL])) + mapping + LOSSY * lossy
+    near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * spec.coil.trace_width), 0.0, 1.0)
+    length = Detail(1.0, max(spec.coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
+    wide = WIDE * np.maximum(max(target.size) / length - WIDE_FROM, 0.0)
+    relative = (found + CLOSE * near + wide)[:, None, None]
+    own = np.sqrt(np.abs(np.einsum("pcc->pc", change)))
+    shared = MUTUAL * (1.0 + relative / USUAL) * own[:, :, None] * own[:, None, :]
+    stated = np.maximum(relative, shared / np.maximum(np.abs(change), 0.01 * scale))
+    diagonal = np.arange(change.shape[1])
+    stated[:, diagonal, diagonal] = np.broadcast_to(relative[:, 0], stated.shape[:2])
+    return np.asarray(stated)

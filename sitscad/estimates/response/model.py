@@ -24,6 +24,7 @@ from sitscad.estimates.steps import Wound, given, wind
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
 from sitscad.layout.board import Layout
+from sitscad.physics.eddy.coil_potential import FINE, ROOM
 from sitscad.physics.eddy.target import turned
 from sitscad.physics.metal.half_spaces import Plate as Sheet
 from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
@@ -45,8 +46,9 @@ NEARER, FARTHER = 1.5, 1.3
 LEAST_HEIGHT = 40e-6
 """Height (m) over the copper's mid-plane below which a field is taken at it: tracks are no filaments there."""
 
-MOST_NODES = 640
-"""Nodes along one side of the table of a coil's potential."""
+WIDEST, MOST_NODES = 4.4, 800
+"""Side of the table of a coil's potential, in the coil's size (beyond, it is a dipole to 2e-4 of a change), and nodes
+along it, at most."""
 
 BAND = 0.9, 1.15
 """Frequencies for which the target is solved: this part of the lowest and of the highest that any state has."""
@@ -67,10 +69,14 @@ class _Near:
 
 @record(eq=False)
 class ResponseModel:
-    """Layout and estimates of a design with a target that conducts; what is solved is kept in `solved`."""
+    """Layout and estimates of a design with a target that conducts; what is solved is kept in `solved`.
+
+    `finer` is how many times finer than usual everything is resolved: to see what that changes.
+    """
 
     layout: Layout
     estimates: Estimates
+    finer: float = 1.0
     solved: dict[tuple[object, ...], _Near] = field(default_factory=dict)
 
     @cached_property
@@ -122,7 +128,7 @@ class ResponseModel:
         at_tank = self._near(placed, self.band)
         changes = mapped(self._exact(at_tank), poses, self._scale, tolerance, progress)
         terminals = self._terminals(at_tank, placed, changes)
-        shown, taken_at = changes, terminals.frequency
+        near, shown, taken_at = at_tank, changes, terminals.frequency
         inductance, resistance = terminals.inductance, terminals.resistance
         if frequency is not None:
             near = self._near(placed, (frequency, 1.05 * frequency))
@@ -132,7 +138,8 @@ class ResponseModel:
             inductance, resistance = at_frequencies(whole, taken_at, self.tank)
         filled = np.where(np.isfinite(taken_at), taken_at, math.sqrt(self.band[0] * self.band[1]))
         change, lost = shown.at(filled)
-        errors = stated_errors(self.spec, change, self._scale, placed.lowest, shown.error)
+        lossy, at = near.plate.is_over_a_poor_mirror, float(filled.mean())
+        errors = stated_errors(self.spec, change, self._scale, placed.lowest, shown.error, lossy, at)
         strain, held = self._strain(poses), holding(self.spec, poses)
         return Response(
             coils=tuple(coil.name for coil in self.layout.coils), poses=poses, inductance=inductance,
@@ -213,7 +220,7 @@ class ResponseModel:
         coils = max(math.hypot(*(np.array(c.placement.centre) - centre)) for c in self.layout.coils)
         extent = max(self.spec.coil.size)
         reach = FARTHER ** math.ceil(math.log(placed.reach(centre) + coils, FARTHER))
-        least = max(LEAST_HEIGHT, 3.6 * (0.5 * extent + 0.6 * reach) / (0.36 * MOST_NODES))
+        least = max(LEAST_HEIGHT, WIDEST * extent / (FINE * MOST_NODES))
         height = max(float(placed.lowest.min()) - top, least)
         height = max(NEARER ** math.floor(math.log(height, NEARER)), least)
         key = (height, reach, band)
@@ -223,7 +230,9 @@ class ResponseModel:
 
     def _solve(self, lowest: float, reach: float, band: tuple[float, float]) -> _Near:
         spec, coils = self.spec, self.layout.coils
-        plate = conducting_plate(spec, coils, band, self.behind, lowest, 0.6 * reach)
+        plate = conducting_plate(
+            spec, coils, band, self.behind, lowest, min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size)), self.finer
+        )
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
         near = replace(self.wound.given.assembly, states=(nothing, replace(nothing, above=self._endless(lowest))))
         winding = solve_winding(spec.coil, coils[0], near, self.wound.winding.conductivity, None, None)

@@ -39,23 +39,27 @@ OUT_OF_PHASE = 1e-4
 
 @record
 class Detail:
-    """How fine a target is resolved: least height (m) of it over the coils' copper, and the coils' size (m)."""
+    """How fine a target is resolved: least height (m) of it over the coils' copper, and the coils' size (m).
+
+    `finer` is how many times finer than usual, to see what that changes.
+    """
 
     height: float
     coil: float
+    finer: float = 1.0
 
     @property
     def length(self) -> float:
         """Over which the coils' field at the target varies (m)."""
-        return self.height + 0.1 * self.coil
+        return (self.height + 0.1 * self.coil) / self.finer
 
     def points(self, length: float) -> int:
         """How many Gauss points resolve it along a length (m)."""
-        return 12 + math.ceil(1.4 * length / self.length)
+        return 12 + math.ceil(1.6 * length / self.length)
 
     def widest(self, length: float) -> float:
         """Distance (m) of the splines' knots in the middle of a length."""
-        return min(0.11 * length, 0.9 * self.length)
+        return min(0.11 * length / self.finer, 0.85 * self.length)
 
 
 def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
@@ -95,6 +99,12 @@ class Plate:
     centres: Array
     coils: int
 
+    @property
+    def is_over_a_poor_mirror(self) -> bool:
+        """Whether what is behind the coils returns less than all of the field, or some of it out of phase."""
+        mirror = self.targets[0].mirror
+        return mirror is not None and (len(self.potentials) > self.coils or abs(mirror.strength - 1.0) > 0.02)
+
     def changes(self, turns: Array, places: Array) -> tuple[ComplexArray, ComplexArray]:
         """Of the coils' inductance matrix (H, complex) at every frequency, (frequencies, poses, coils, coils): all of
         it, and what it would be with a mirror that does not lose, whose loss is the target's own.
@@ -110,30 +120,36 @@ class Plate:
 
 def conducting_plate(
     spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, lowest: float,
-    reach: float,
+    reach: float, finer: float = 1.0,
 ) -> Plate:  # fmt: skip
     """The target solved at frequencies (Hz), for poses whose lowest point stays above z = `lowest` (m) and that stay
-    within `reach` (m) of the coils' middle.
+    within `reach` (m) of the coils' middle; `finer` as in `Detail`.
     """
     target, middle = spec.target, math.sqrt(min(frequencies) * max(frequencies))
     assert target is not None
     centres = np.array([coil.placement.centre for coil in coils])
     top = max(winding.z for winding in coils[0].windings)
     size = max(spec.coil.size)
-    detail = Detail(lowest - top, size)
-    depth = 1.0 / math.sqrt(math.pi * middle * MU0 * _conductivity(target))
-    whole = surface(target, detail, min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)))
+    detail = Detail(lowest - top, size, finer)
+    depth = skin_depth(target, middle)
+    edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
+    whole = surface(target, detail, edge)
     near_face = -0.5 * target.thickness
     mirror = None if behind is None else mirror_like(behind, middle, lowest)
     images = None
     if mirror is not None:
-        coarse = with_points(whole, 2.0 * (lowest - mirror.floor))
+        coarse = with_points(whole, 2.0 * (lowest - mirror.floor) / finer)
         images = image_modes(whole, coarse, near_face, lowest, mirror)
     skins = [skin(frequency, _conductivity(target), target.thickness) for frequency in frequencies]
     targets = tuple(solve(whole, near_face, one, mirror, images) for one in skins)
-    tables = _potentials(_Coils(tuple(coils), spec.coil.trace_width, detail.height, reach), behind, middle)
+    tables = _potentials(_Coils(tuple(coils), spec.coil.trace_width, detail.height / finer, reach), behind, middle)
     twice = len(tables) // len(coils)
     return Plate(tuple(frequencies), targets, tables, np.tile(centres, (twice, 1)), len(coils))
+
+
+def skin_depth(target: Target, frequency: float) -> float:
+    """Of its metal (m)."""
+    return 1.0 / math.sqrt(math.pi * frequency * MU0 * _conductivity(target))
 
 
 def _conductivity(target: Target) -> float:

@@ -23,6 +23,7 @@ from sitscad.record import record
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+Table = NDArray[np.complex64]
 Index = NDArray[np.intp]
 Returned = Callable[[Array], Array]
 
@@ -45,10 +46,11 @@ SMOOTH = 24
 
 @record(eq=False)
 class _Octave:
-    # Potentials (levels, side, side) as spline coefficients, lowest height, and spacing of the grid (m).
+    # Potentials (levels, side, side) as spline coefficients (single precision: 1e-7 of them is far below their error),
+    # lowest height, and spacing of the grid (m).
     lowest: float
     spacing: float
-    values: ComplexArray
+    values: Table
 
 
 @record
@@ -138,7 +140,7 @@ def _octave(rising: ComplexArray, side: float, lowest: float, top: float, dipole
     along = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
     waves = waves / (along[:, None] * along) * (count / rising.shape[0]) ** 2
     heights = lowest * 2.0 ** ((np.arange(LEVELS + 3) - 1.0) / LEVELS)
-    values = np.empty((heights.size, count, count), dtype=complex)
+    values = np.empty((heights.size, count, count), dtype=np.complex64)
     for level, height in enumerate(heights):
         repeated = _repeated(side, count, top + height, dipoles)
         values[level] = np.fft.fftshift(np.fft.ifft2(waves * np.exp(-k * height))) - repeated

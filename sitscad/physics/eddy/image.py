@@ -22,6 +22,9 @@ ComplexArray = NDArray[np.complex128]
 LEAST = 5e-5
 """Coupling with the image, in parts of a current's own energy, below which a combination is left out."""
 
+MOST = 360
+"""Combinations among which they are looked for, at most."""
+
 MIRRORED = np.array([-1.0, -1.0, 1.0])
 """Currents along a perfect conductor are mirrored the other way round, those across it alike."""
 
@@ -63,9 +66,7 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     inverse = _inverse_distance(points + np.array([0.0, 0.0, closest]), mirror.floor)
     signs = MU0 / (4.0 * math.pi) * MIRRORED
     returned = np.einsum("npc,pq,c->nqc", seen, inverse, signs, optimize=True).reshape(len(seen), -1)
-    size, right = np.linalg.eigh(returned.T @ returned)
-    kept = size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)
-    basis = np.linalg.qr(returned @ right[:, kept])[0]
+    basis = _range(returned)
     coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", seen, basis, optimize=True)))
     basis = basis @ turned[:, np.abs(coupled) > LEAST]
     within, start = [], 0
@@ -73,6 +74,20 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
         within.append(factor @ basis[start : start + len(factor)])
         start += len(factor)
     return ImageModes(tuple(within), points, np.einsum("npc,nk->pck", seen, basis, optimize=True))
+
+
+def _range(returned: Array) -> Array:
+    """An orthonormal basis of what a matrix (n, m) makes, without what is too little: of a large one by some hundred
+    random combinations (Halko, Martinsson and Tropp, SIAM Review 53, 2011), as its values die away exponentially.
+    """
+    if returned.shape[1] > MOST:
+        own = np.linalg.qr(returned @ np.random.default_rng(0).standard_normal((returned.shape[1], MOST)))[0]
+        seen = own.T @ returned
+        size, left = np.linalg.eigh(seen @ seen.T)
+        returned = own @ (left * np.sqrt(np.maximum(size, 0.0)))
+    size, right = np.linalg.eigh(returned.T @ returned)
+    kept = size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)
+    return np.asarray(np.linalg.qr(returned @ right[:, kept])[0])
 
 
 def _by_energy(one: CurrentClass, factor: Array) -> Array:
