@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.drawing.painter import assembly_svg
+from sitscad.drawing.assembly_picture import assembly_svg
 from sitscad.parts.solid import Solid, of_role
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec

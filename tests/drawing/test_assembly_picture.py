@@ -9,7 +9,7 @@ import handmade
 import pytest
 
 from sitscad import parts
-from sitscad.drawing.painter import assembly_svg
+from sitscad.drawing.assembly_picture import assembly_svg
 
 pytestmark = pytest.mark.cad
 SVG = "{http://www.w3.org/2000/svg}"
@@ -17,6 +17,13 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 def picture(sensor: str) -> str:
     return assembly_svg(handmade.solids(sensor), handmade.layout(sensor).spec)
+
+
+def port(root: ElementTree.Element) -> tuple[float, float]:
+    """The height of the port's centre and its radius, in the section's own coordinates."""
+    (path,) = [element for element in root.iter(f"{SVG}path") if element.get("id") == "section-port"]
+    _, y, radius, *_ = (float(n) for n in re.findall(r"-?\d+\.?\d*", path.get("d")))
+    return y, radius
 
 
 def extent(path: str) -> tuple[float, float, float, float]:
@@ -38,15 +45,15 @@ def test_every_solid_is_drawn_in_a_small_picture(sensor):
 def test_the_section_is_to_scale():
     root = ElementTree.fromstring(picture("jaw"))
     paths = {element.get("id"): element.get("d") for element in root.iter(f"{SVG}path") if element.get("id")}
-    circle = next(root.iter(f"{SVG}circle"))
-    scale = float(circle.get("r")) / 2.5
+    centre, radius = port(root)
+    scale = radius / 2.5
     board = extent(paths["section-board"])
     assert (board[2] - board[0]) / scale == pytest.approx(4.4, abs=0.01)
     assert (board[3] - board[1]) / scale == pytest.approx(0.2, abs=0.01)
     target = extent(paths["section-target"])
     assert (board[1] - target[3]) / scale == pytest.approx(1.0, abs=0.01)
     jaws = [extent(paths[name]) for name in ("section-opposing-jaw", "section-jaw")]
-    assert float(circle.get("cy")) == pytest.approx((jaws[0][1] + jaws[1][3]) / 2, abs=0.1)
+    assert centre == pytest.approx((jaws[0][1] + jaws[1][3]) / 2, abs=0.1)
 
 
 def test_a_pair_too_high_for_its_port_is_drawn_whole():
@@ -54,9 +61,11 @@ def test_a_pair_too_high_for_its_port_is_drawn_whole():
     root = ElementTree.fromstring(assembly_svg(parts.solids(layout), layout.spec))
     paths = {element.get("id"): element.get("d") for element in root.iter(f"{SVG}path") if element.get("id")}
     top, bottom = extent(paths["section-opposing-jaw"])[1], extent(paths["section-jaw"])[3]
-    circle = next(root.iter(f"{SVG}circle"))
-    assert 0.0 <= top < float(circle.get("cy")) - float(circle.get("r"))
-    assert bottom > float(circle.get("cy")) + float(circle.get("r"))
+    (group,) = [element for element in root.iter(f"{SVG}g") if element.get("id") == "section"]
+    down = float(re.findall(r"-?\d+\.?\d*", group.get("transform"))[1])
+    centre, radius = port(root)
+    assert top + down >= 0.0 and top < centre - radius
+    assert bottom > centre + radius
 
 
 def test_the_section_names_what_it_shows():
