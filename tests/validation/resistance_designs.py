@@ -79,7 +79,7 @@ def finer(spec: CoilSpec, coil: Coil) -> ProximityLoss:
     spirals = winding_geometry(spec, coil).spirals
     if not spirals:
         tracks = [bent_track(w, spec.trace_width) for w in coil.windings]
-        return bent_loss(tracks, COPPER, modes, 10, fine.steps + 10, False)
+        return bent_loss(tracks, COPPER, modes, 10, fine.steps + 10)
     parts = [
         proximity.azimuth_loss(spirals, *sector, COPPER, proximity.Resolution(modes, 37, fine.steps + 10))
         for sector in proximity.sectors(spirals, 37)

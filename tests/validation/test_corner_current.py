@@ -280,7 +280,7 @@ def test_rounded_corners(name, sides, turns, radius, cells, direct, alternating,
     size = (2.0 * apothem + width,) * 2
     spec = SimpleNamespace(
         shape=name, size=size, turns=turns, pitch=pitch, trace_spacing=pitch - width, trace_width=width,
-        layer_turns=(turns,),
+        layer_turns=(turns,), most_turns=turns,
     )  # fmt: skip
     loss = winding_losses(spec, coil, (), COPPER, tolerance)
     even, true_direct, resistance, *found = triangles_of_rounded(sides, turns, radius, cells)

@@ -30,6 +30,9 @@ ALIKE_SHARP, ALIKE_ROUNDED = 4.0, 12.0
 """Turns from which on opposite sides are alike enough for one half of them to stand for both: arcs and the halves of
 racetracks lie unlike in mirrored layers (5 % of R at five turns, below 1 % from eight on)."""
 
+ALIKE_ENDS = 12.0
+"""Turns from which on one half of a side stands for the other half, too: within 0.1 % of R."""
+
 ALIKE = 4.0
 """Pitches from the centre to the innermost turn from which on they are: an octagon with 2.5 was 5.6 % off."""
 
@@ -54,20 +57,22 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     usual = wanted > FINE_TOLERANCE
     arcs = any(np.any(mitred(track).turns) for track in bent)
     inner = 0.5 * (min(spec.size) - spec.trace_width) - spec.pitch * spec.most_turns
-    alike = usual and spec.outline.sides % 2 == 0  # opposite sides of an odd number of them are not
-    half = alike and min(spec.layer_turns) >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
+    # opposite sides of an odd number of them are not alike
+    even, fewest = usual and spec.outline.sides % 2 == 0, min(spec.layer_turns)
+    is_alike = even and fewest >= (ALIKE_ROUNDED if arcs else ALIKE_SHARP) and inner >= ALIKE * spec.pitch
+    alike = (4 if fewest >= ALIKE_ENDS else 2) if is_alike else 1
     # the field along a side is smooth, but for layers that cross near corners: those want twice the places
     cuts = 4 if usual and (not spec.outline.sides or len(bent) == 1) else 8
-    return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, half)
+    return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, alike)
 
 
 def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
-              half: bool) -> ProximityLoss:  # fmt: skip
-    """The same of sides and arcs (S/m), every side cut `cuts` times; `half` as in `bent_winding_loss`."""
+              alike: int = 1) -> ProximityLoss:  # fmt: skip
+    """The same of sides and arcs (S/m), every side cut `cuts` times; `alike` as in `bent_winding_loss`."""
 
     def loss(tracks: Sequence[BentTrack]) -> ProximityLoss:
         sides = [mitred(track) for track in tracks]
-        return with_corners(bent_winding_loss(sides, conductivity, modes, cuts, steps, half), tracks, conductivity)
+        return with_corners(bent_winding_loss(sides, conductivity, modes, cuts, steps, alike), tracks, conductivity)
 
     share, cornered, wide = opened(bent)
     if share == 0.0:

@@ -37,7 +37,7 @@ those of turns that begin elsewhere lie abreast."""
 ABREAST = math.radians(5.0)
 """Sides whose directions differ by less than this lie abreast."""
 
-AT_ONCE = 30_000
+AT_ONCE = 60_000
 """Points and filaments that are worked on at once: as many as stay near the processor."""
 
 DISTANT = 1.5
@@ -96,19 +96,21 @@ class _Chords:
 
 
 def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
-                      half: bool = False) -> ProximityLoss:  # fmt: skip
+                      alike: int = 1) -> ProximityLoss:  # fmt: skip
     """Skin and proximity effect of tracks in series (S/m), every straight side cut `cuts` times (an even number).
 
-    With `half`, only the sides of the first half turn of direction are solved and stand for the opposite ones too.
+    `alike` parts of the winding are taken as each other's images. With 2, only the sides of the first half turn of
+    direction are solved and stand for the opposite ones too; with 4 so does one half of every side for the other, the
+    half where the current comes from and that where it goes by turns.
     """
     sides = _sides(tracks)
     parts = []
     for key in range(int(sides.key.max()) + 1):
         index = np.nonzero(sides.key == key)[0]
-        if not half or sides.heading[key] < math.pi - 1e-3:
-            parts += _group_losses(sides, index, cuts, conductivity, modes, steps)
+        if alike == 1 or sides.heading[key] < math.pi - 1e-3:
+            parts += _group_losses(sides, index, cuts, conductivity, modes, steps, key % 2 if alike == 4 else None)
     found = joined(parts)
-    if not half:
+    if alike == 1:
         return found
     area = sides.section[:, 1] * sides.section[:, 2]
     whole = float(np.sum((sides.length / area)[sides.key >= 0])) / conductivity
@@ -118,15 +120,20 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
 
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
-                  steps: int) -> list[ProximityLoss]:  # fmt: skip
+                  steps: int, end: int | None) -> list[ProximityLoss]:  # fmt: skip
+    # With an `end` (0: where the current comes from, 1: where it goes), only that half of the sides is cut.
     if sides.curvature[index[0]]:
         return [_cut_loss(sides, index, 0.5, 1.0, conductivity, modes, steps, None)]
     spans = sides.end[index] - sides.start[index]
     corner = CORNER * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0], spans[:, 1])))
     matrix = mode_matrix(_cut(sides, index, 0.5, 1.0), conductivity, modes)
+    fractions, weights = _crowded(cuts // 2, corner)
+    if end is not None:
+        chosen = (fractions > 0.5) == bool(end)
+        fractions, weights = fractions[chosen], 2.0 * weights[chosen]
     return [
         _cut_loss(sides, index, fraction, weight, conductivity, modes, steps, matrix)
-        for fraction, weight in zip(*_crowded(cuts // 2, corner), strict=True)
+        for fraction, weight in zip(fractions, weights, strict=True)
     ]
 
 
@@ -335,8 +342,8 @@ class _Straight:
 def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     # The chords that a cut at places (n, 2) sees, fewer where arcs are farther than they are long; and which of them
     # are the cut's own.
-    away = sides.middle[:, None] - place
-    near = np.min(np.hypot(away[..., 0], away[..., 1]), axis=1) < DISTANT * sides.reach
+    apart = np.sum(sides.middle**2, axis=1)[:, None] - 2.0 * (sides.middle @ place.T)
+    near = np.min(apart + np.sum(place**2, axis=1), axis=1) < (DISTANT * sides.reach) ** 2
     near[sides.block[index]] = True
     many, few = near[sides.block], ~near[sides.few.block]
     rest = sides.few
@@ -364,26 +371,27 @@ def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, leas
 def _field(filaments: _Straight, point: Array, level: float, ratio: Array, block: Index) -> Array:
     # At points (tracks, nodes, 2) of a height (m): for each filament its distance to the right, where the field points
     # down (the current's own normal is to the right), over the squared distance, times the difference of the cosines at
-    # its ends; less 2 `ratio` (tracks, own) for the cut's own tracks, nothing for chords of the own `block`.
+    # its ends; less 2 `ratio` (tracks, own) for the cut's own tracks, nothing for chords of the own `block`. Where they
+    # lie to the points in double precision, the rest in single.
     flat = point.reshape(-1, 2)
-    lateral = filaments.lateral - flat @ filaments.left
+    lateral = (filaments.lateral - flat @ filaments.left).astype(np.float32)
     square = lateral * lateral
-    square += (level - filaments.height) ** 2 + filaments.clear
-    x = filaments.start - flat @ filaments.axis
+    square += ((level - filaments.height) ** 2 + filaments.clear).astype(np.float32)
+    x = (filaments.start - flat @ filaments.axis).astype(np.float32)
     far, near = np.empty_like(x), np.sqrt(x * x + square)
     np.divide(x, near, out=near)
-    x += filaments.length
+    x += filaments.length.astype(np.float32)
     np.multiply(x, x, out=far)
     far += square
     np.sqrt(far, out=far)
     np.divide(x, far, out=far)
     far -= near
-    far[:, filaments.own] -= np.repeat(2.0 * ratio, point.shape[1], axis=0)
+    far[:, filaments.own] -= np.repeat((2.0 * ratio).astype(np.float32), point.shape[1], axis=0)
     lateral /= square
     far *= lateral
     if filaments.block[0] >= 0:
         far[np.repeat(block, point.shape[1])[:, None] == filaments.block] = 0.0
-    return np.asarray(far.sum(axis=1).reshape(point.shape[:2]))
+    return np.asarray(far.sum(axis=1, dtype=np.float64).reshape(point.shape[:2]))
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
