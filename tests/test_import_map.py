@@ -41,7 +41,7 @@ MAY_IMPORT = {
         "units", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "fabrication", "drawing",
         "writer",
     },
-    "report": {"units", "finding", "spec", "layout", "scene", "parts", "estimates"},
+    "report": {"units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "drawing"},
     "extraction": {"units", "finding"},
     "package": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design", "review",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape
 
+from sitscad.drawing.sheet import Pen, Sheet
+from sitscad.drawing.svg import svg
+from sitscad.geometry.path import Point, polyline, rectangle
 from sitscad.record import record
 from sitscad.scene.bodies import (
     MOUNT_PIECES,
@@ -21,7 +23,9 @@ from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
 WIDTH, LEFT, RIGHT, LABEL = 900.0, 20.0, 470.0, 520.0
-HEIGHT, ROW = 380.0, 22.0
+HEIGHT, ROW, LETTERS = 380.0, 22.0, 13.0
+OUTLINE = Pen(0.6, round_ends=False, round_corners=False)
+"""The page's style gives it its colour, and the texts theirs."""
 
 COLOURS = {
     "standoff": "#dfe5ea",
@@ -52,18 +56,15 @@ def section(spec: SensorSpec) -> str:
     scale = HEIGHT / (high - low)
     rows = _spread([HEIGHT - ((s.bottom + s.top) / 2 - low) * scale for s in slices])
     height = max(HEIGHT, rows[-1] + ROW) + 20.0
-    box = f'viewBox="0 0 {WIDTH:.0f} {height:.1f}"'
-    parts = [f'<svg class="section" {box} role="img"><title>Section of the sensor</title>']
+    sheet = Sheet("Section of the sensor", (WIDTH, height), unit="", decimals=2, ground=None, kind="section")
     for piece, row in zip(slices, rows, strict=True):
-        y, tall = 10.0 + (high - piece.top) * scale, (piece.top - piece.bottom) * scale
-        middle = y + tall / 2
-        wide = RIGHT - LEFT - 2 * piece.inset
-        size = f'width="{wide:.1f}" height="{tall:.2f}"'
-        parts.append(f'<rect x="{LEFT + piece.inset:.1f}" y="{y:.2f}" {size} fill="{piece.colour}"/>')
-        end = f"H{RIGHT + 10:.0f}L{LABEL - 12:.0f} {10 + row:.2f}H{LABEL - 4:.0f}"
-        parts.append(f'<path class="leader" d="M{RIGHT - piece.inset:.1f} {middle:.2f}{end}"/>')
-        parts.append(f'<text x="{LABEL:.0f}" y="{14.5 + row:.2f}">{escape(piece.label)}</text>')
-    return "".join([*parts, "</svg>"])
+        top, bottom = (height - 10.0 - (high - z) * scale for z in (piece.top, piece.bottom))
+        edge, middle, line = RIGHT - piece.inset, (top + bottom) / 2, height - 10.0 - row
+        sheet.draw(rectangle(LEFT + piece.inset, bottom, edge, top), OUTLINE, piece.colour, kind="layer")
+        knees = [(edge, middle), (RIGHT + 10.0, middle), (LABEL - 12.0, line), (LABEL - 4.0, line)]
+        sheet.draw(polyline([Point(*knee) for knee in knees]), OUTLINE, kind="leader")
+        sheet.text(LABEL, line - 4.5, piece.label, LETTERS)
+    return svg(sheet)
 
 
 def _slices(spec: SensorSpec) -> Iterator[Slice]:

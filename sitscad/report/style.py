@@ -63,8 +63,8 @@ figure > svg, .paper > svg { display: block; width: 100%; height: auto; }
 .paper { background: #ffffff; border: 1px solid var(--line); border-radius: .4rem; padding: .4rem; }
 figcaption { font-size: .9rem; margin-top: .3rem; }
 .section text { fill: var(--ink); font-size: 13px; font-family: inherit; }
-.section .leader { stroke: var(--soft); fill: none; }
-.section rect { stroke: var(--ink); stroke-width: .6; }
+.section .leader { stroke: var(--soft); stroke-width: 1; }
+.section .layer { stroke: var(--ink); }
 footer { margin-top: 4rem; font-size: .85rem; overflow-wrap: anywhere; }
 @media print {
   :root {

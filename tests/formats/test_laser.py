@@ -15,6 +15,7 @@ from pathlib import Path
 import layouts
 import pytest
 
+from sitscad.drawing.svg import path_data
 from sitscad.formats import laser_dxf, laser_svg
 from sitscad.geometry.path import Line, Point, closed_polygon, rounded
 from sitscad.layout.cutting.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, Contour, CutLayer, laser_sheets
@@ -292,11 +293,15 @@ def test_svg_is_in_millimetres_with_hairlines_and_a_colour_a_step():
     for tree, sheet in zip(svg_of(layout_with()), laser_sheets(layout_with()), strict=True):
         assert tree.get("width") == f"{sheet.width * 1e3:.6f}".rstrip("0").rstrip(".") + "mm"
         assert tree.get("viewBox").split()[2:] == [tree.get("width")[:-2], tree.get("height")[:-2]]
-        groups = {g.get("id"): g for g in tree.iter(f"{SVG}g")}
+        groups = {g.get("id"): g for g in tree.iter(f"{SVG}g") if g.get("id")}
         assert list(groups) == ["ENGRAVE", "CUT_INNER", "CUT_OUTER", "REF"]
-        assert [groups[name].get("stroke") for name in ("CUT_INNER", "CUT_OUTER")] == ["#ff0000", "#ff00ff"]
-        assert groups["ENGRAVE"].get("stroke") == "#000000"
-        assert all(float(g.get("stroke-width")) <= 0.0254 and g.get("fill") == "none" for g in groups.values())
+        shapes = {name: [e for e in group if e.tag != f"{SVG}text"] for name, group in groups.items()}
+        colours = {"CUT_INNER": {"#ff0000"}, "CUT_OUTER": {"#ff00ff"}, "ENGRAVE": {"#000000"}}
+        assert {name: {e.get("stroke") for e in shapes[name]} for name in colours} == colours
+        drawn_ones = [e for found in shapes.values() for e in found]
+        assert all(float(e.get("stroke-width")) <= 0.0254 and e.get("fill") == "none" for e in drawn_ones)
+        layers = [g.get("{http://www.inkscape.org/namespaces/inkscape}label") for g in groups.values()]
+        assert layers == list(groups)
 
 
 def test_svg_keeps_arcs_and_turns_them_the_right_way():
@@ -304,7 +309,7 @@ def test_svg_keeps_arcs_and_turns_them_the_right_way():
     tools = pytest.importorskip("svgpathtools", reason="svgpathtools is not installed")
     corners = [Point(1 * MM, 1 * MM), Point(9 * MM, 1 * MM), Point(9 * MM, 6 * MM), Point(1 * MM, 6 * MM)]
     for path in (rounded(corners, 1 * MM), rounded(corners, 1 * MM).reversed()):
-        data = laser_svg.path_data(path, 10 * MM)
+        data = path_data(path.mapped(lambda p: Point(p.x * 1e3, p.y * 1e3)), 10.0, 6)
         assert data.count("A") == 4
         assert abs(tools.parse_path(data).area(chord_length=1e-2)) == pytest.approx(40 - (4 - math.pi), rel=1e-5)
 
@@ -357,4 +362,3 @@ def test_same_bytes_across_processes():
 def test_closed_contours_do_not_repeat_their_first_point():
     path = closed_polygon([Point(0, 0), Point(1 * MM, 0), Point(0, 1 * MM)])
     assert [point for point, _ in laser_dxf._vertices(path)] == [s.start for s in path if isinstance(s, Line)]
-    assert laser_svg.path_data(path, 1 * MM) == "M 0 1 L 1 1 L 0 0 Z"
