@@ -371,6 +371,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
 @click.option("--frequency", help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).")
 @click.option("--tolerance", type=click.FloatRange(0, 1, min_open=True), help="What a map of many poses may be off by.")
 @click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
+@click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (JSON always does).")
 @click.option("--format", "format_name", default="text", show_default=True, help="text, json or csv.")
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .npz, .csv or .json.")
 def response(
@@ -383,6 +384,7 @@ def response(
     frequency: str | None,
     tolerance: float | None,
     jacobian: bool,
+    performance: bool,
     format_name: str,
     output: str | None,
 ) -> int:
@@ -409,6 +411,17 @@ def response(
       counts         the converter's 28-bit result.
       Rp             parallel resistance of the tank.
 
+    \b
+    What the sensor feels (--performance), at rest, half and full load:
+      range          how far the axis goes, and what ends it first.
+      noise          one sigma of the converter's noise, in force.
+      nonlinear      distance from the best straight line, of the range.
+      crosstalk      error per full scale of another axis, of the range, by the
+                     straight map at that load; a curved one leaves less.
+      error          the largest one-sigma error, and what it is mostly by.
+      condition      of the map from loads to frequencies, in full scales: 1 is
+                     best, far above 10 one axis is hardly told from another.
+
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read, or has nothing
     that could respond.
     """  # noqa: D301 - click asks for the control character itself
@@ -432,11 +445,13 @@ def response(
         found = sitscad.respond_to(design, motions, at, tolerance, progress, jacobian)
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
+    wanted = ending == ".json" if output else format_name == "json" or performance
+    felt = design.performance if wanted else ()
     if output:
-        sitscad.write_file(output, sitscad.response_file(spec, found, ending))
+        sitscad.write_file(output, sitscad.response_file(spec, found, ending, felt))
         _say(f"wrote {output}: {_counted(len(found), 'point')}")
     else:
-        _print(show(spec, found, _colour(sys.stdout)))
+        _print(show(spec, found, _colour(sys.stdout), felt))
     result = sitscad.check(loaded, design.layout, design.estimates)
     checked = sitscad.as_configured(loaded, result)
     if not checked.ok:

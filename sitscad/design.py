@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from sitscad.estimates import Estimates
     from sitscad.estimates.response.model import ResponseModel
+    from sitscad.estimates.response.performance import Performance
     from sitscad.estimates.response.values import Response
     from sitscad.layout.board import Layout
     from sitscad.layout.cutting.panel import Panel
@@ -98,6 +99,19 @@ class Design:
         from sitscad.estimates.response.model import response_model
 
         return response_model(self.layout, self.estimates)
+
+    @cached_property
+    def performance(self) -> tuple[Performance, ...]:
+        """What the sensor feels, in newtons, at rest, half and full load; nothing where it has no target that conducts,
+        no pad under it, or no tank that oscillates.
+        """
+        from sitscad.estimates.response.pad import NoResponse
+        from sitscad.estimates.response.performance import performance
+
+        try:
+            return performance(self.response)
+        except NoResponse:
+            return ()
 
     @cached_property
     def at_room_temperature(self) -> Design:

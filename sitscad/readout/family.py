@@ -134,6 +134,9 @@ class Family(Protocol):
     def frequency_quantum(self, frequency: float, rcount: int) -> float:
         """Step (Hz) of a measured frequency."""
 
+    def measured_noise(self, frequency: float, rcount: int) -> float:
+        """Standard deviation (Hz) of a result as measured sensors have it."""
+
     def inductance_noise(self, value: float, frequency: float, rcount: int) -> float:
         """Standard deviation (H) of a measured inductance."""
 

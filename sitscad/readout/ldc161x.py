@@ -224,6 +224,13 @@ def frequency_noise(frequency: float, rcount: int) -> float:
     return frequency_quantum(frequency, rcount) / math.sqrt(12.0)
 
 
+def measured_noise(frequency: float, rcount: int) -> float:
+    """Standard deviation (Hz) of a result as measured sensors have it: some steps of half a reference period in 16
+    RCOUNT of them, so 3.3 ppm at RCOUNT 9471.
+    """
+    return limit("noise_steps") * frequency / (32.0 * rcount)
+
+
 def inductance_noise(value: float, frequency: float, rcount: int) -> float:
     """Standard deviation (H) of an inductance by quantisation alone, at a fixed capacitor: 2 L sigma_f / f."""
     return 2.0 * value * frequency_noise(frequency, rcount) / frequency

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,13 +17,16 @@ from sitscad.report.quantities import NONE, quantity
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
+    from sitscad.estimates.response.performance import Performance
     from sitscad.estimates.response.values import Response
+
+    Felt = Sequence[Performance]
 
 SHOWN = 60
 """Points at most that the text shows."""
 
 
-def response_text(path: str, response: Response, colour: bool = False) -> str:
+def response_text(path: str, response: Response, colour: bool = False, felt: Felt = ()) -> str:
     """A row a point, and what is worth saying of them."""
     head = ["x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *COLUMNS]
     rows = [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
@@ -31,7 +34,28 @@ def response_text(path: str, response: Response, colour: bool = False) -> str:
     if len(response) > SHOWN:
         lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
     blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join(_said(response))]
+    if felt:
+        blocks += [styled(FELT_TITLE, "bold", colour) + "\n" + "\n".join(table(FELT_HEAD, _felt_rows(felt)))]
+        blocks += ["\n".join(f"note: {note}" for note in felt[-1].notes)]
     return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+FELT_TITLE = "What the sensor feels, after a tare at rest"
+
+FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
+             "condition")  # fmt: skip
+
+
+def _felt_rows(felt: Felt) -> Iterator[list[str]]:
+    for point in felt:
+        for name, axis in point.axes.items():
+            cause = max(axis.errors, key=lambda one: axis.errors[one])
+            cross = max(point.crosstalk[name].values(), default=0.0)
+            yield [
+                point.at, name, f"{axis.range:.3g}", axis.limited_by, f"{1e3 * axis.resolution:.3g}",
+                f"{100.0 * axis.nonlinearity:.2g}", f"{100.0 * cross:.2g}", f"{1e3 * axis.errors[cause]:.3g}", cause,
+                f"{point.condition_number:.2g}",
+            ]  # fmt: skip
 
 
 COLUMNS = ("L", "R", "by target", "+-", "frequency", "counts", "Rp")
@@ -73,14 +97,14 @@ def _said(response: Response) -> Iterator[str]:
         yield f"note: and {len(seen) - 8} more kinds of notes: --format json has them by point"
 
 
-def response_json(path: str, response: Response, colour: bool = False) -> str:
+def response_json(path: str, response: Response, colour: bool = False, felt: Felt = ()) -> str:
     """The contract's document."""
     points = [response.point_document(k) for k in range(len(response))]
     return to_json({"sitscad": __version__, "spec": path, "coils": list(response.coils), "points": points,
-                    "performance": []})  # fmt: skip
+                    "performance": [point.document() for point in felt]})  # fmt: skip
 
 
-def response_csv(path: str, response: Response, colour: bool = False) -> str:
+def response_csv(path: str, response: Response, colour: bool = False, felt: Felt = ()) -> str:
     """One row a point, columns named like ``inductance_H.C1``."""
     columns = _flat(response)
     text = io.StringIO()
@@ -125,17 +149,17 @@ def response_npz(response: Response) -> bytes:
     return stream.getvalue()
 
 
-Shown = Callable[["str", "Response", bool], str]
+Shown = Callable[["str", "Response", bool, "Felt"], str]
 
 RESPONSE_FORMATS: Mapping[str, Shown] = {"text": response_text, "json": response_json, "csv": response_csv}
-"""How ``response`` can print: path as typed, response, colour or not."""
+"""How ``response`` can print: path as typed, response, colour or not, and what the sensor feels (csv: left out)."""
 
 RESPONSE_FILES = (".npz", ".csv", ".json")
 """Endings of the files that it can write."""
 
 
-def response_file(path: str, response: Response, ending: str) -> bytes:
+def response_file(path: str, response: Response, ending: str, felt: Felt = ()) -> bytes:
     """The content of a file of one of those endings; `path` is the spec's."""
     if ending == ".npz":
         return response_npz(response)
-    return RESPONSE_FORMATS[ending.removeprefix(".")](path, response, False).encode("utf-8")
+    return RESPONSE_FORMATS[ending.removeprefix(".")](path, response, False, felt).encode("utf-8")

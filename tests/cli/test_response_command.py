@@ -32,6 +32,7 @@ def test_json_is_the_contract_s(run, pair):
     document = json.loads(done.out)
     assert (document["coils"], document["spec"]) == (["C1", "C2"], "pair.yaml")
     posed, loaded = document["points"]
+    assert [point["at"] for point in document["performance"]] == ["rest", "half", "full"]
     assert posed["pose"]["z_m"] == pytest.approx(-2e-4)
     assert posed["strain"] == pytest.approx(0.1)
     assert posed["force_N"] is None
@@ -50,6 +51,7 @@ def test_text_says_pose_reading_and_notes(run, pair):
     assert done.code in (0, 1)
     for word in ("C1", "C2", "counts", "uH", "MHz", "rotation=held"):
         assert word in done.out
+    assert "What the sensor feels" in run("response", pair, "--performance").out
     assert "rotation=held" not in run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=held").out
 
 

@@ -28,7 +28,7 @@ def with_derivatives(model: ResponseModel, response: Response) -> Response:
     by_load = None
     if response.force is not None:
         loads = response.force[:, [2, 0, 1]] * [-1.0, 1.0, 1.0]
-        by_load = np.einsum("ncp,npl->ncl", by_pose, _compliance(model, loads))
+        by_load = np.einsum("ncp,npl->ncl", by_pose, compliance(model, loads))
     return replace(response, by_pose=by_pose, by_load=by_load)
 
 
@@ -40,8 +40,8 @@ def slopes(model: ResponseModel, poses: Array) -> Array:
     return np.asarray(np.swapaxes((found[:, 0] - found[:, 1]) / (2.0 * STEPS[:, None]), 1, 2))
 
 
-def _compliance(model: ResponseModel, loads: Array) -> Array:
-    # Change of the pose with the load, (loads, 6, 3); NaN for loads that are not known.
+def compliance(model: ResponseModel, loads: Array) -> Array:
+    """Change of the pose (m, rad) with the load (N), (loads, 6, 3); NaN for loads that are not known."""
     found = np.full((len(loads), 6, 3), np.nan)
     known = np.all(np.isfinite(loads), axis=1)
     for axis in range(3):
