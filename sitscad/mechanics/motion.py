@@ -1,0 +1,101 @@
+"""A rigid plate's motion over a fixed one, seen from a frame that is turned by a share of its turn.
+
+From the frame that is turned half as far as the plate, swapping board and plate turns the pad about an axis in its
+plane and changes nothing else: the energy of a pad that is alike at both faces has no product of shear and tilt there,
+their coupling is in the motion itself. A pad wider than its plate has that frame nearer to the board's. Arrays run over
+the poses first. SI units; rotations are vectors: axis times angle (rad).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SMALL = 1e-4
+"""Angle (rad) below which the coefficients of a rotation are taken from their series."""
+
+
+def rotations(angles: Array) -> Array:
+    """Matrices Rx(rx) Ry(ry) Rz(rz), (n, 3, 3), of angles (n, 3) in rad: the spec's turn of a target."""
+    (a, b, c), (p, q, r) = np.cos(angles).T, np.sin(angles).T
+    rows = [[b * c, -b * r, q], [a * r + p * q * c, a * c - p * q * r, -p * b],
+            [p * r - a * q * c, p * c + a * q * r, a * b]]  # fmt: skip
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def angles(matrices: Array) -> Array:
+    """Angles (n, 3) with Rx Ry Rz of rotation matrices (n, 3, 3), tilts below a right angle."""
+    turned = np.arctan2(-matrices[:, 1, 2], matrices[:, 2, 2])
+    tilted = np.arcsin(np.clip(matrices[:, 0, 2], -1.0, 1.0))
+    return np.column_stack([turned, tilted, np.arctan2(-matrices[:, 0, 1], matrices[:, 0, 0])])
+
+
+def rotation_vectors(matrices: Array) -> Array:
+    """Axis times angle (n, 3) of rotation matrices (n, 3, 3), by less than half a turn."""
+    odd = 0.5 * np.stack([matrices[:, 2, 1] - matrices[:, 1, 2], matrices[:, 0, 2] - matrices[:, 2, 0],
+                          matrices[:, 1, 0] - matrices[:, 0, 1]], axis=1)  # fmt: skip
+    sine, cosine = np.sqrt(np.sum(odd * odd, axis=1)), 0.5 * (np.trace(matrices, axis1=1, axis2=2) - 1.0)
+    angle = np.arctan2(sine, cosine)
+    return np.where(sine > SMALL, angle / np.maximum(sine, 1e-30), 1.0 + angle * angle / 6.0)[:, None] * odd
+
+
+def exponentials(vectors: Array) -> Array:
+    """Rotation matrices (n, 3, 3) of axis times angle (n, 3): Rodrigues' formula."""
+    first, second, _ = _coefficients(vectors)
+    cross = crosses(vectors)
+    return np.eye(3) + first[:, None, None] * cross + second[:, None, None] * (cross @ cross)
+
+
+def left_jacobians(vectors: Array) -> Array:
+    """(n, 3, 3): what turn, in board axes, follows from a small change of a rotation vector."""
+    _, second, third = _coefficients(vectors)
+    cross = crosses(vectors)
+    return np.eye(3) + second[:, None, None] * cross + third[:, None, None] * (cross @ cross)
+
+
+def crosses(vectors: Array) -> Array:
+    """Matrices (n, 3, 3) that take a vector to the cross product of `vectors` (n, 3) with it."""
+    x, y, z = vectors.T
+    nought = np.zeros_like(x)
+    return np.moveaxis(np.array([[nought, -z, y], [z, nought, -x], [-y, x, nought]]), 2, 0)
+
+
+def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
+    # sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3.
+    square = np.sum(vectors * vectors, axis=1)
+    angle = np.sqrt(square)
+    safe = np.maximum(angle, SMALL)
+    small = angle < SMALL
+    return (
+        np.where(small, 1.0 - square / 6.0, np.sin(safe) / safe),
+        np.where(small, 0.5 - square / 24.0, (1.0 - np.cos(safe)) / safe**2),
+        np.where(small, 1.0 / 6.0 - square / 120.0, (safe - np.sin(safe)) / safe**3),
+    )
+
+
+def relative(poses: Array, height: float, share: float = 0.5) -> tuple[Array, Array, Array, Array]:
+    """What a pad feels of poses (n, 6; see `sitscad.scene.pose`) of a plate at rest `height` (m) above the board.
+
+    Returned are the plate's place (n, 3; m) and its rotation vector (n, 3), both in the frame that is turned by `share`
+    of the plate's turn, that frame's matrices (n, 3, 3), and the place in board axes.
+    """
+    vectors = rotation_vectors(rotations(poses[:, 3:]))
+    frame = exponentials(share * vectors)
+    place = poses[:, :3] + (0.0, 0.0, height)
+    return np.einsum("nji,nj->ni", frame, place), vectors, frame, place
+
+
+def wrenches(slopes: Array, turning: Array, vectors: Array, frame: Array, place: Array, share: float = 0.5) -> Array:
+    """Force and moment about the plate's displaced middle, (n, 6) in board axes, of an energy whose slopes are (n, 3)
+    by the place and (n, 3) by the rotation vector, both in the frame of `relative`.
+
+    A small turn of the plate turns the frame by its share: virtual work of both together.
+    """
+    force = np.einsum("nij,nj->ni", frame, slopes)
+    lever = np.cross(place, force)
+    followed = share * np.einsum("nji,nj->ni", left_jacobians(share * vectors), lever)
+    transposed = np.swapaxes(left_jacobians(vectors), 1, 2)
+    moment = np.linalg.solve(transposed, (turning - followed)[:, :, None])[:, :, 0]
+    return np.concatenate([force, moment], axis=1)

@@ -1,0 +1,235 @@
+"""What a bonded pad's energy depends on: compression, shear, tilt and twist of a rigid plate, from its measures alone.
+
+Textbook terms carry it: the pressure of incompressible rubber between bonded plates (the torsion function of the face,
+Gent & Lindley 1959, Gent & Meinecke 1970), Lindley's large-strain law, shear and bending of a short column. What they
+leave open is fitted to our own finite elements (tests/validation/bonded_pad.py, pad_figures.csv): neo-Hookean,
+incompressible, faces of one to six thicknesses (fourteen across one of them), strain up to 35 %. Lengths are in
+thicknesses, stresses in shear moduli, unless a docstring says otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+MOST_STRAIN, LEAST_STRAIN = 0.40, -0.20
+"""Compression beyond which the fitted courses stay where they are: an extrapolation that cannot turn back."""
+
+FLATTEST = 2.0
+"""Shape factor (a square of eight thicknesses) up to which the fitted courses are taken; flatter pads have its own."""
+
+
+@record
+class Block:
+    """A loaded face on its pad, in thicknesses: its length along the axis looked at and across it, how `round` it is
+    (0 a rectangle, 1 an ellipse), by how much the pad reaches beyond it on the average (`rim`), and the film round it:
+    `skin` its thickness, `skin_modulus` its shear modulus in the pad's.
+    """
+
+    along: float
+    across: float
+    round: float = 0.0
+    rim: float = 0.0
+    skin: float = 0.0
+    skin_modulus: float = 0.0
+
+    @property
+    def turned(self) -> Block:
+        """The same face, looked at along the other axis."""
+        return replace(self, along=self.across, across=self.along)
+
+    @property
+    def film(self) -> float:
+        """The film's thickness times its modulus: what it bears as a membrane."""
+        return self.skin * self.skin_modulus
+
+    @property
+    def film_buckling(self) -> float:
+        """Share of its bearing that a film loses by bulging out with the pad: more where it is thin and stiff."""
+        if self.film <= 0.0:
+            return 0.0
+        return min(0.8, 0.0155 * math.sqrt(self.skin_modulus / self.skin) / self.shape_factor)
+
+    @property
+    def area(self) -> float:
+        """Area in squares of the thickness."""
+        return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.along * self.across
+
+    @property
+    def shape_factor(self) -> float:
+        """Loaded over free area of the rectangle (of an ellipse nearly the same)."""
+        return 0.5 * self.along * self.across / (self.along + self.across)
+
+    @property
+    def flatness(self) -> float:
+        """The shape factor, as far as the courses were fitted."""
+        return min(self.shape_factor, FLATTEST)
+
+    @property
+    def oblongness(self) -> float:
+        """From -1, all across, to 1, all along."""
+        return (self.along - self.across) / (self.along + self.across)
+
+
+def pressure_stiffness(block: Block) -> float:
+    """Share of the modulus of compression that comes from the pressure between bonded plates: 12 / h^2 times the mean
+    of the torsion function, 3 J / A (J of a rectangle: Roark's formula, within 0.5 %; of an ellipse exact).
+    """
+    long, wide = max(block.along, block.across), min(block.along, block.across)
+    edged = long * wide**3 * (1.0 / 3.0 - 0.21 * wide / long * (1.0 - (wide / long) ** 4 / 12.0)) / (long * wide)
+    rounded = 0.25 * long**2 * wide**2 / (long**2 + wide**2)
+    return 3.0 * (edged + (rounded - edged) * block.round)
+
+
+def compression_modulus(block: Block) -> float:
+    """Modulus of compression at rest over the shear modulus.
+
+    Of rubber that shears alone it would be Gent & Meinecke's, from 3 (square) to 4 (endless); bonded edges add 0.3.
+    """
+    a, b = block.along, block.across
+    sheared = 4.0 - 2.0 * (a * b + 1.0) / (a * a + b * b + 2.0)
+    return sheared + 0.301 - 0.160 * block.round + pressure_stiffness(block)
+
+
+def rimmed(block: Block, most: float, power: float, reach: float) -> float:
+    """What a surround adds to a stiffness, relative: it grows to `most` (of a shape factor of one) within `reach`."""
+    if block.rim <= 0.0:
+        return 1.0
+    return 1.0 + most * block.shape_factor**-power * -math.expm1(-block.rim / reach)
+
+
+@record
+class Compression:
+    """Normal pressure by strain: modulus, course (1 + first e + second e^2), and that of the film beside it."""
+
+    modulus: float
+    first: float
+    second: float
+    film: float = 0.0
+    film_softening: float = 0.0
+    film_stiffening: float = 0.0
+
+    def __call__(self, strain: Array) -> Array:
+        """Force over the loaded area in shear moduli, positive for a press; strain from below 1 to any pull."""
+        bound = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
+        stretch = 1.0 - strain
+        course = self.modulus * (1.0 + self.first * bound + self.second * bound * bound)
+        pressed = np.maximum(bound, 0.0)
+        skin = 1.0 + self.film_softening * np.expm1(-pressed / 0.06) + self.film_stiffening * pressed**2
+        return np.asarray((course + self.film * skin) * (stretch**-2 - stretch) / 3.0)
+
+
+@record
+class Shear:
+    """Shear stiffness by compression: at rest, three terms of its softening, and the film's; `hardening` is the force's
+    part over the cube of the shear at rest, `hardening_by` what it grows by with the cube of the strain.
+    """
+
+    stiffness: float
+    first: float
+    second: float
+    third: float
+    film: float = 0.0
+    hardening: float = 0.0
+    hardening_by: float = 0.0
+
+    def cubic(self, strain: Array) -> Array:
+        """Force over area and cube of the shear strain, in shear moduli."""
+        pressed = np.clip(strain, 0.0, MOST_STRAIN)
+        return np.asarray(self.hardening + self.hardening_by * pressed**3)
+
+    def __call__(self, strain: Array) -> Array:
+        """Force over area and shear strain where that is small, in shear moduli."""
+        e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
+        softened = 1.0 - self.first * e * (1.0 + self.second * e + self.third * e * e)
+        return np.asarray(self.stiffness * softened + self.film * (1.0 - e) ** 2.7)
+
+
+@record
+class Tilt:
+    """Tilt stiffness by compression: at rest, the power of the height by which it grows, two terms beside that."""
+
+    stiffness: float
+    power: float
+    first: float
+    second: float
+    film: float = 0.0
+    film_softening: float = 0.0
+
+    def __call__(self, strain: Array) -> Array:
+        """Moment over area, thickness and angle, in shear moduli."""
+        e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
+        grown = (1.0 - e) ** -self.power * (1.0 + self.first * e + self.second * e * e)
+        pressed = np.maximum(e, 0.0)
+        skin = 1.0 + self.film_softening * np.expm1(-pressed / 0.06) + 3.5 * pressed**2
+        return np.asarray(self.stiffness * grown + self.film * skin)
+
+
+def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
+    """The course of compression of a block; the bulk modulus is in shear moduli, too."""
+    flat, film = block.flatness, block.film
+    modulus = compression_modulus(block) * rimmed(block, 0.75, 0.71, 0.65)
+    surround = 0.13 * block.rim / 0.4 * math.exp(1.0 - block.rim / 0.4)
+    first = -0.25 + 0.80 * flat - 0.040 * flat**2 - 0.129 * block.round * flat + surround
+    second = -1.458 + 1.509 * flat - 0.462 * flat**2
+    wall = film * (4.3 / block.shape_factor + 5.4 * flat) / (1.0 + 0.26 * film)
+    stiffening = max(0.0, 5.0 * min(flat, 1.2) ** 2 - 0.8)
+    return Compression(modulus / (1.0 + modulus / bulk_modulus), first, second, wall, block.film_buckling, stiffening)
+
+
+def shear(block: Block) -> Shear:
+    """The course of shear along the block's first axis."""
+    a, b = block.along, block.across
+    bent = (0.191 + 0.175 / a + 0.054 * (1.0 / b - 1.0 / a)) / a
+    stiffness = rimmed(block, 1.19, 1.2, 1.4) / (1.0 + bent)
+    column = compression_modulus(block) / a**2 * a / (2.735 + 0.0475 * a + 0.582 * block.oblongness)
+    helped = 1.1 * math.exp(-((block.rim / 0.445) ** 1.85)) - 0.1 if block.rim else 1.0
+    flat = min(a, 6.0)
+    hardening = 0.125 / a * max(0.0, 1.0 - block.rim / 0.4)
+    film = 2.0 * block.film / b * 1.5 / (1.0 + 0.25 * block.film)
+    return Shear(stiffness, column * helped * (1.0 + 0.066 * block.round), 2.43 - 0.815 * flat,
+                 6.25 + 2.54 * flat, film, hardening, 40.0 * max(0.0, helped))  # fmt: skip
+
+
+def tilt(block: Block) -> Tilt:
+    """The course of tilt by which the block's first axis is raised at one end and lowered at the other.
+
+    At rest 3 mu I (1.13 + pressure), the pressure being that of an endless strip along either axis, summed as
+    resistances: a^2 / 15 where it is short along the axis, b^2 / 3.6 where it is short across.
+    """
+    a, b, flat, oblong = block.along, block.across, block.flatness, block.oblongness
+    moment = (4.0 - block.round) / 48.0 * a * a
+    sheared = 1.1255 + 0.0254 * block.round - oblong * (0.470 if oblong < 0.0 else 0.189)
+    pressure = (1.0 - 0.2 * block.round) / (15.0 / a**2 + 3.58 / b**2)
+    stiffness = 3.0 * moment * (sheared + pressure) * rimmed(block, 0.637, 1.15, 0.35)
+    power = 3.10 * flat / (flat + 0.434) - 0.291 * oblong + 0.033 * block.round + 0.6 * math.expm1(-block.rim / 0.5)
+    wall = block.film * (3.75 + 1.5 * flat**2) * (a / b + 1.0 / 3.0) * a / 2.0
+    return Tilt(stiffness, power, 0.844, -1.407, wall, max(0.0, 1.6 * (block.film_buckling - 0.25)))
+
+
+def twist(block: Block) -> float:
+    """Moment over area, thickness and angle of a turn in the face's own plane.
+
+    Bonded faces do not warp: the polar moment of area of a flat pad, Saint-Venant's torsion constant of a tall one;
+    between them by a plain weight. Not held against finite elements.
+    """
+    a, b = block.along, block.across
+    polar = (4.0 - block.round) / 48.0 * (a * a + b * b)
+    warped = pressure_stiffness(block) / 3.0
+    flat = 1.0 / (1.0 + 1.0 / block.shape_factor**2)
+    film = block.film * 1.2 * (a * b * (a + b)) / (2.0 * a * b)
+    return (warped + (polar - warped) * flat) * rimmed(block, 1.19, 1.2, 1.4) + film
+
+
+def frame_share(block: Block) -> float:
+    """Share of the plate's turn by which the frame is turned in which shear and tilt stand apart: a half by symmetry,
+    less where the pad reaches beyond the plate.
+    """
+    return 0.5 * math.exp(-block.rim / 0.36)

@@ -1,0 +1,170 @@
+"""The pad's law against finite elements, and against what every law of a pad must do."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitscad.mechanics.elastomer import Face
+from sitscad.mechanics.motion import angles, exponentials, left_jacobians, rotation_vectors, rotations
+from sitscad.mechanics.pad import FILM_SIGMA, Pad
+from sitscad.mechanics.pad_law import Block, compression_modulus, pressure_stiffness
+
+FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
+SQUARE = Pad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
+OBLONG = Pad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
+WIDTH = st.floats(1.0, 8.0)
+
+
+def figures():
+    with FIGURES.open(encoding="utf-8") as lines:
+        rows = [{name: float(value) for name, value in row.items()}
+                for row in csv.DictReader(line for line in lines if not line.startswith("#"))]  # fmt: skip
+    pads = ("along", "across", "round", "rim", "skin", "skin_modulus")
+    for measures, of_pad in groupby(rows, key=lambda row: tuple(row[name] for name in pads)):
+        along, across, is_round, rim, skin, skin_modulus = measures
+        yield Pad(Face(along, across, is_round), 1.0, 1.0, 1e4, rim, skin, skin_modulus if skin else 0.0), list(of_pad)
+
+
+def errors(pad, rows):
+    """Error of the force over the force, and of the moment over force times half of the length."""
+    poses = np.array([[row["x"], 0.0, row["z"], 0.0, row["ry"], 0.0] for row in rows])
+    held, given_force = pad.force(poses), np.array([[row["force_x"], row["force_z"]] for row in rows])
+    size = np.hypot(*given_force.T)
+    moved = size > 0.0
+    off = np.hypot(*(held[:, [0, 2]] - given_force).T)[moved] / size[moved]
+    turned = np.abs(held[:, 4] - [row["moment_y"] for row in rows])[moved] / size[moved]
+    return off, turned / (0.5 * pad.face.width_x)
+
+
+@pytest.mark.parametrize(("kind", "rms", "most"), [("bare", 0.03, 0.09), ("rim", 0.03, 0.05), ("film", 0.10, 0.22)])
+def test_forces_are_those_of_finite_elements(kind, rms, most):
+    """Bare pads and pads with a rim within 5 % but for a few of the flattest and hardest sheared; films roughly."""
+    found = [errors(pad, rows) for pad, rows in figures()
+             if kind == ("film" if pad.film else "rim" if pad.rim else "bare")]  # fmt: skip
+    force, moment = (np.concatenate(part) for part in zip(*found, strict=True))
+    assert len(force) >= 20
+    assert math.sqrt(np.mean(force**2)) < rms
+    assert force.max() < most
+    assert np.quantile(moment, 0.95) < 0.04
+    if kind != "film":
+        assert np.quantile(force, 0.95) < 0.051
+
+
+def test_forces_are_those_of_the_converged_elements():
+    """Of fourth degree: within 5 %, rest stiffness within 1.5 %."""
+    for pad, rows in figures():
+        fine = [row for row in rows if row["degree"] == 4]
+        if fine:
+            assert errors(pad, fine)[0].max(initial=0.0) < 0.05
+            rest = next(row for row in fine if not any((row["x"], row["z"], row["ry"])))
+            stiffness = pad.stiffness(np.zeros((1, 6)))[0]
+            assert stiffness[2, 2] == pytest.approx(rest["k_zz"], rel=0.015)
+            assert stiffness[0, 0] == pytest.approx(rest["k_xx"], rel=0.015)
+            assert stiffness[4, 4] == pytest.approx(rest["k_rr"], rel=0.025)
+
+
+def test_the_stated_error_holds():
+    """Two sigma enclose 95 % of all forces."""
+    outside = [off > 2.0 * pad.sigma for pad, rows in figures() for off in errors(pad, rows)[0]]
+    assert np.mean(outside) < 0.08
+    assert Pad(Face(4e-3, 4e-3), 2e-3, 15e3, film=0.1e-3, film_modulus=660e3).sigma > 0.5 * FILM_SIGMA
+
+
+def test_compression_softens_shear_and_a_free_target_more():
+    """A third less shear stiffness at 25 %, and several times less where the target may tilt."""
+    rest, pressed = SQUARE.stiffness(np.array([np.zeros(6), [0, 0, -0.5e-3, 0, 0, 0]]))
+    assert 0.55 < pressed[0, 0] / rest[0, 0] < 0.68
+    weight = float(SQUARE.pressure(np.array([0.25]))[0])
+    loads = np.array([[0.0, 0.001, 0.0], [weight, 0.001, 0.0]])
+    level = replace(SQUARE, height=0.0)
+    free, held = level.pose(loads)[:, 0], level.pose(loads, is_held=True)[:, 0]
+    assert free[0] / held[0] < 1.5
+    assert 2.5 < free[1] / free[0] < 8.0
+    assert free[1] > 2.0 * held[1]
+
+
+@given(st.floats(0.0, 1.2), st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.booleans())
+def test_pose_and_force_are_inverse(normal, shear_x, shear_y, is_held):
+    pose = OBLONG.pose(np.array([[normal, shear_x, shear_y]]), is_held)
+    held = OBLONG.force(pose)[0]
+    assert held[:3] == pytest.approx([shear_x, shear_y, -normal], abs=1e-7)
+    if not is_held:
+        lever = OBLONG.height * rotations(pose[:, 3:])[0, :, 2]
+        assert held[3:] == pytest.approx(np.cross(lever, held[:3]), abs=1e-9)
+
+
+def test_a_push_above_the_pad_brings_its_far_end_down():
+    pushed = SQUARE.pose(np.array([[0.3, 0.05, 0.0], [0.3, 0.0, 0.05]]))
+    assert pushed[0, 0] > 0.0 and pushed[0, 4] > 0.0
+    assert pushed[1, 1] > 0.0 and pushed[1, 3] < 0.0
+    assert pushed[0, 2] == pytest.approx(pushed[1, 2], rel=1e-9)
+
+
+def test_no_work_is_gained_on_a_closed_way():
+    """Force and moment have an energy: their work along a way that closes is nothing."""
+    t = np.linspace(0.0, 2.0 * math.pi, 2001)
+    way = np.column_stack([3e-4 * np.sin(t), 2e-4 * np.cos(t), -3e-4 + 2e-4 * np.sin(t + 1.0), 0.05 * np.cos(t),
+                           0.04 * np.sin(2.0 * t), 0.06 * np.sin(t)])  # fmt: skip
+    held, turned = OBLONG.force(way), rotations(way[:, 3:])
+    middle = 0.5 * (held[1:] + held[:-1])
+    spin = rotation_vectors(turned[1:] @ np.swapaxes(turned[:-1], 1, 2))
+    work = np.sum(middle[:, :3] * np.diff(way[:, :3], axis=0), axis=1) + np.sum(middle[:, 3:] * spin, axis=1)
+    assert abs(work.sum()) < 1e-5 * np.abs(work).sum()
+
+
+def test_a_quarter_turn_of_everything_changes_nothing():
+    across = Pad(Face(4e-3, 6e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
+    one = OBLONG.pose(np.array([[0.5, 0.04, 0.0]]))[0]
+    other = across.pose(np.array([[0.5, 0.0, 0.04]]))[0]
+    assert other[[1, 2, 3]] == pytest.approx([one[0], one[2], -one[4]], rel=1e-6)
+
+
+@given(WIDTH, WIDTH, st.floats(0.0, 0.99), st.sampled_from([0.0, 1.0]))
+def test_force_rises_with_strain_and_strain_inverts_it(along, across, strain, is_round):
+    pad = Pad(Face(along, across, is_round), 1.0, 1.0, 1e4)
+    force = pad.pressure(np.array([strain, strain + 0.005]))
+    assert force[0] < force[1]
+    assert pad.strain(force)[0] == pytest.approx(strain, abs=1e-9)
+
+
+def test_known_limits():
+    disc = Block(6.0, 6.0, 1.0)
+    assert pressure_stiffness(disc) == pytest.approx(1.5 * 3.0**2)
+    assert pressure_stiffness(Block(1e4, 2.0)) == pytest.approx(4.0, rel=1e-3)  # an endless strip: (width / h)^2
+    assert compression_modulus(Block(0.01, 0.01)) == pytest.approx(3.3, rel=0.01)  # a bar: 3 and its bonded ends
+    bulky = Pad(Face(1.0, 1.0), 1e-3, 1.0, 50.0)
+    assert bulky.pressure(np.array([1e-4]))[0] / 1e-4 == pytest.approx(50.0, rel=0.01)
+
+
+@given(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(-1.5, 1.5))
+def test_rotations_and_their_vectors(rx, ry, rz):
+    turned = rotations(np.array([[rx, ry, rz]]))
+    vector = rotation_vectors(turned)
+    assert angles(turned)[0] == pytest.approx([rx, ry, rz], abs=1e-12)
+    assert exponentials(vector)[0] == pytest.approx(turned[0], abs=1e-9)
+    small = np.array([[1e-6, -2e-6, 1.5e-6]])
+    spin = rotation_vectors(exponentials(vector + small) @ np.swapaxes(turned, 1, 2))[0]
+    assert spin == pytest.approx(left_jacobians(vector)[0] @ small[0], abs=1e-10)
+
+
+def test_what_gives_way_or_shuts_is_not_answered():
+    soft = Pad(Face(2e-3, 2e-3), 2e-3, 15e3, height=1e-3)
+    assert np.isnan(soft.pose(np.array([[0.2, 0.05, 0.0]]))).all()
+    assert np.isnan(SQUARE.force(np.array([[0.0, 0.0, -2.1e-3, 0.0, 0.0, 0.0]]))).all()
+    for loads in ([[1.0, math.nan, 0.0]], [[1.0, 0.0]], [1.0, 0.0, 0.0]):
+        with pytest.raises(ValueError):
+            SQUARE.pose(np.array(loads))
+    for wrong in ({"rim": -1.0}, {"film": -1.0}, {"height": -1.0}):
+        with pytest.raises(ValueError):
+            Pad(Face(1.0, 1.0), 1.0, 1.0, **wrong).force(np.zeros((1, 6)))
+    with pytest.raises(ValueError):
+        _ = Pad(Face(1.0, 1.0), 0.0, 1.0).block
