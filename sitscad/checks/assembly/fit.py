@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from sitscad.checks.board.fabrication import house, source_of
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
@@ -17,7 +18,6 @@ from sitscad.remedy.search import Left, in_vain, named, ways
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield
 from sitscad.spec.sensor import ElastomerPad, Jaw
-from sitscad.units import show
 
 ROUNDING = 1e-9
 
@@ -33,15 +33,14 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
     if tail.bend == "none":
         return
     if tail.bend == "dynamic" and tail.layers > 1:
-        yield Complaint(
-            f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
-            "run the tail on one layer through the hinge (fpc.tail.layers: 1), or bend it once (bend: static)",
+        yield BENT_TOO_OFTEN.found(
             "fpc.tail.layers",
             float(tail.layers),
             2.0 if tail.layers > 2 else 1.0,
             "copper layers",
-            Severity.ERROR if tail.layers > 2 else Severity.WARNING,
             advice=lambda left: _calmer(design, left),
+            is_grave=tail.layers > 2,
+            layers=tail.layers,
         )
     figure = bend_figure(spec)
     if figure is None:
@@ -53,27 +52,22 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")
     elif stated > max(radius, room + ROUNDING):
-        yield Complaint(
-            f"a bend of {show(stated, 'm', 3)} inside radius is wanted; inside the port there are {show(room, 'm', 3)}",
-            f"fpc.tail.bend.radius: {show(max(radius, min(stated, room)), 'm', 3)}, or leave it out",
-            "fpc.tail.bend.radius",
-            stated,
-            room,
-            "m",
-            Severity.WARNING,
-        )
+        yield TOO_WIDE_A_BEND.found("fpc.tail.bend.radius", stated, room, "m", wanted=max(radius, min(stated, room)))
     elif radius > room + ROUNDING:
-        yield Complaint(
-            f"a {tail.bend} bend of {tail.layers} copper layer{'s' if tail.layers > 1 else ''} needs a radius of "
-            f"{show(radius, 'm', 3)} ({house(design, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail)"
-            f"; inside the port there are {show(room, 'm', 3)}",
-            f"a tail of {show(room / ratio, 'm', 3)} or thinner would do: fewer copper layers, or no bend",
+        yield TOO_THICK_TO_BEND.found(
             "fpc.tail.bend",
             radius,
             room,
             "m",
-            Severity.NOTE if tail.bend == "static" and tail.layers <= 2 else Severity.WARNING,
-            source_of(design, field),
+            source=source_of(design, field),
+            is_grave=tail.bend != "static" or tail.layers > 2,
+            bend=tail.bend,
+            layers=tail.layers,
+            plural="s" if tail.layers > 1 else "",
+            house=house(design, field),
+            ratio=ratio,
+            thickness=thickness,
+            thin=room / ratio,
         )
 
 
@@ -95,15 +89,13 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
     yield from _uncovered_coils(design)
     needed = shield.gap + shield.thickness
     if needed > mount.standoff + ROUNDING:
-        yield Complaint(
-            f"the shield ends {show(needed, 'm')} below the board's bottom, "
-            f"{'the jaw' if mount.jaw else 'the mount'} begins at "
-            f"{show(mount.standoff, 'm')}",
-            f"raise mount.standoff by {show(needed - mount.standoff, 'm')}, or bring the shield nearer to the board",
+        yield SHIELD_IN_METAL.found(
             "shield.gap",
             needed,
             mount.standoff,
             "m",
+            carrier="the jaw" if mount.jaw else "the mount",
+            missing=needed - mount.standoff,
         )
 
 
@@ -119,28 +111,17 @@ def _uncovered_coils(design: Design) -> Iterator[Verdict]:
     width, coils = high - low, coils_breadth(spec)
     across = 2.0 * max(middle - coils.low, coils.high - middle)
     if across > width + ROUNDING:
-        yield Complaint(
-            f"the shield is {show(width, 'm', 3)} wide, as the port leaves it room, and the coils reach "
-            f"{show(across, 'm', 3)} across: {show((across - width) / 2, 'm', 3)} of them on each side see the jaw "
-            "beside it, and the estimate takes it as endless",
-            "bring it nearer to the closed pair's middle (a smaller shield.gap, a lower stack), or take smaller coils",
-            "shield.gap",
-            width,
-            across,
-            "m",
-            Severity.WARNING,
-        )
+        yield UNCOVERED_COILS.found("shield.gap", width, across, "m", beyond=(across - width) / 2)
 
 
 def bare_metal(design: Design) -> Iterator[Verdict]:
     """A target that touches tissue is sealed."""
     if design.spec.encapsulation is None:
-        yield Complaint(
-            "the copper target is not encapsulated, and in the jaw it touches tissue"
-            if design.spec.target is not None and design.spec.target.material.name == "copper"
-            else "the metal target is not encapsulated, and in the jaw it touches tissue",
-            "add encapsulation: {material: pdms, thickness: 0.1}",
+        yield BARE_METAL.found(
             "target",
+            metal="copper"
+            if design.spec.target is not None and design.spec.target.material.name == "copper"
+            else "metal",
         )
 
 
@@ -166,6 +147,46 @@ def unverified(jaw: Jaw) -> str:
 def _bend_room(design: Design) -> float | None:
     mount = design.spec.mount
     return mount.jaw.port_diameter / 2.0 if mount is not None and mount.jaw is not None else None
+
+
+BENT_TOO_OFTEN = Case(
+    "the tail bends at every grasp (dynamic) and has {layers} copper layers",
+    hint=("run the tail on one layer through the hinge (fpc.tail.layers: 1), or bend it once (bend: static)"),
+    severity=Severity.WARNING,
+    grave=Severity.ERROR,
+)
+
+TOO_WIDE_A_BEND = Case(
+    "a bend of {measured:m,3} inside radius is wanted; inside the port there are {limit:m,3}",
+    hint="fpc.tail.bend.radius: {wanted:m,3}, or leave it out",
+    severity=Severity.WARNING,
+)
+
+TOO_THICK_TO_BEND = Case(
+    "a {bend} bend of {layers} copper layer{plural} needs a radius of {measured:m,3} ({house} "
+    "asks {ratio:g} times the {thickness:m,3} tail); inside the port there are {limit:m,3}",
+    hint="a tail of {thin:m,3} or thinner would do: fewer copper layers, or no bend",
+    severity=Severity.NOTE,
+    grave=Severity.WARNING,
+)
+
+SHIELD_IN_METAL = Case(
+    "the shield ends {measured:m} below the board's bottom, {carrier} begins at {limit:m}",
+    hint="raise mount.standoff by {missing:m}, or bring the shield nearer to the board",
+)
+
+UNCOVERED_COILS = Case(
+    "the shield is {measured:m,3} wide, as the port leaves it room, and the coils reach "
+    "{limit:m,3} across: {beyond:m,3} of them on each side see the jaw beside it, and the "
+    "estimate takes it as endless",
+    hint=("bring it nearer to the closed pair's middle (a smaller shield.gap, a lower stack), or take smaller coils"),
+    severity=Severity.WARNING,
+)
+
+BARE_METAL = Case(
+    "the {metal} target is not encapsulated, and in the jaw it touches tissue",
+    hint="add encapsulation: {{material: pdms, thickness: 0.1}}",
+)
 
 
 FIT_RULES: tuple[Rule, ...] = (

@@ -22,7 +22,8 @@ from sitscad.checks.assembly.plate_places import (
 from sitscad.checks.assembly.plates import PROPORTIONS
 from sitscad.checks.assembly.room_in_jaw import ROOM_IN_JAW_RULES
 from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
-from sitscad.checks.rules import Complaint, Rule, Verdict, apply_rule
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Verdict, apply_rule
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.geometry.convex import beyond
@@ -52,32 +53,35 @@ def overhang(design: Design) -> Iterator[Verdict]:
     spec, body = design.spec, ground(design.layout)
     pad, plate, round_it = elastomer(spec), target(spec), film(spec)
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
-        yield Complaint(
-            f"the target overhangs the elastomer by {_length(over)} "
-            f"{_where(plate.footprint.box, pad.footprint.box, 'corners')}",
-            f"{UNSUPPORTED}: {_in_words(design)}",
+        yield TARGET_OVER_ELASTOMER.found(
             "elastomer.size",
             over,
             0.0,
             "m",
-            _severity(plate, pad.outline()),
+            severity=_severity(plate, pad.outline()),
             advice=lambda left: f"{UNSUPPORTED}: {_in_words(design, left)}",
+            length=_length(over),
+            where=_where(plate.footprint.box, pad.footprint.box, "corners"),
+            in_words=_in_words(design),
         )
     low = lowest(spec)
     if low is None or low.footprint.hangs_over(body) + round_it <= ROUNDING:
         return
     beside = 0.0 if low.footprint.hangs_over(body) > ROUNDING else round_it
     over = low.footprint.hangs_over(body) + beside
-    yield Complaint(
-        f"the {'encapsulation round the ' if beside else ''}{low.name} hangs over the board's body by {_length(over)} "
-        f"{_where(grown(low.footprint.box, beside), design.layout.body, 'corners')}{_jaw_in_the_way(design)}",
-        f"{UNBONDED}: {_in_words(design)}",
+    yield PLATE_OVER_BODY.found(
         f"{low.name}.size",
         over,
         0.0,
         "m",
-        _severity(low, body),
+        severity=_severity(low, body),
         advice=lambda left: f"{UNBONDED}: {_in_words(design, left)}",
+        film="encapsulation round the " if beside else "",
+        name=low.name,
+        length=_length(over),
+        where=_where(grown(low.footprint.box, beside), design.layout.body, "corners"),
+        jaw_in_the_way=_jaw_in_the_way(design),
+        in_words=_in_words(design),
     )
 
 
@@ -179,6 +183,17 @@ def _other_complaints(design: Design) -> Counter[str]:
     asked = (rule for rule in (*ROOM_IN_JAW_RULES, *TRANSDUCTION_RULES) if rule.id in QUICK)
     said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design)[0])
     return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
+
+
+TARGET_OVER_ELASTOMER = Case(
+    "the target overhangs the elastomer by {length} {where}",
+    hint="an unsupported edge bends and tilts the target: {in_words}",
+)
+
+PLATE_OVER_BODY = Case(
+    "the {film}{name} hangs over the board's body by {length} {where}{jaw_in_the_way}",
+    hint="what hangs over is neither bonded nor supported: {in_words}",
+)
 
 
 OVERHANG_RULES: tuple[Rule, ...] = (

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from sitscad.checks.assembly.fit import ROUNDING
 from sitscad.checks.assembly.plate_places import pair
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.convex import beyond
@@ -34,27 +35,18 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
         return _proportioned(design, pitch, coil, left)
 
     if pitch and abs(length / pitch - 1.0) > TARGET_LENGTH_TOLERANCE:
-        yield Complaint(
-            f"the target is {show(length, 'm')} long, the coils' centres are {show(pitch, 'm')} apart",
-            f"a target as long as that distance, {show(pitch, 'm')}, gives the most shear signal",
-            "target.size",
-            length,
-            pitch,
-            "m",
-            advice=advice,
-        )
+        yield NOT_AS_LONG.found("target.size", length, pitch, "m", advice=advice)
     ways = (("wide", 1),) if pitch else (("long", 0), ("wide", 1))
     for word, axis in ways:
         if target.size[axis] < coil[axis] - ROUNDING:
-            yield Complaint(
-                f"the target is {show(target.size[axis], 'm')} {word}, a coil {show(coil[axis], 'm')}: part of the "
-                "field passes beside it",
-                f"make it larger by {show(coil[axis] - target.size[axis], 'm')}",
+            yield TOO_SMALL.found(
                 "target.size",
                 target.size[axis],
                 coil[axis],
                 "m",
                 advice=advice,
+                word=word,
+                missing=coil[axis] - target.size[axis],
             )
     if any(target.offset):
         yield from _aside(design, coil)
@@ -75,15 +67,7 @@ def _over_none(design: Design, coil: float) -> Iterator[Verdict]:
     outline = footprint(spec, target).outline()
     nearest = min(beyond(outline, Point(*p.centre)) for p in spec.array.placements)
     if nearest >= 0.5 * coil:
-        yield Complaint(
-            f"the target lies between the coils and over none of them: the nearest one's middle stands "
-            f"{show(nearest, 'm', 3)} beyond its edge",
-            "a target that reaches the middles of the coils, or coils nearer together",
-            "target.size",
-            nearest,
-            0.5 * coil,
-            "m",
-        )
+        yield BETWEEN_COILS.found("target.size", nearest, 0.5 * coil, "m")
 
 
 def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:
@@ -102,15 +86,15 @@ def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:
         lost = {name: now for name, (now, before) in beside.items() if now > max(before, 0.0) + slack}
         names, over, words = list(lost), max(lost.values(), default=0.0), "the middle of coil"
     if names:
-        yield Complaint(
-            f"the target is offset by {pair(target.offset)} mm: {words}{'s' * (len(names) > 1)} {', '.join(names)} "
-            "lies beside it, and so does the field there",
-            "target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with it), or make the "
-            "target larger",
+        yield BESIDE_COILS.found(
             "target.offset",
             over,
             0.0,
             "m",
+            pair=pair(target.offset),
+            words=words,
+            plural="s" * (len(names) > 1),
+            join=", ".join(names),
         )
 
 
@@ -154,6 +138,31 @@ def _largest_coil(design: Design, turn: float) -> tuple[float, float]:
         max(abs(length * math.cos(a)) + abs(width * math.sin(a)) for a in turned),
         max(abs(length * math.sin(a)) + abs(width * math.cos(a)) for a in turned),
     )
+
+
+NOT_AS_LONG = Case(
+    "the target is {measured:m} long, the coils' centres are {limit:m} apart",
+    hint="a target as long as that distance, {limit:m}, gives the most shear signal",
+)
+
+TOO_SMALL = Case(
+    "the target is {measured:m} {word}, a coil {limit:m}: part of the field passes beside it",
+    hint="make it larger by {missing:m}",
+)
+
+BETWEEN_COILS = Case(
+    "the target lies between the coils and over none of them: the nearest one's middle stands "
+    "{measured:m,3} beyond its edge",
+    hint="a target that reaches the middles of the coils, or coils nearer together",
+)
+
+BESIDE_COILS = Case(
+    "the target is offset by {pair} mm: {words}{plural} {join} lies beside it, and so does the field there",
+    hint=(
+        "target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with "
+        "it), or make the target larger"
+    ),
+)
 
 
 PROPORTIONS = Rule(

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from itertools import islice
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING, jaw_of, unverified
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
@@ -32,15 +33,16 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     jaw, body = jaw_of(design), design.layout.body_size[1]
     if body > jaw.width + ROUNDING:
         less = _less_margin(design.spec, 1, body - jaw.width)
-        yield Complaint(
-            f"the board's body is {show(body, 'm')} wide{_shares(design)}, the jaw "
-            f"{show(jaw.width, 'm')}{unverified(jaw)}",
-            f"{show(body - jaw.width, 'm')} too much: {less or 'a smaller part'}, or a wider jaw",
+        yield BODY_TOO_WIDE.found(
             "fpc.margin" if less else "coil.outer_diameter",
             body,
             jaw.width,
             "m",
             advice=None if less else lambda left: _narrower_body(design, left),
+            shares=_shares(design),
+            unverified=unverified(jaw),
+            excess=body - jaw.width,
+            remedy=less or "a smaller part",
         )
     for slab in above_board(design.spec):
         yield from _across_jaw(design, jaw, slab)
@@ -59,14 +61,18 @@ def _across_jaw(design: Design, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
         return
     aside = needed - width > ROUNDING
     beside = f" and its middle {show((needed - width) / 2, 'm', 3)} beside the jaw's" if aside else ""
-    yield Complaint(
-        f"the {slab.name} is {show(width, 'm')} wide{beside}, the jaw {show(jaw.width, 'm')}{unverified(jaw)}",
-        f"{show((needed - jaw.width) / 2, 'm')} too much on {'that' if aside else 'each'} side: a smaller part"
-        f"{', one that stands in the middle' if aside else ''}, or a wider jaw",
+    yield PLATE_TOO_WIDE.found(
         f"{slab.name}.{'offset' if aside else 'size'}",
         needed,
         jaw.width,
         "m",
+        name=slab.name,
+        width=width,
+        beside=beside,
+        unverified=unverified(jaw),
+        excess=(needed - jaw.width) / 2,
+        side="that" if aside else "each",
+        middle=", one that stands in the middle" if aside else "",
     )
 
 
@@ -117,20 +123,15 @@ def _through_port(design: Design) -> Iterator[Verdict]:
     across = high - low
     is_body = across <= design.layout.body_size[1] + ROUNDING
     if across > jaw.port_diameter + ROUNDING:
-        yield Complaint(
-            f"the whole board is {show(across, 'm')} wide where it is laid flat, its tail and contacts included; the "
-            f"port leaves {show(jaw.port_diameter, 'm')}{unverified(jaw)}",
-            "it goes through the port rolled or from behind only: "
-            + (
-                "the body decides, make it narrower"
-                if is_body
-                else "a straight tail, fewer contacts, a finer connector"
-            ),
+        yield WIDER_THAN_PORT.found(
             "coil.outer_diameter" if is_body else "fpc.tail",
             across,
             jaw.port_diameter,
             "m",
-            Severity.WARNING,
+            unverified=unverified(jaw),
+            remedy="the body decides, make it narrower"
+            if is_body
+            else "a straight tail, fewer contacts, a finer connector",
         )
 
 
@@ -141,27 +142,20 @@ def _in_pocket(design: Design, jaw: Jaw, body: float) -> Iterator[Verdict]:
         return
     length = jaw.pocket[0] - 2.0 * POCKET_CLEARANCE
     if design.layout.body_size[0] > length + ROUNDING:
-        yield Complaint(
-            f"the board's body is {show(design.layout.body_size[0], 'm')} long, and what lies under it has "
-            f"{show(length, 'm')} in the jaw's pocket{unverified(jaw)}",
-            "a shorter board (fewer or smaller coils), or a jaw with a longer pocket",
-            design.distance_key,
-            design.layout.body_size[0],
-            length,
-            "m",
-        )
+        long = design.layout.body_size[0]
+        yield LONGER_THAN_POCKET.found(design.distance_key, long, length, "m", unverified=unverified(jaw))
     if mount.standoff > jaw.recess - ROUNDING:
         return
     room = jaw.pocket[1] - 2.0 * POCKET_CLEARANCE
     if body > room + ROUNDING:
-        yield Complaint(
-            f"the board's body is {show(body, 'm')} wide and lies {show(jaw.recess - mount.standoff, 'm', 3)} below "
-            f"the rims of the jaw's pocket, which leaves {show(room, 'm')}{unverified(jaw)}",
-            f"mount.standoff: {jaw.recess * 1e3:.6g} or more lays it over the rims, or a narrower board",
+        yield WIDER_THAN_POCKET.found(
             "mount.standoff",
             body,
             room,
             "m",
+            below=jaw.recess - mount.standoff,
+            unverified=unverified(jaw),
+            over=jaw.recess * 1e3,
         )
 
 
@@ -175,19 +169,17 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
         return
     face = section(rim(jaw)).face
     carried = f"the {show(over.limit, 'm', 3)} of plastic under it" if over.limit else "nothing under it"
-    yield Complaint(
-        f"the board's body stands {show(max(0.0, over.nominal), 'm', 3)} over each side of the jaw's face, which is "
-        f"{show(face, 'm')} wide, the chord of its half-round back{unverified(jaw)}{_beyond(over)}; "
-        f"{'held' if severity is None else 'it is to be held'} by {carried}",
-        "nothing has to be changed for that: the mount is cut back to the port's circle; a narrower board would lie on "
-        "metal altogether"
-        if severity is None
-        else "a narrower board, a thicker seat (mount.standoff), or a jaw with a wider face",
+    yield (HELD_BY_PLASTIC if severity is None else BODY_OVER_FACE).found(
         "coil.outer_diameter",
         over.measured,
         over.limit,
         "m",
-        severity or Severity.NOTE,
+        severity=severity,
+        over=max(0.0, over.nominal),
+        face=face,
+        unverified=unverified(jaw),
+        beyond=_beyond(over),
+        carried=carried,
     )
 
 
@@ -218,16 +210,17 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     excess = measure.worst - jaw.length
     less = _less_margin(design.spec, 0, excess)
     many = len(design.spec.array.placements) > 1
-    yield Complaint(
-        f"the board's body is {show(measure.nominal, 'm')} long{_beyond(measure)}, the jaw "
-        f"{show(jaw.length, 'm')}{unverified(jaw)}",
-        f"{show(excess, 'm')} too much at worst: "
-        + (less or f"fewer or smaller coils{', or a smaller pitch' if many else ''}"),
+    yield BODY_TOO_LONG.found(
         "fpc.margin" if less else design.distance_key,
         measure.measured,
         jaw.length,
         "m",
-        severity,
+        severity=severity,
+        nominal=measure.nominal,
+        beyond=_beyond(measure),
+        unverified=unverified(jaw),
+        excess=excess,
+        remedy=less or f"fewer or smaller coils{', or a smaller pitch' if many else ''}",
     )
 
 
@@ -243,21 +236,22 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     if pair is None or severity is None:
         return
     over = pair.measured - jaw.port_diameter
-    yield Complaint(
-        f"the closed jaws with the sensor glued between them need a circle of {show(pair.nominal, 'm')}"
-        f"{_beyond(pair)}; the {pair.decided_by} decides, and glue lines are {show(_glue(pair), 'm', 3)} of it. The "
-        f"port's is {show(jaw.port_diameter, 'm')}{unverified(jaw)}{_measured_ports(pair)}",
-        (
-            f"{show(over, 'm', 3)} too much: a narrower board, or less height: {_thinner(design)}"
-            if "board" in pair.decided_by
-            else f"take {show(over, 'm', 3)} off: {_thinner(design)}"
-        )
-        + f"; or narrower tolerances: {_widest(pair)}",
+    yield PAIR_TOO_HIGH.found(
         "mount.standoff",
         pair.measured,
         jaw.port_diameter,
         "m",
-        severity,
+        severity=severity,
+        nominal=pair.nominal,
+        beyond=_beyond(pair),
+        decided_by=pair.decided_by,
+        glue=_glue(pair),
+        unverified=unverified(jaw),
+        measured_ports=_measured_ports(pair),
+        remedy=f"{show(over, 'm', 3)} too much: a narrower board, or less height: {_thinner(design)}"
+        if "board" in pair.decided_by
+        else f"take {show(over, 'm', 3)} off: {_thinner(design)}",
+        widest=_widest(pair),
     )
 
 
@@ -287,15 +281,15 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
     limit = print_limit(mount.process, "wall")
     for name, thickness, is_spacer in _pieces(design.spec, mount):
         if thickness < limit.value - ROUNDING:
-            yield Complaint(
-                f"the {name} is {show(thickness, 'm', 3)} thick, which {mount.process} does not make: "
-                f"{show(limit.value, 'm', 3)} at least",
-                _thicker(design.spec, is_spacer, limit.value),
+            yield TOO_THIN_TO_PRINT.found(
                 "shield.gap" if is_spacer else "mount.standoff",
                 thickness,
                 limit.value,
                 "m",
+                hint=_thicker(design.spec, is_spacer, limit.value),
                 source=limit.source,
+                name=name,
+                process=mount.process,
             )
 
 
@@ -342,6 +336,69 @@ def _thinner(design: Design) -> str:
 
 
 JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
+
+BODY_TOO_WIDE = Case(
+    "the board's body is {measured:m} wide{shares}, the jaw {limit:m}{unverified}",
+    hint="{excess:m} too much: {remedy}, or a wider jaw",
+)
+
+PLATE_TOO_WIDE = Case(
+    "the {name} is {width:m} wide{beside}, the jaw {limit:m}{unverified}",
+    hint="{excess:m} too much on {side} side: a smaller part{middle}, or a wider jaw",
+)
+
+WIDER_THAN_PORT = Case(
+    "the whole board is {measured:m} wide where it is laid flat, its tail and contacts included; "
+    "the port leaves {limit:m}{unverified}",
+    hint="it goes through the port rolled or from behind only: {remedy}",
+    severity=Severity.WARNING,
+)
+
+LONGER_THAN_POCKET = Case(
+    "the board's body is {measured:m} long, and what lies under it has {limit:m} in the jaw's pocket{unverified}",
+    "a shorter board (fewer or smaller coils), or a jaw with a longer pocket",
+)
+
+WIDER_THAN_POCKET = Case(
+    "the board's body is {measured:m} wide and lies {below:m,3} below the rims of the jaw's pocket, which leaves "
+    "{limit:m}{unverified}",
+    "mount.standoff: {over:.6g} or more lays it over the rims, or a narrower board",
+)
+
+_BODY_OVER_FACE = (
+    "the board's body stands {over:m,3} over each side of the jaw's face, which is {face:m} wide, the chord of its "
+    "half-round back{unverified}{beyond}; "
+)
+
+BODY_OVER_FACE = Case(
+    _BODY_OVER_FACE + "it is to be held by {carried}",
+    "a narrower board, a thicker seat (mount.standoff), or a jaw with a wider face",
+)
+
+HELD_BY_PLASTIC = Case(
+    _BODY_OVER_FACE + "held by {carried}",
+    "nothing has to be changed for that: the mount is cut back to the port's circle; a narrower board would lie on "
+    "metal "
+    "altogether",
+    Severity.NOTE,
+)
+
+BODY_TOO_LONG = Case(
+    "the board's body is {nominal:m} long{beyond}, the jaw {limit:m}{unverified}",
+    hint="{excess:m} too much at worst: {remedy}",
+)
+
+PAIR_TOO_HIGH = Case(
+    "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}; the"
+    " {decided_by} decides, and glue lines are {glue:m,3} of it. The port's is "
+    "{limit:m}{unverified}{measured_ports}",
+    hint="{remedy}; or narrower tolerances: {widest}",
+)
+
+TOO_THIN_TO_PRINT = Case(
+    "the {name} is {measured:m,3} thick, which {process} does not make: {limit:m,3} at least",
+)
+
 
 ROOM_IN_JAW_RULES: tuple[Rule, ...] = (
     Rule(

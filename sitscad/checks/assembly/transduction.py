@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 
 from sitscad.checks.assembly.fit import ROUNDING, pad_of
+from sitscad.checks.cases import Case
 from sitscad.checks.own_limits import own_limits
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
@@ -44,24 +45,30 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     limit = STRAIN_ERROR if is_error else elastomer.VALID_STRAIN
     judged = certain if is_error else most.strain
     case = _judged_case(nominal) if is_error else "The softest case"
-    yield Complaint(
-        f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {material.name} pad by "
-        f"{100.0 * nominal.strain:.0f} % ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
-        f"{show(material.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to "
-        f"{show(nominal.gap, 'm', 3)}; shape factor {nominal.shape_factor:.2f}{_part(nominal)}. "
-        f"{case}, {100.0 * judged:.1f} %, is more than {100.0 * limit:.0f} %"
-        + (
-            f"; beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"
-            if nominal.strain > elastomer.VALID_STRAIN
-            else ""
-        ),
-        _stiffer(design, force) + _otherwise(nominal),
+    yield TOO_SOFT.found(
         "elastomer.material",
         judged,
         limit,
         None,
-        Severity.ERROR if is_error else Severity.WARNING,
         advice=(lambda left: _stiffer(design, force, left) + _otherwise(nominal)) if is_error else None,
+        is_grave=is_error,
+        force=force,
+        thickness=pad.thickness,
+        name=material.name,
+        strain=nominal.strain,
+        least_strain=least.strain,
+        most_strain=most.strain,
+        shear_modulus=material.shear_modulus,
+        scatter=sigma,
+        gap=nominal.gap,
+        shape_factor=nominal.shape_factor,
+        taken=_part(nominal),
+        which=case,
+        extrapolated=f"; beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"
+        if nominal.strain > elastomer.VALID_STRAIN
+        else "",
+        stiffer=_stiffer(design, force),
+        otherwise=_otherwise(nominal),
     )
 
 
@@ -99,16 +106,14 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     width = min(face.width_x, face.width_y)
     ratio = pad.thickness / width
     if ratio > SLENDERNESS + ROUNDING:
-        yield Complaint(
-            f"the elastomer is {ratio:.2g} times as thick as "
-            f"{'wide' if width == min(pad.size) else 'the target is wide'}: the target tilts easily, and tilt reads "
-            f"as {'force' if len(design.spec.array.placements) == 1 else 'shear'}",
-            f"{show(SLENDERNESS * width, 'm', 3)} is as slender as the bench pad that stayed level (8 x 8 x "
-            "2 mm; Jones, thesis, Leeds); thinner is steadier still",
+        yield TOO_SLENDER.found(
             "elastomer.thickness",
             ratio,
             SLENDERNESS,
             None,
+            wide="wide" if width == min(pad.size) else "the target is wide",
+            reading="force" if len(design.spec.array.placements) == 1 else "shear",
+            slender=SLENDERNESS * width,
         )
 
 
@@ -126,17 +131,15 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
         return
     travel = strain * pad.thickness
     if travel > pitch / 2.0:
-        yield Complaint(
-            f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
-            f"{100.0 * pad.material.shear_modulus_sigma:.0f} % with its modulus; {travel / pad.thickness:.2g} times "
-            f"the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed "
-            "a coil's centre and the signal turns back",
-            f"a shear modulus of {show(pad.material.shear_modulus * 2.0 * travel / pitch, 'Pa', 2)} or more, a larger "
-            "or a thinner pad",
+        yield PAST_THE_COILS.found(
             "elastomer.material",
             travel,
             pitch / 2.0,
             "m",
+            force=force,
+            shear_modulus_sigma=pad.material.shear_modulus_sigma,
+            share=travel / pad.thickness,
+            bearable=pad.material.shear_modulus * 2.0 * travel / pitch,
         )
 
 
@@ -148,20 +151,20 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         return
     beyond = strain > limit
     enough = _rounded_up(material.shear_modulus * strain / softest / limit)
-    yield Complaint(
-        f"{show(force, 'N')} of shear move the target by {100.0 * strain:.0f} % of the {material.name} pad's thickness "
-        f"({100.0 * strain / softest:.0f} % with a modulus one sigma softer); beyond {100.0 * limit:.0f} % (a "
-        "conservative figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
-        f"a shear modulus of {show(enough, 'Pa', 3)} or more known as well as this one"
-        f"{_larger_area(design, area, area * strain / softest / limit)} keeps the softest case within it"
-        f"{_softest_preset(lambda _: material.shear_modulus * strain / limit)}; a thinner pad shortens the travel, "
-        "not this share",
+    yield TOO_MUCH_SHEAR.found(
         "elastomer.material",
         strain if beyond else strain / softest,
         limit,
         None,
-        Severity.WARNING if beyond else Severity.NOTE,
-        elastomer.SHEAR_SOURCE,
+        source=elastomer.SHEAR_SOURCE,
+        is_grave=beyond,
+        force=force,
+        strain=strain,
+        name=material.name,
+        usual=100.0 * strain / softest,
+        enough=enough,
+        larger_area=_larger_area(design, area, area * strain / softest / limit),
+        softest_preset=_softest_preset(lambda _: material.shear_modulus * strain / limit),
     )
 
 
@@ -181,15 +184,7 @@ def _mm2(area: float) -> str:
 def target_gap(design: Design) -> Iterator[Verdict]:
     """A target needs something soft to lie on: without an elastomer it lies on the board itself."""
     if design.spec.elastomer is None:
-        yield Complaint(
-            "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and the numbers "
-            "at rest are those of metal against the coverlay",
-            "add elastomer.thickness (like elastomer: {thickness: 1}): it is the gap between board and target",
-            "elastomer.thickness",
-            0.0,
-            None,
-            "m",
-        )
+        yield NO_GAP.found("elastomer.thickness", 0.0, None, "m")
 
 
 def _is_beside(design: Design) -> bool:
@@ -269,6 +264,51 @@ def _rounded_up(value: float) -> float:
     """The next value of three digits, never below."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return math.ceil(value / step) * step
+
+
+TOO_SOFT = Case(
+    "{force:N} compress the {thickness:m} {name} pad by {strain:%.0f} % ({least_strain:%.0f} to "
+    "{most_strain:%.0f} % with the modulus {shear_modulus:Pa,3} +- {scatter:%.0f} %), down to "
+    "{gap:m,3}; shape factor {shape_factor:.2f}{taken}. {which}, {measured:%.1f} %, is more than "
+    "{limit:%.0f} %{extrapolated}",
+    hint="{stiffer}{otherwise}",
+    severity=Severity.WARNING,
+    grave=Severity.ERROR,
+)
+
+TOO_SLENDER = Case(
+    "the elastomer is {measured:.2g} times as thick as {wide}: the target tilts easily, and tilt reads as {reading}",
+    hint=(
+        "{slender:m,3} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, "
+        "thesis, Leeds); thinner is steadier still"
+    ),
+)
+
+PAST_THE_COILS = Case(
+    "{force:N} of shear move the target by about {measured:m,2} (+- {shear_modulus_sigma:%.0f} % "
+    "with its modulus; {share:.2g} times the pad's thickness); beyond {limit:m} it has passed a "
+    "coil's centre and the signal turns back",
+    hint="a shear modulus of {bearable:Pa,2} or more, a larger or a thinner pad",
+)
+
+TOO_MUCH_SHEAR = Case(
+    "{force:N} of shear move the target by {strain:%.0f} % of the {name} pad's thickness "
+    "({usual:.0f} % with a modulus one sigma softer); beyond {limit:%.0f} % (a conservative "
+    "figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
+    hint=(
+        "a shear modulus of {enough:Pa,3} or more known as well as this one{larger_area} keeps "
+        "the softest case within it{softest_preset}; a thinner pad shortens the travel, not this "
+        "share"
+    ),
+    severity=Severity.NOTE,
+    grave=Severity.WARNING,
+)
+
+NO_GAP = Case(
+    "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and "
+    "the numbers at rest are those of metal against the coverlay",
+    hint=("add elastomer.thickness (like elastomer: {{thickness: 1}}): it is the gap between board and target"),
+)
 
 
 TRANSDUCTION_RULES: tuple[Rule, ...] = (

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.checks.board.fabrication import ROUNDING, house, source_of
+from sitscad.checks.cases import Case, worded
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Place, Severity
@@ -61,32 +62,24 @@ def _too_short(design: Design) -> Iterator[Complaint]:
     straight, needed, fits = _straight(design), bend_length(design.spec), _fits(design)
     if fits and straight.unfit is None:
         return
-    have, tail = show(max(0.0, straight.length), "m", 3), design.spec.fpc.tail
+    tail, figure = design.spec.fpc.tail, bend_figure(design.spec)
     assert tail is not None
-    if straight.unfit is None:
-        message = f"the tail has {have} free of vias, turns and stiffener for its {tail.bend} bend"
-        message += f"; one by {_degrees(tail)} needs {show(needed, 'm', 3)}" if needed else ""
-    else:
-        message = (
-            f"in the bend zone tracks turn or change their width; they run straight at one width for {have} from "
-            f"x = {show(straight.start, 'm', 4)}"
-        )
-        message += "" if fits else f"; a bend by {_degrees(tail)} needs {show(needed, 'm', 3)}"
-    figure = bend_figure(design.spec)
-    if figure and not fits:
-        field, ratio = figure
-        message += f" at the radius of {ratio:g} thicknesses that {house(design, field)} asks"
-    yield Complaint(
-        message,
-        "bend the tail there and nowhere else" if fits else NO_ROOM,
+    free, straight_only = SHORT if needed else NO_STRETCH, STRAIGHT_FOR if fits else STRAIGHT_BUT_SHORT
+    case = free if straight.unfit is None else straight_only
+    at = {"ratio": figure[1], "house": house(design, figure[0])} if figure and not fits else {}
+    yield case.found(
         "fpc.tail.bend" if fits else "fpc.tail.length",
         straight.length,
         needed,
         "m",
-        Severity.NOTE if fits else Severity.WARNING,
-        source_of(design, figure[0]) if figure and not fits else None,
+        source=source_of(design, figure[0]) if figure and not fits else None,
         place=straight.unfit and replace(straight.unfit, x=straight.start),
         advice=None if fits else lambda left: _longer(design, left),
+        have=max(0.0, straight.length),
+        bend=tail.bend,
+        angle=_degrees(tail),
+        start=straight.start,
+        radius=worded(AT_RADIUS, at) if at else "",
     )
 
 
@@ -104,16 +97,18 @@ def _misplaced(design: Design) -> Iterator[Complaint]:
     half = (bend.end - bend.start) / 2
     room = f"from {show(low + half, 'm', 3)} to {show(high - half, 'm', 3)}" if high - low > 2 * half else "nowhere yet"
     what = "vias, contacts, stiffener or the body" if max(zone[0] - bend.start, bend.end - zone[1]) > ROUNDING else ""
-    yield Complaint(
-        f"the bend about x = {show(bend.line, 'm', 4)} takes the tail from x = {show(bend.start, 'm', 4)} to "
-        f"{show(bend.end, 'm', 4)} and reaches {show(beyond, 'm', 3)} into {what or 'tracks that are not straight'}",
-        f"fpc.tail.bend.at has room {room}; or leave it out",
+    yield MISPLACED.found(
         "fpc.tail.bend.at",
         beyond,
         0.0,
         "m",
-        Severity.ERROR if what else Severity.WARNING,
         place=Place(bend.line, sum(design.layout.reach_at(bend.line)) / 2),
+        is_grave=bool(what),
+        line=bend.line,
+        start=bend.start,
+        end=bend.end,
+        into=what or "tracks that are not straight",
+        room=room,
     )
 
 
@@ -124,16 +119,16 @@ def _too_sharp(design: Design) -> Iterator[Complaint]:
         return
     if tail.bend_radius >= least - ROUNDING:
         return
-    yield Complaint(
-        f"a {tail.bend} bend of {show(tail.bend_radius, 'm', 3)} inside radius is sharper than the {figure[1]:g} "
-        f"thicknesses that {house(design, figure[0])} asks: {show(least, 'm', 3)}",
-        f"fpc.tail.bend.radius: {math.ceil(least * 1e5 - 1e-6) / 100:.2f} mm or more, or leave it out",
+    yield TOO_SHARP.found(
         "fpc.tail.bend.radius",
         tail.bend_radius,
         least,
         "m",
-        Severity.WARNING,
-        source_of(design, figure[0]),
+        source=source_of(design, figure[0]),
+        bend=tail.bend,
+        thicknesses=figure[1],
+        house=house(design, figure[0]),
+        least_mm=math.ceil(least * 1e5 - 1e-6) / 100,
     )
 
 
@@ -210,15 +205,7 @@ def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Compla
 
 
 def _in_bend(what: str, inside: float, place: Place) -> Complaint:
-    return Complaint(
-        f"{what} reaches {show(inside, 'm', 3)} into the bend zone",
-        "lengthen the tail, so that it lies outside the bend, or do without a bend (fpc.tail.bend: none)",
-        "fpc.tail.bend",
-        inside,
-        0.0,
-        "m",
-        place=place,
-    )
+    return IN_BEND.found("fpc.tail.bend", inside, 0.0, "m", place=place, what=what)
 
 
 def _overlap(middle: float, half: float, zone: tuple[float, float]) -> float:
@@ -227,6 +214,54 @@ def _overlap(middle: float, half: float, zone: tuple[float, float]) -> float:
 
 def _place_of(item: Via | Pad) -> Place:
     return Place(*item.centre, item.layer if isinstance(item, Pad) else None, (item.net,))
+
+
+AT_RADIUS = " at the radius of {ratio:g} thicknesses that {house} asks"
+
+NO_STRETCH = Case(
+    "the tail has {have:m,3} free of vias, turns and stiffener for its {bend} bend{radius}", NO_ROOM, Severity.WARNING
+)
+
+SHORT = Case(
+    "the tail has {have:m,3} free of vias, turns and stiffener for its {bend} bend; one by {angle} needs "
+    "{limit:m,3}{radius}",
+    NO_ROOM,
+    Severity.WARNING,
+)
+
+STRAIGHT_FOR = Case(
+    "in the bend zone tracks turn or change their width; they run straight at one width for {have:m,3} from x = "
+    "{start:m,4}",
+    "bend the tail there and nowhere else",
+    Severity.NOTE,
+)
+
+STRAIGHT_BUT_SHORT = Case(
+    "in the bend zone tracks turn or change their width; they run straight at one width for {have:m,3} from x = "
+    "{start:m,4}; a bend by {angle} needs {limit:m,3}{radius}",
+    NO_ROOM,
+    Severity.WARNING,
+)
+
+MISPLACED = Case(
+    "the bend about x = {line:m,4} takes the tail from x = {start:m,4} to {end:m,4} and reaches "
+    "{measured:m,3} into {into}",
+    hint="fpc.tail.bend.at has room {room}; or leave it out",
+    severity=Severity.WARNING,
+    grave=Severity.ERROR,
+)
+
+TOO_SHARP = Case(
+    "a {bend} bend of {measured:m,3} inside radius is sharper than the {thicknesses:g} thicknesses "
+    "that {house} asks: {limit:m,3}",
+    hint="fpc.tail.bend.radius: {least_mm:.2f} mm or more, or leave it out",
+    severity=Severity.WARNING,
+)
+
+IN_BEND = Case(
+    "{what} reaches {measured:m,3} into the bend zone",
+    hint=("lengthen the tail, so that it lies outside the bend, or do without a bend (fpc.tail.bend: none)"),
+)
 
 
 BEND_RULES: tuple[Rule, ...] = (

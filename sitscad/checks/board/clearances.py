@@ -18,6 +18,7 @@ from sitscad.checks.board.copper import (
 )
 from sitscad.checks.board.fabrication import FABRICATOR, gap_asked_by, house, source_of, um
 from sitscad.checks.board.steep_spiral import nearer_by, spacing_in_words, tried_spacing
+from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Place, Severity
@@ -96,16 +97,19 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
     """Every hole's wall to copper that does not belong to it, on every layer."""
     rules = design.spec.fpc.rules
     for near in drill_nearness(copper_in(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
-        yield Complaint(
-            f"a hole of {_net(near)} comes within {um(max(0.0, near.gap))} of {_foreign(near)} on layer {near.layer}; "
-            f"{house(design, 'drill_to_copper')} asks {um(rules.drill_to_copper)} from hole to copper",
-            f"{um(rules.drill_to_copper - near.gap)} are missing",
+        yield HOLE_NEAR_COPPER.found(
             "coil.turns",
             near.gap,
             rules.drill_to_copper,
             "m",
             source=source_of(design, "drill_to_copper"),
             place=Place(near.x, near.y, near.layer, near.nets),
+            net=_net(near),
+            gap=max(0.0, near.gap),
+            foreign=_foreign(near),
+            layer=near.layer,
+            house=house(design, "drill_to_copper"),
+            missing=rules.drill_to_copper - near.gap,
         )
 
 
@@ -147,10 +151,7 @@ def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer:
     rules, missing = design.spec.fpc.rules, um(design.spec.fpc.rules.copper_to_edge - gap)
     at_plug = _is_at_plug(design, item)
     wider = "a wider board, or a smaller coil, gives it room"
-    return Complaint(
-        f"{what} comes within {um(max(0.0, gap))} of the board's edge; {house(design, 'copper_to_edge')} asks "
-        f"{um(rules.copper_to_edge)}",
-        f"{missing} are missing: {'a connector with more board beside its contacts' if at_plug else wider}",
+    return NEAR_EDGE.found(
         "fpc.tail.connector" if at_plug else "coil.outer_diameter",
         gap,
         rules.copper_to_edge,
@@ -158,6 +159,11 @@ def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer:
         source=source_of(design, "copper_to_edge"),
         place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
         advice=(lambda left: f"{missing} are missing: {_connector_with_edge(design, left)}") if at_plug else None,
+        what=what,
+        gap=max(0.0, gap),
+        house=house(design, "copper_to_edge"),
+        missing=missing,
+        remedy="a connector with more board beside its contacts" if at_plug else wider,
     )
 
 
@@ -185,9 +191,7 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     missing, spec = asked - near.gap, design.spec
     is_steep = _is_of_the_turns(near) and missing <= nearer_by(spec)
     room = "fewer turns, a narrower pitch or a larger coil give the room"
-    return Complaint(
-        f"{what} {how} on layer {near.layer}{more}; {who} asks {um(asked)}",
-        f"{um(missing)} are missing: {spacing_in_words(spec, missing) if is_steep else room}",
+    return TOO_NEAR.found(
         "coil.trace_spacing" if is_steep else key,
         near.gap,
         asked,
@@ -195,6 +199,13 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
         source=source,
         place=Place(near.x, near.y, near.layer, near.nets),
         advice=(lambda left: f"{um(missing)} are missing: {tried_spacing(spec, missing, left)}") if is_steep else None,
+        what=what,
+        how=how,
+        layer=near.layer,
+        more=more,
+        who=who,
+        missing=missing,
+        remedy=spacing_in_words(spec, missing) if is_steep else room,
     )
 
 
@@ -234,6 +245,22 @@ def drawn_rule(
     """A rule about what is drawn, always an error: its number, name, the texts (summary, why, how to mend), source."""
     summary, why, mend = texts
     return Rule(f"SIT{number}", name, Severity.ERROR, summary, why, mend, source, (), apply)
+
+
+HOLE_NEAR_COPPER = Case(
+    "a hole of {net} comes within {gap:m} of {foreign} on layer {layer}; {house} asks {limit:m} from hole to copper",
+    hint="{missing:m} are missing",
+)
+
+NEAR_EDGE = Case(
+    "{what} comes within {gap:m} of the board's edge; {house} asks {limit:m}",
+    hint="{missing} are missing: {remedy}",
+)
+
+TOO_NEAR = Case(
+    "{what} {how} on layer {layer}{more}; {who} asks {limit:m}",
+    hint="{missing:m} are missing: {remedy}",
+)
 
 
 CLEARANCE_RULES: tuple[Rule, ...] = (

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from sitscad.checks.board.clearances import copper_in, drawn_rule, edge_gaps, edge_of, name_of
 from sitscad.checks.board.copper import Outline, Position
-from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
+from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of
+from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place
@@ -89,15 +90,17 @@ def _narrow_web(
     rules = design.spec.fpc.rules
     web = _smallest(one, other, rules.coverlay_web)
     if web < rules.coverlay_web - ROUNDING:
-        yield Complaint(
-            f"{what} a web of {um(web)} {where}; {house(design, 'coverlay_web')} asks {um(rules.coverlay_web)}",
-            hint,
+        yield NARROW_WEB.found(
             "fpc.tail.connector",
             web,
             rules.coverlay_web,
             "m",
+            hint=hint,
             source=source_of(design, "coverlay_web"),
             place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
+            what=what,
+            where=where,
+            house=house(design, "coverlay_web"),
         )
 
 
@@ -153,17 +156,28 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 
 def _opening_complaint(design: Design, item: Trace | Via, gap: float, place: Place) -> Complaint:
     rules = design.spec.fpc.rules
-    return Complaint(
-        f"{name_of(item)} on layer {place.layer} comes within {um(max(0.0, gap))} of an opening of the coverlay; "
-        f"{house(design, 'coverlay_opening_to_trace')} asks {um(rules.coverlay_opening_to_trace)}",
-        "bare copper beside the contact: lengthen the tail or move the track",
+    return OPENING_NEAR_TRACK.found(
         "fpc.tail",
         gap,
         rules.coverlay_opening_to_trace,
         "m",
         source=source_of(design, "coverlay_opening_to_trace"),
         place=place,
+        what=name_of(item),
+        layer=place.layer,
+        gap=max(0.0, gap),
+        house=house(design, "coverlay_opening_to_trace"),
     )
+
+
+NARROW_WEB = Case(
+    "{what} a web of {measured:m} {where}; {house} asks {limit:m}",
+)
+
+OPENING_NEAR_TRACK = Case(
+    "{what} on layer {layer} comes within {gap:m} of an opening of the coverlay; {house} asks {limit:m}",
+    hint="bare copper beside the contact: lengthen the tail or move the track",
+)
 
 
 COVERLAY_RULES: tuple[Rule, ...] = (

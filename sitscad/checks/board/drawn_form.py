@@ -10,9 +10,10 @@ import numpy as np
 
 from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in, name_of
 from sitscad.checks.board.copper import Copper, conductor_notches
-from sitscad.checks.board.fabrication import FABRICATOR, gap_asked_by, um
+from sitscad.checks.board.fabrication import FABRICATOR, gap_asked_by
 from sitscad.checks.board.track_graph import TrackGraph, closed_loops, loose_ends, open_nets
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats
@@ -42,15 +43,15 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
             continue
         seen.add(pair)
         what = f"two legs of {name_of(a)}" if a is b else f"{name_of(a)} and {name_of(b)}"
-        yield Complaint(
-            f"{what} meet at {math.degrees(angle):.3g} degrees on layer {copper.layer[one]}",
-            f"{DRAWN}: {OTHERWISE}",
+        yield ACUTE_ANGLE.found(
             "coil",
             math.degrees(angle),
             math.degrees(ACUTE),
             "degrees",
             place=Place(float(point[0]), float(point[1]), int(copper.layer[one]), (a.net,)),
             advice=lambda left: _drawn_otherwise(design, acute_angle, left),
+            what=what,
+            layer=copper.layer[one],
         )
 
 
@@ -62,10 +63,7 @@ def sliver(design: Design) -> Iterator[Verdict]:
     for near in conductor_notches(copper_in(design), asked - ALLOWED_SHORTFALL):
         a, b = name_of(near.one), name_of(near.other)
         what = f"two parts of {a}" if near.one is near.other else f"{a} and {b}"
-        yield Complaint(
-            f"{what} leave a notch of {um(near.gap)} between them on layer {near.layer}; {who} asks {um(asked)}",
-            f"{um(asked - near.gap)} are missing: a gap this narrow is not etched through, or leaves a strip of resist "
-            f"that comes off; {DRAWN}: {OTHERWISE}",
+        yield SLIVER.found(
             "coil",
             near.gap,
             asked,
@@ -73,6 +71,10 @@ def sliver(design: Design) -> Iterator[Verdict]:
             source=source,
             place=Place(near.x, near.y, near.layer, (near.one.net,)),
             advice=lambda left: _drawn_otherwise(design, sliver, left),
+            what=what,
+            layer=near.layer,
+            who=who,
+            missing=asked - near.gap,
         )
 
 
@@ -108,18 +110,12 @@ def shorted_turn(design: Design) -> Iterator[Verdict]:
     """Closed conducting loops of any net, and how often they run round each coil."""
     for loop in closed_loops(_graph(design)):
         round_what = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
-        nets = " and ".join(loop.nets)
-        if round_what:
-            message = f"copper of {nets} closes a loop round coil {' and '.join(round_what)}: a shorted turn"
-        else:
-            message = (
-                f"copper of {nets} closes a loop of {loop.area * 1e6:.3g} mm2: a coil leads from contact to contact"
-            )
-        yield Complaint(
-            message,
-            "open the loop: the current induced in it takes inductance and quality; tell us if the layout drew it",
+        yield (SHORTED_TURN if round_what else LOOP).found(
             "coil",
             place=Place(*loop.place, loop.layer, loop.nets),
+            nets=" and ".join(loop.nets),
+            coils=" and ".join(round_what),
+            area=loop.area * 1e6,
         )
 
 
@@ -130,18 +126,10 @@ def unconnected(design: Design) -> Iterator[Verdict]:
         yield Undecided("the layout is not complete: see what found no room")
         return
     for point, layer, net in loose_ends(_graph(design)):
-        yield Complaint(
-            f"copper of {net} ends in nothing on layer {layer}",
-            "a track or via is missing there, or does not meet its neighbour",
-            "coil",
-            place=Place(*point, layer, (net,)),
-        )
+        yield ENDS_IN_NOTHING.found("coil", place=Place(*point, layer, (net,)), net=net, layer=layer)
     for one, other in open_nets(_graph(design)):
-        yield Complaint(
-            f"no copper joins contacts {one.pin} and {other.pin} of {one.net}",
-            "a track or via is missing between them",
-            "coil",
-            place=Place(*other.centre, other.layer, (one.net,)),
+        yield NOT_JOINED.found(
+            "coil", place=Place(*other.centre, other.layer, (one.net,)), pin=one.pin, other=other.pin, net=one.net
         )
 
 
@@ -177,6 +165,40 @@ def _is_covered(design: Design, point: Floats, layer: int) -> bool:
         pad.layer == layer and abs(pad.centre.x - x) <= pad.size[0] / 2 and abs(pad.centre.y - y) <= pad.size[1] / 2
         for pad in design.layout.all_pads
     )
+
+
+ACUTE_ANGLE = Case(
+    "{what} meet at {measured:.3g} degrees on layer {layer}",
+    hint=(
+        "the layout drew this, it is no fault of the spec: another coil.start_angle, or part of a"
+        " turn more or less, makes it draw the leads otherwise"
+    ),
+)
+
+SLIVER = Case(
+    "{what} leave a notch of {measured:m} between them on layer {layer}; {who} asks {limit:m}",
+    hint=(
+        "{missing:m} are missing: a gap this narrow is not etched through, or leaves a strip of "
+        "resist that comes off; the layout drew this, it is no fault of the spec: another "
+        "coil.start_angle, or part of a turn more or less, makes it draw the leads otherwise"
+    ),
+)
+
+OPEN_IT = "open the loop: the current induced in it takes inductance and quality; tell us if the layout drew it"
+
+SHORTED_TURN = Case("copper of {nets} closes a loop round coil {coils}: a shorted turn", OPEN_IT)
+
+LOOP = Case("copper of {nets} closes a loop of {area:.3g} mm2: a coil leads from contact to contact", OPEN_IT)
+
+ENDS_IN_NOTHING = Case(
+    "copper of {net} ends in nothing on layer {layer}",
+    hint="a track or via is missing there, or does not meet its neighbour",
+)
+
+NOT_JOINED = Case(
+    "no copper joins contacts {pin} and {other} of {net}",
+    hint="a track or via is missing between them",
+)
 
 
 DRAWN_FORM_RULES: tuple[Rule, ...] = (

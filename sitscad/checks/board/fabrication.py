@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.cutting.bridges import FEWEST_BRIDGES, bridges, narrower_bridge
@@ -22,15 +23,15 @@ def via_drill(design: Design) -> Iterator[Verdict]:
     rules = design.spec.fpc.rules
     for via in design.layout.vias:
         if via.drill < rules.via_drill - ROUNDING:
-            yield Complaint(
-                f"a via of {via.net} is drilled {um(via.drill)}; {house(design, 'via_drill')} drills "
-                f"{um(rules.via_drill)} and larger",
-                key="fpc.rules",
-                measured=via.drill,
-                limit=rules.via_drill,
-                unit="m",
+            yield TOO_FINE_A_DRILL.found(
+                "fpc.rules",
+                via.drill,
+                rules.via_drill,
+                "m",
                 source=source_of(design, "via_drill"),
                 place=Place(*via.centre, nets=(via.net,)),
+                net=via.net,
+                house=house(design, "via_drill"),
             )
 
 
@@ -40,16 +41,16 @@ def annular_ring(design: Design) -> Iterator[Verdict]:
     for via in design.layout.vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
-            yield Complaint(
-                f"a via of {via.net} has an annular ring of {um(ring)}; {house(design, 'annular_ring')} asks "
-                f"{um(rules.annular_ring)}",
-                f"a pad of {um(via.drill + 2.0 * rules.annular_ring)} is needed",
+            yield NARROW_RING.found(
                 "fpc.rules",
                 ring,
                 rules.annular_ring,
                 "m",
                 source=source_of(design, "annular_ring"),
                 place=Place(*via.centre, nets=(via.net,)),
+                net=via.net,
+                house=house(design, "annular_ring"),
+                wanted=via.drill + 2.0 * rules.annular_ring,
             )
 
 
@@ -60,10 +61,7 @@ def hole_to_hole(design: Design) -> Iterator[Verdict]:
         for other in vias[k + 1 :]:
             wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
             if wall < rules.hole_to_hole - ROUNDING:
-                yield Complaint(
-                    f"two holes ({via.net}, {other.net}) leave {um(wall)} between them; "
-                    f"{house(design, 'hole_to_hole')} asks {um(rules.hole_to_hole)}",
-                    f"move them {um(rules.hole_to_hole - wall)} apart: a larger inner diameter gives the room",
+                yield HOLES_TOO_NEAR.found(
                     "coil.turns",
                     wall,
                     rules.hole_to_hole,
@@ -74,6 +72,10 @@ def hole_to_hole(design: Design) -> Iterator[Verdict]:
                         (via.centre.y + other.centre.y) / 2.0,
                         nets=tuple(sorted({via.net, other.net})),
                     ),
+                    net=via.net,
+                    net2=other.net,
+                    house=house(design, "hole_to_hole"),
+                    missing=rules.hole_to_hole - wall,
                 )
 
 
@@ -85,31 +87,23 @@ def part_size(design: Design) -> Iterator[Verdict]:
     for size, smallest in zip(have, need, strict=True):
         if size < smallest - ROUNDING:
             in_panel = is_wanted(design.layout)
-            yield Complaint(
-                f"the board is {show(have[1], 'm')} x {show(have[0], 'm')}; {house(design, 'part_size')} handles "
-                f"parts from {show(need[1], 'm')} x {show(need[0], 'm')}"
-                + (": so it is put in a panel, which is ordered instead" if in_panel else ", and it is not in a panel"),
-                _panel_hint(design) if in_panel else "fpc.panel: auto puts it in a panel, held by bridges",
+            yield (SMALL_BUT_IN_PANEL if in_panel else SMALL).found(
                 "fpc.rules" if in_panel else "fpc.panel",
                 size,
                 smallest,
                 "m",
-                Severity.NOTE if in_panel else Severity.WARNING,
-                source_of(design, "part_size"),
+                source=source_of(design, "part_size"),
+                name=design.spec.name,
+                length=have[1],
+                width=have[0],
+                house=house(design, "part_size"),
+                least_length=need[1],
+                least_width=need[0],
             )
             break
     if is_wanted(design.layout):
         yield from _panel_size(design)
         yield from _too_few_bridges(design)
-
-
-def _panel_hint(design: Design) -> str:
-    """What build makes of a part that is too small, and which file is sent."""
-    name = design.spec.name
-    return (
-        f"send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
-        f"fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself"
-    )
 
 
 def _too_few_bridges(design: Design) -> Iterator[Verdict]:
@@ -120,18 +114,18 @@ def _too_few_bridges(design: Design) -> Iterator[Verdict]:
         return
     least = narrower_bridge(layout)
     held = {0: "no bridge holds", 1: "only 1 bridge holds"}.get(count, f"only {count} bridges hold")
-    yield Complaint(
-        f"{held} the part in its panel: the edge has no more places for bridges {show(width, 'm')} wide off contacts, "
-        f"stiffener and bend; {FEWEST_BRIDGES} are needed",
-        f"fpc.panel.bridge: {least * 1e3:.1f} mm finds places enough (it was tried)"
-        if least
-        else "no narrower bridge finds places enough either: a larger board, or fpc.panel: none",
+    yield TOO_FEW_BRIDGES.found(
         "fpc.panel.bridge",
         float(count),
         float(FEWEST_BRIDGES),
         None,
-        Severity.ERROR,
-        "two bridges are a hinge, three hold a part in its plane",
+        hint=f"fpc.panel.bridge: {least * 1e3:.1f} mm finds places enough (it was tried)"
+        if least
+        else "no narrower bridge finds places enough either: a larger board, or fpc.panel: none",
+        source="two bridges are a hinge, three hold a part in its plane",
+        held=held,
+        width=width,
+        fewest_bridges=FEWEST_BRIDGES,
     )
 
 
@@ -140,17 +134,17 @@ def _panel_size(design: Design) -> Iterator[Verdict]:
     have, most = sorted(size), sorted(rules.panel_size)
     for side, largest in zip(have, most, strict=True):
         if side > largest + ROUNDING:
-            yield Complaint(
-                f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}; "
-                f"{house(design, 'panel_size')} makes panels of "
-                f"{show(rules.panel_size[0], 'm')} x {show(rules.panel_size[1], 'm')}",
-                "fewer parts a panel, a shorter tail, or fpc.panel: none",
+            yield LARGE_PANEL.found(
                 "fpc.panel",
                 side,
                 largest,
                 "m",
-                Severity.WARNING,
-                source_of(design, "panel_size"),
+                source=source_of(design, "panel_size"),
+                length=size[0],
+                width=size[1],
+                house=house(design, "panel_size"),
+                most_length=rules.panel_size[0],
+                most_width=rules.panel_size[1],
             )
             return
 
@@ -187,6 +181,52 @@ def gap_asked_by(design: Design, asked: float) -> tuple[str, str]:
     if asked < design.spec.fpc.rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
     return house(design, "trace_spacing"), source_of(design, "trace_spacing")
+
+
+TOO_FINE_A_DRILL = Case(
+    "a via of {net} is drilled {measured:m}; {house} drills {limit:m} and larger",
+)
+
+NARROW_RING = Case(
+    "a via of {net} has an annular ring of {measured:m}; {house} asks {limit:m}",
+    hint="a pad of {wanted:m} is needed",
+)
+
+HOLES_TOO_NEAR = Case(
+    "two holes ({net}, {net2}) leave {measured:m} between them; {house} asks {limit:m}",
+    hint="move them {missing:m} apart: a larger inner diameter gives the room",
+)
+
+SMALL = Case(
+    "the board is {length:m} x {width:m}; {house} handles parts from {least_length:m} x {least_width:m}, and it is "
+    "not in "
+    "a panel",
+    hint="fpc.panel: auto puts it in a panel, held by bridges",
+    severity=Severity.WARNING,
+)
+
+SMALL_BUT_IN_PANEL = Case(
+    "the board is {length:m} x {width:m}; {house} handles parts from {least_length:m} x {least_width:m}: so it is "
+    "put in "
+    "a panel, which is ordered instead",
+    hint=(
+        "send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
+        "fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself"
+    ),
+    severity=Severity.NOTE,
+)
+
+TOO_FEW_BRIDGES = Case(
+    "{held} the part in its panel: the edge has no more places for bridges {width:m} wide off "
+    "contacts, stiffener and bend; {fewest_bridges} are needed",
+    severity=Severity.ERROR,
+)
+
+LARGE_PANEL = Case(
+    "the panel becomes at least {length:m} x {width:m}; {house} makes panels of {most_length:m} x {most_width:m}",
+    hint="fewer parts a panel, a shorter tail, or fpc.panel: none",
+    severity=Severity.WARNING,
+)
 
 
 FABRICATION_RULES: tuple[Rule, ...] = (

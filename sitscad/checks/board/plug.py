@@ -7,14 +7,14 @@ from collections.abc import Iterator
 
 from sitscad.checks.board.coverlay import crossings
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad
 from sitscad.layout.tail.frame import contact_row
 from sitscad.layout.tail.thickness import Where, finished_thickness
-from sitscad.spec.materials import Finish
 from sitscad.spec.profiles.presets import finish, stock_stiffeners
 from sitscad.spec.sensor import Connector
 
@@ -31,17 +31,17 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
     have = finished_thickness(design.layout, Where.CONTACT).nominal
     wrong = abs(have - connector.insertion_thickness)
     if wrong > connector.insertion_thickness_tolerance + ROUNDING:
-        yield Complaint(
-            f"the tail's end, with its stiffener, is {um(have)} thick; "
-            f"{connector.name} takes {um(connector.insertion_thickness)} "
-            f"+- {um(connector.insertion_thickness_tolerance)}{plug_mark(connector)}",
-            f"choose a stiffener {um(wrong)} {'thinner' if have > connector.insertion_thickness else 'thicker'} "
-            "(fpc.tail.stiffener), or another connector",
+        yield WRONG_THICKNESS.found(
             "fpc.tail.connector",
             have,
             connector.insertion_thickness,
             "m",
             source=connector.source,
+            name=connector.name,
+            insertion_thickness_tolerance=connector.insertion_thickness_tolerance,
+            plug_mark=plug_mark(connector),
+            wrong=wrong,
+            direction="thinner" if have > connector.insertion_thickness else "thicker",
         )
 
 
@@ -58,17 +58,21 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     low, high = connector.insertion_thickness - allowed, connector.insertion_thickness + allowed
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
     if worst[0] > ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
-        yield Complaint(
-            f"the contacts come out {um(band.minimum)} to {um(band.maximum)} thick with the fabricator's tolerance; "
-            f"{connector.name} takes {um(low)} to {um(high)}{plug_mark(connector)}",
-            f"write the connector's band on the order ({um(connector.insertion_thickness)} +- {um(allowed)}) and have "
-            "it confirmed, or measure the parts before they are plugged in",
+        yield LOOSE_THICKNESS.found(
             "fpc.tail.connector",
             worst[1],
             high if worst[1] == band.maximum else low,
             "m",
             source=band.source,
             place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
+            minimum=band.minimum,
+            maximum=band.maximum,
+            name=connector.name,
+            low=low,
+            high=high,
+            plug_mark=plug_mark(connector),
+            insertion_thickness=connector.insertion_thickness,
+            allowed=allowed,
         )
 
 
@@ -80,16 +84,16 @@ def stiffener_stock(design: Design) -> Iterator[Verdict]:
     written = tail.stiffener is not None
     totals = sorted({film + adhesive for film, adhesive in stock_stiffeners()})
     near = sorted(totals, key=lambda total: (abs(total - plate.thickness), total))[:2]
-    yield Complaint(
-        f"the stiffener is {um(plate.thickness)} thick with its adhesive; none of the films and adhesives that are "
-        f"commonly in stock makes it ({um(totals[0])} to {um(totals[-1])}, near it {' and '.join(map(um, near))})",
-        "ask the fabricator which thickness is in stock, and write it as fpc.tail.stiffener",
+    yield NOT_IN_STOCK.found(
         "fpc.tail.stiffener" if written else "fpc.tail.connector",
         plate.thickness,
         near[0],
         "m",
-        Severity.NOTE if written else Severity.WARNING,
-        "sitscad/data/stiffeners.csv",
+        source="sitscad/data/stiffeners.csv",
+        is_grave=not written,
+        least=totals[0],
+        most=totals[-1],
+        nearest=" and ".join(map(um, near)),
     )
 
 
@@ -102,18 +106,17 @@ def plug_width(design: Design) -> Iterator[Verdict]:
     if rules.outline_tolerance > connector.width_tolerance + ROUNDING:
         width = connector.width(contact_row(design.spec, connector).count)
         mark = plug_mark(connector, "width_tolerance")
-        yield Complaint(
-            f"the tail's end is {um(width)} wide, +- {um(rules.outline_tolerance)} by "
-            f"{house(design, 'outline_tolerance')}; {connector.name} guides it by its sides and takes "
-            f"+- {um(connector.width_tolerance)}{mark}",
-            f"order and drawing ask for +- {um(connector.width_tolerance)} there: have it confirmed (cut by laser, or "
-            "by a punch of its own), or measure the parts before they are plugged in",
+        yield LOOSE_WIDTH.found(
             "fpc.tail.connector",
             rules.outline_tolerance,
             connector.width_tolerance,
             "m",
             source=source_of(design, "outline_tolerance"),
             place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
+            width=width,
+            house=house(design, "outline_tolerance"),
+            name=connector.name,
+            mark=mark,
         )
 
 
@@ -126,29 +129,33 @@ def connector_positions(design: Design) -> Iterator[Verdict]:
     mark = plug_mark(connector, "positions")
     if row.count not in connector.positions:
         written = tail is not None and tail.contacts is not None
-        yield Complaint(
-            f"{connector.name} is not known to be made with {row.count} contacts (its list has "
-            f"{connector.positions[0]} to {connector.positions[-1]}){mark}",
-            "compare with the drawing of what you buy" if written else "another connector, or fewer coils",
+        yield (NOT_LISTED if written else NOT_MADE).found(
             "fpc.tail.contacts" if written else "fpc.tail.connector",
             float(row.count),
             float(connector.positions[-1]),
             None,
-            Severity.NOTE if written else Severity.ERROR,
-            connector.source,
+            source=connector.source,
+            name=connector.name,
+            count=row.count,
+            fewest=connector.positions[0],
+            most=connector.positions[-1],
+            mark=mark,
         )
     elif row.count > row.used:
         spare = row.count - row.used
-        yield Complaint(
-            f"the coils need {row.used} contacts and {connector.name} has {row.count}{mark}: {spare} lead nowhere, the "
-            f"coils have {row.first} to {row.first + row.used - 1}",
-            "wire the converter's board to those; a connector with another number is written as fpc.tail.contacts",
+        yield SPARE_CONTACTS.found(
             "fpc.tail.connector",
             float(row.used),
             float(row.count),
             None,
-            Severity.NOTE,
-            connector.source,
+            source=connector.source,
+            used=row.used,
+            name=connector.name,
+            count=row.count,
+            mark=mark,
+            spare=spare,
+            first=row.first,
+            last=row.first + row.used - 1,
         )
 
 
@@ -170,28 +177,20 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
     chosen = finish(fpc.finish)
     is_plugged = fpc.tail is not None and fpc.tail.connector.kind != "pads"
     if not (chosen.is_for_plugs if is_plugged else chosen.is_for_solder):
-        use = "plugged in: it wears off" if is_plugged else "soldered to: so much gold makes the joints brittle"
-        yield _about_finish(f"{fpc.finish} is not for contacts that are {use}", "finish: enig serves both", chosen)
+        case = WEARS_OFF if is_plugged else MAKES_BRITTLE
+        yield case.found("fpc.finish", source=chosen.source, finish=fpc.finish)
     if chosen.is_electrolytic and layout.pads:
         apart = max(_to_the_edge(layout, pad) for pad in layout.pads)
         is_reached = apart <= LONGEST_BAR + ROUNDING
-        yield _about_finish(
-            f"{chosen.words} is plated by a current, for which all {len(layout.pads)} contacts have to be joined to "
-            f"the panel: plating bars are not drawn; the contacts end {um(apart)} before the board's edge",
-            "order and drawing ask the fabricator to add bars there and to cut them off with the outline: have it "
-            "confirmed; finish: enig needs none and serves a socket that is mated seldom"
-            if is_reached
-            else f"bars of more than {um(LONGEST_BAR)} leave copper at the cut: finish: enig needs none",
-            chosen,
-            Severity.WARNING if is_reached else Severity.ERROR,
-            Place(*layout.pads[0].centre, 1),
+        yield (NEEDS_BARS if is_reached else NEEDS_LONG_BARS).found(
+            "fpc.finish",
+            source=chosen.source,
+            place=Place(*layout.pads[0].centre, 1),
+            finish=chosen.words,
+            contacts=len(layout.pads),
+            apart=apart,
+            longest=LONGEST_BAR,
         )
-
-
-def _about_finish(
-    message: str, hint: str, chosen: Finish, severity: Severity = Severity.WARNING, place: Place | None = None
-) -> Complaint:
-    return Complaint(message, hint, "fpc.finish", severity=severity, source=chosen.source, place=place)
 
 
 def _to_the_edge(layout: Layout, pad: Pad) -> float:
@@ -203,6 +202,79 @@ def _to_the_edge(layout: Layout, pad: Pad) -> float:
         end = pad.centre.shifted(sign * half * dx, sign * half * dy)
         found += [way * share for share in crossings(end, end.shifted(sign * way * dx, sign * way * dy), corners)]
     return min(found)
+
+
+WRONG_THICKNESS = Case(
+    "the tail's end, with its stiffener, is {measured:m} thick; {name} takes {limit:m} +- "
+    "{insertion_thickness_tolerance:m}{plug_mark}",
+    hint="choose a stiffener {wrong:m} {direction} (fpc.tail.stiffener), or another connector",
+)
+
+LOOSE_THICKNESS = Case(
+    "the contacts come out {minimum:m} to {maximum:m} thick with the fabricator's tolerance; "
+    "{name} takes {low:m} to {high:m}{plug_mark}",
+    hint=(
+        "write the connector's band on the order ({insertion_thickness:m} +- {allowed:m}) and "
+        "have it confirmed, or measure the parts before they are plugged in"
+    ),
+)
+
+NOT_IN_STOCK = Case(
+    "the stiffener is {measured:m} thick with its adhesive; none of the films and adhesives that "
+    "are commonly in stock makes it ({least:m} to {most:m}, near it {nearest})",
+    hint="ask the fabricator which thickness is in stock, and write it as fpc.tail.stiffener",
+    severity=Severity.NOTE,
+    grave=Severity.WARNING,
+)
+
+LOOSE_WIDTH = Case(
+    "the tail's end is {width:m} wide, +- {measured:m} by {house}; {name} guides it by its sides "
+    "and takes +- {limit:m}{mark}",
+    hint=(
+        "order and drawing ask for +- {limit:m} there: have it confirmed (cut by laser, or by a "
+        "punch of its own), or measure the parts before they are plugged in"
+    ),
+)
+
+_NOT_MADE = "{name} is not known to be made with {count} contacts (its list has {fewest} to {most}){mark}"
+
+NOT_MADE = Case(_NOT_MADE, "another connector, or fewer coils")
+
+NOT_LISTED = Case(_NOT_MADE, "compare with the drawing of what you buy", Severity.NOTE)
+
+WEARS_OFF = Case(
+    "{finish} is not for contacts that are plugged in: it wears off", "finish: enig serves both", Severity.WARNING
+)
+
+MAKES_BRITTLE = Case(
+    "{finish} is not for contacts that are soldered to: so much gold makes the joints brittle",
+    "finish: enig serves both",
+    Severity.WARNING,
+)
+
+_BARS = (
+    "{finish} is plated by a current, for which all {contacts} contacts have to be joined to the panel: plating "
+    "bars are "
+    "not drawn; the contacts end {apart:m} before the board's edge"
+)
+
+NEEDS_BARS = Case(
+    _BARS,
+    "order and drawing ask the fabricator to add bars there and to cut them off with the outline: have it confirmed; "
+    "finish: enig needs none and serves a socket that is mated seldom",
+    Severity.WARNING,
+)
+
+NEEDS_LONG_BARS = Case(
+    _BARS, "bars of more than {longest:m} leave copper at the cut: finish: enig needs none", Severity.ERROR
+)
+
+SPARE_CONTACTS = Case(
+    "the coils need {used} contacts and {name} has {count}{mark}: {spare} lead nowhere, the coils"
+    " have {first} to {last}",
+    hint=("wire the converter's board to those; a connector with another number is written as fpc.tail.contacts"),
+    severity=Severity.NOTE,
+)
 
 
 PLUG_RULES: tuple[Rule, ...] = (

@@ -8,6 +8,7 @@ from itertools import islice
 
 from sitscad.checks.board.clearances import drawn_rule
 from sitscad.checks.board.fabrication import FABRICATOR
+from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Severity, Shortfall
@@ -82,11 +83,7 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
     open_coils = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
     if open_coils and not design.layout.shortfalls:
         names = ", ".join(coil.name for coil in open_coils)
-        yield Complaint(
-            f"coil {names} does not reach both of its contacts: it cannot be driven",
-            key="coil.layers",
-            place=Place(*open_coils[0].centre),
-        )
+        yield NO_WAY_OUT.found("coil.layers", place=Place(*open_coils[0].centre), names=names)
 
 
 def _room_inside(design: Design, plain: Complaint, left: Left) -> Complaint:
@@ -181,6 +178,9 @@ _ROOM: dict[Missing, Callable[[Design, Complaint, Left], Complaint | str]] = {
     Missing.TAIL_ROOM: _room_at_contacts,
 }
 """What gives room, by what lacks it."""
+
+
+NO_WAY_OUT = Case("coil {names} does not reach both of its contacts: it cannot be driven")
 
 
 ROOM_RULES: tuple[Rule, ...] = (

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
+from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Place, Severity
@@ -28,31 +30,21 @@ def step(design: Design) -> Iterator[Verdict]:
     near = max(through, key=lambda via: via.centre.x + via.drill / 2.0, default=None)
     gap = math.inf if near is None else end - near.centre.x - near.drill / 2.0
     if near is not None and gap < rules.hole_to_step - ROUNDING:
-        yield _too_near(
-            design,
-            f"a hole of {near.net} stands {um(gap)} from the body's end, where copper {tail_copper(layout) + 1} and "
-            f"what is below it end; {house(design, 'hole_to_step')} asks {um(rules.hole_to_step)}",
-            gap,
-            rules.hole_to_step,
-            "hole_to_step",
-            Place(*near.centre, nets=(near.net,)),
-        )
+        values = {"net": near.net, "ending": tail_copper(layout) + 1, "house": house(design, "hole_to_step")}
+        place = Place(*near.centre, nets=(near.net,))
+        yield _too_near(design, HOLE_NEAR_STEP, gap, rules.hole_to_step, "hole_to_step", place, values)
     asked = rules.coverlay_lap + rules.registration
     coil = max(layout.coils, key=lambda coil: coil.centre.x)
     gap = end - coil.centre.x - design.spec.coil.size[0] / 2.0
     if has_tail_coverlay(layout) and gap < asked - ROUNDING:
-        yield _too_near(
-            design,
-            f"the turns of {coil.name} begin {um(gap)} from the body's end, into which the tail's own coverlay laps "
-            f"{um(rules.coverlay_lap)}, laid within {um(rules.registration)}: layers lie farther apart there",
-            gap,
-            asked,
-            "coverlay_lap",
-            Place(*coil.centre, nets=(coil.net,)),
-        )
+        values = {"coil": coil.name, "lap": rules.coverlay_lap, "registration": rules.registration}
+        place = Place(*coil.centre, nets=(coil.net,))
+        yield _too_near(design, TURNS_NEAR_STEP, gap, asked, "coverlay_lap", place, values)
 
 
-def _too_near(design: Design, message: str, gap: float, asked: float, field: str, place: Place) -> Complaint:
+def _too_near(
+    design: Design, case: Case, gap: float, asked: float, field: str, place: Place, values: dict[str, Any]
+) -> Complaint:
     missing, margin = asked - gap, design.spec.fpc.margin
     longer = GRAIN * math.ceil((margin[0] + missing) / GRAIN - 1e-6)
     other = f"or as many layers in the tail (the step is {um(step_height(design.layout))} high)"
@@ -63,9 +55,7 @@ def _too_near(design: Design, message: str, gap: float, asked: float, field: str
     def advice(left: Left) -> str:
         return f"{um(missing)} are missing: {fix.words} makes the body longer{tried(fix, left)}, {other}"
 
-    return Complaint(
-        message,
-        f"{um(missing)} are missing: {fix.words} makes the body longer, {other}",
+    return case.found(
         "fpc.tail.layers",
         gap,
         asked,
@@ -73,7 +63,26 @@ def _too_near(design: Design, message: str, gap: float, asked: float, field: str
         source=source_of(design, field),
         place=place,
         advice=advice,
+        missing=missing,
+        longer=fix.words,
+        other=other,
+        **values,
     )
+
+
+LONGER_BODY = "{missing:m} are missing: {longer} makes the body longer, {other}"
+
+HOLE_NEAR_STEP = Case(
+    "a hole of {net} stands {measured:m} from the body's end, where copper {ending} and what is below it end; {house} "
+    "asks {limit:m}",
+    LONGER_BODY,
+)
+
+TURNS_NEAR_STEP = Case(
+    "the turns of {coil} begin {measured:m} from the body's end, into which the tail's own coverlay laps {lap:m}, laid "
+    "within {registration:m}: layers lie farther apart there",
+    LONGER_BODY,
+)
 
 
 STEP_RULES: tuple[Rule, ...] = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
+from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
@@ -26,15 +27,17 @@ def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Com
     """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
     value, least = getattr(design.spec.coil, field), getattr(design.spec.fpc.rules, field)
     if value < least - ROUNDING:
-        yield Complaint(
-            f"{asked.format(um(value))}; {house(design, field)} makes {um(least)} and {more}",
-            WIDEN,
+        yield TOO_FINE.found(
             f"coil.{field}",
             value,
             least,
             "m",
+            hint=WIDEN,
             source=source_of(design, field),
             advice=lambda left: _widened(design, left),
+            asked=asked.format(um(value)),
+            house=house(design, field),
+            more=more,
         )
 
 
@@ -44,16 +47,16 @@ def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Se
     rules, foil = spec.fpc.rules, spec.fpc.stackup.foil_thickness(spec.coil.layers)
     stated = rules.beyond.get(field)
     if stated is not None:
-        yield Complaint(
-            f"{house(design, field)} gives no figure for {word} in {um(foil)} copper; the thickest stated is "
-            f"{um(stated)}",
-            f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
+        yield THICKER_FOIL.found(
             "fpc.rules",
             foil,
             stated,
             "m",
-            severity,
-            source_of(design, field),
+            severity=severity,
+            source=source_of(design, field),
+            house=house(design, field),
+            word=word,
+            field=field,
         )
 
 
@@ -62,15 +65,17 @@ def _drawn_width(design: Design) -> Iterator[Complaint]:
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
-            yield Complaint(
-                f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {um(trace.width)} wide; "
-                f"{house(design, 'trace_width')} makes {um(rules.trace_width)} and wider",
-                key="fpc.rules",
-                measured=trace.width,
-                limit=rules.trace_width,
-                unit="m",
+            yield DRAWN_TOO_FINE.found(
+                "fpc.rules",
+                trace.width,
+                rules.trace_width,
+                "m",
                 source=source_of(design, "trace_width"),
                 place=Place(*trace.path.start, trace.layer, (trace.net,)),
+                role=trace.role.value,
+                net=trace.net,
+                layer=trace.layer,
+                house=house(design, "trace_width"),
             )
 
 
@@ -94,17 +99,18 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
         if smallest is not None and value < smallest - ROUNDING:
             binds = rules.binds(f"coil_{field}")
             why = "" if binds else f"; this only warns: {_not_binding(design)}"
-            yield Complaint(
-                f"{word} in the coil is {um(value)}; for coiled tracks {house(design, f'coil_{field}')} asks "
-                f"{um(smallest)}{copper}{why}",
-                f"{WAIVER}, or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)",
+            yield FINE_COIL.found(
                 f"coil.{field}",
                 value,
                 smallest,
                 "m",
-                Severity.ERROR if binds else Severity.WARNING,
-                source_of(design, f"coil_{field}"),
+                source=source_of(design, f"coil_{field}"),
                 advice=(lambda left: _waived_or_widened(design, left)) if binds else None,
+                is_grave=binds,
+                word=word,
+                house=house(design, f"coil_{field}"),
+                copper=copper,
+                why=why,
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
@@ -142,6 +148,30 @@ def _not_binding(design: Design) -> str:
         return "it comes from the profile that yours is based on, which does not make it binding"
     holder = rules.holders.get("coil_rule_binding", rules.name)
     return f"{holder} does not make it binding (coil_rule_binding: no)"
+
+
+TOO_FINE = Case(
+    "{asked}; {house} makes {limit:m} and {more}",
+)
+
+THICKER_FOIL = Case(
+    "{house} gives no figure for {word} in {measured:m} copper; the thickest stated is {limit:m}",
+    hint="ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
+)
+
+DRAWN_TOO_FINE = Case(
+    "the {role} of {net} on layer {layer} is drawn {measured:m} wide; {house} makes {limit:m} and wider",
+)
+
+FINE_COIL = Case(
+    "{word} in the coil is {measured:m}; for coiled tracks {house} asks {limit:m}{copper}{why}",
+    hint=(
+        "ask the fabricator for a waiver (no electrical test sees a short between turns), or "
+        "widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)"
+    ),
+    severity=Severity.WARNING,
+    grave=Severity.ERROR,
+)
 
 
 TRACK_RULES: tuple[Rule, ...] = (

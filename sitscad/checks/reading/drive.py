@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from sitscad.checks.cases import Case
 from sitscad.checks.reading.readings import (
     Reading,
     in_sigmas,
@@ -43,17 +44,17 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     stable = design.family.limit("amplitude_stable_min")
     largest, smallest = worst_of(design, "amplitude", max, True), worst_of(design, "amplitude", min, True)
     if largest is not None and largest.value > high * (1.0 + 1e-9):
-        yield Complaint(
-            f"with drive code {_code(design, largest)} the tank of {where(largest)} swings "
-            f"{show(largest.value, 'V', 3)} peak; above {show(high, 'V')} the input clamps and shifts the frequency"
-            f"{in_sigmas(largest, high, 'V')}",
-            _clamp_advice(_code(design, largest), design.spec.readout.drive_code is not None),
+        yield CLAMPED.found(
             CODE_KEY,
             largest.value,
             high,
             "V",
+            hint=_clamp_advice(_code(design, largest), design.spec.readout.drive_code is not None),
             source=design.family.limits()["amplitude_max"].source,
             sigma=sigmas_between(largest, high),
+            code=_code(design, largest),
+            where=where(largest),
+            in_sigmas=in_sigmas(largest, high, "V"),
         )
     else:
         if largest is not None:
@@ -62,23 +63,18 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
         yield from _cold_amplitude(design)
     if smallest is not None and smallest.value < optimum:
         below = smallest.value < stable
-        yield Complaint(
-            f"with drive code {_code(design, smallest)} the tank of {where(smallest)} swings only "
-            f"{show(smallest.value, 'V', 3)} peak; "
-            + (
-                f"below {show(stable, 'V')} the oscillation may stop"
-                if below
-                else f"{show(optimum, 'V')} to {show(high, 'V')} is the low-noise window"
-            )
-            + in_sigmas(smallest, stable if below else optimum, "V"),
-            _weak_advice(design, smallest),
+        yield (MAY_STOP if below else TOO_WEAK).found(
             "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY,
             smallest.value,
             stable if below else optimum,
             "V",
-            Severity.ERROR if below else Severity.WARNING,
-            design.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
+            hint=_weak_advice(design, smallest),
+            source=design.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
             sigma=sigmas_between(smallest, stable if below else optimum),
+            code=_code(design, smallest),
+            where=where(smallest),
+            high=high,
+            in_sigmas=in_sigmas(smallest, stable if below else optimum, "V"),
         )
     elif smallest is not None:
         hint = f"measure the amplitude of the first boards{_other_code(_code(design, smallest) + 1, 'stronger')}"
@@ -107,17 +103,16 @@ def _cold_amplitude(design: Design) -> Iterator[Verdict]:
         return
     largest, swing = _widest(design, readings_of(cold, "parallel_resistance", True))
     if largest is not None and swing > high:
-        yield Complaint(
-            f"switched on at 20 degC, the tank of {where(largest)} swings {show(swing, 'V', 3)} peak with drive code "
-            f"{_code(design, largest)}, which is chosen for {design.estimates.temperature:g} degC; "
-            f"above {show(high, 'V')} the input clamps and shifts the frequency",
-            f"begin with drive code {_careful_code(design, largest)}, and change when the sensor is warm",
+        yield CLAMPED_WHEN_COLD.found(
             "requirements.temperature",
             swing,
             high,
             "V",
-            Severity.WARNING,
-            design.family.limits()["amplitude_max"].source,
+            source=design.family.limits()["amplitude_max"].source,
+            where=where(largest),
+            code=_code(design, largest),
+            temperature=design.estimates.temperature,
+            careful_code=_careful_code(design, largest),
         )
 
 
@@ -149,16 +144,14 @@ def _bare_coil_amplitude(design: Design) -> Iterator[Complaint]:
         return
     if swing <= design.family.limit("amplitude_max"):
         return
-    yield Complaint(
-        f"before assembly the bare coil {worst.coil} would swing {show(swing, 'V', 3)} peak with drive code "
-        f"{_code(design, worst)}, which is chosen for the assembled sensor",
-        f"to test a bare board, use drive code {_careful_code(design, worst)}, and "
-        f"{_code(design, worst)} once it is assembled",
+    yield CLAMPED_WHEN_BARE.found(
         "coil",
         swing,
         design.family.limit("amplitude_max"),
         "V",
-        Severity.NOTE,
+        coil=worst.coil,
+        code=_code(design, worst),
+        careful_code=_careful_code(design, worst),
     )
 
 
@@ -173,16 +166,16 @@ def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
     most = design.family.amplitude_at(max(r.value for r in values), high_current)
     too_weak = least < design.family.limit("amplitude_optimum_min")
     if too_weak or most > design.family.limit("amplitude_max"):
-        yield Complaint(
-            f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
-            f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
-            "measure the amplitude at the converter's pins before trusting a reading",
+        yield UNSURE_DRIVE.found(
             "coil.turns",
             least if too_weak else most,
             design.family.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
             "V",
-            Severity.WARNING,
-            design.family.limits()["high_current_max"].source,
+            source=design.family.limits()["high_current_max"].source,
+            low_current=low_current,
+            high_current=high_current,
+            least=least,
+            most=most,
         )
 
 
@@ -222,6 +215,46 @@ def _clamp_advice(code: int, is_wanted: bool) -> str:
     if code == 0:
         return "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
     return f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
+
+
+CLAMPED = Case(
+    "with drive code {code} the tank of {where} swings {measured:V,3} peak; above {limit:V} the "
+    "input clamps and shifts the frequency{in_sigmas}",
+)
+
+TOO_WEAK = Case(
+    "with drive code {code} the tank of {where} swings only {measured:V,3} peak; {limit:V} to {high:V} is the "
+    "low-noise "
+    "window{in_sigmas}",
+    severity=Severity.WARNING,
+)
+
+MAY_STOP = Case(
+    "with drive code {code} the tank of {where} swings only {measured:V,3} peak; below {limit:V} the oscillation may "
+    "stop{in_sigmas}",
+)
+
+CLAMPED_WHEN_COLD = Case(
+    "switched on at 20 degC, the tank of {where} swings {measured:V,3} peak with drive code "
+    "{code}, which is chosen for {temperature:g} degC; above {limit:V} the input clamps and "
+    "shifts the frequency",
+    hint="begin with drive code {careful_code}, and change when the sensor is warm",
+    severity=Severity.WARNING,
+)
+
+CLAMPED_WHEN_BARE = Case(
+    "before assembly the bare coil {coil} would swing {measured:V,3} peak with drive code {code},"
+    " which is chosen for the assembled sensor",
+    hint="to test a bare board, use drive code {careful_code}, and {code} once it is assembled",
+    severity=Severity.NOTE,
+)
+
+UNSURE_DRIVE = Case(
+    "the high-current drive is {low_current:A} or {high_current:A}, as TI's texts disagree: the "
+    "amplitude lies between {least:V,3} and {most:V,3} peak",
+    hint="measure the amplitude at the converter's pins before trusting a reading",
+    severity=Severity.WARNING,
+)
 
 
 DRIVE_RULES: tuple[Rule, ...] = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from sitscad.checks.cases import Case
 from sitscad.checks.reading.more_copper import larger_capacitor, more_copper
 from sitscad.checks.reading.readings import (
     Reading,
@@ -21,12 +22,11 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.remedy.moves import capacitor
 from sitscad.scene.state import FREE
-from sitscad.units import show
 
 
 def inductance_floor(design: Design) -> Iterator[Verdict]:
@@ -49,17 +49,11 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
     refused = _cannot_be_driven(design, worst)
-    yield Complaint(
-        f"the inductance of {where(worst)} is "
-        f"{show(worst.value, 'H')}{other_states(design, worst, 'inductance', 'H', 4)}; below {show(floor, 'H')} the "
-        f"converter {'cannot measure it' if refused else _SMALL_BUT_DRIVEN}{in_sigmas(worst, floor, 'H')}",
-        "inductance grows with the square of turns and layers: more of them, a larger coil, or more distance from "
-        "target and jaw",
+    yield (TOO_SMALL if refused else SMALL_BUT_DRIVEN).found(
         "coil.turns",
         worst.value,
         floor,
         "H",
-        None if refused else Severity.WARNING,
         sigma=sigmas_between(worst, floor),
         advice=lambda left: more_copper(
             design.spec,
@@ -68,13 +62,10 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
             "inductance grows with the square of turns and layers: {}; more distance from target and jaw takes less of "
             "it away",
         ),
+        where=where(worst),
+        other_states=other_states(design, worst, "inductance", "H", 4),
+        in_sigmas=in_sigmas(worst, floor, "H"),
     )
-
-
-_SMALL_BUT_DRIVEN = (
-    "was found wanting (a figure for 0.25 kohm at 10 MHz); here frequency and parallel resistance keep their limits, "
-    "and leads and contacts are a good part of so small an inductance"
-)
 
 
 def _cannot_be_driven(design: Design, reading: Reading) -> bool:
@@ -106,32 +97,23 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         fitting = [value for value in preferred_values(design.family) if value >= wanted]
         larger = list(capacitor(design.spec, fitting[:3]))
-        yield Complaint(
-            f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}"
-            f"{other_states(design, worst, 'frequency', 'Hz', 4)}; the converter stops at {show(high, 'Hz')}"
-            f"{in_sigmas(worst, high, 'Hz')}",
-            "a larger capacitor, or more inductance",
+        yield TOO_FAST.found(
             "readout.capacitance",
             worst.value,
             high,
             "Hz",
             sigma=sigmas_between(worst, high),
             advice=lambda left: larger_capacitor(larger, now, left),
+            where=where(worst),
+            other_states=other_states(design, worst, "frequency", "Hz", 4),
+            in_sigmas=in_sigmas(worst, high, "Hz"),
         )
     else:
         hint = "the next larger capacitor of the series, or one of a closer tolerance"
         yield from near_limit(worst, high, "Hz", "frequency", hint, "readout.capacitance")
     lowest = worst_of(design, "frequency", min)
     if lowest is not None and lowest.value < low:
-        yield Complaint(
-            f"the tank of {where(lowest)} runs at {show(lowest.value, 'Hz')}; the converter begins at "
-            f"{show(low, 'Hz')}",
-            "a smaller capacitor",
-            "readout.capacitance",
-            lowest.value,
-            low,
-            "Hz",
-        )
+        yield TOO_SLOW.found("readout.capacitance", lowest.value, low, "Hz", where=where(lowest))
 
 
 def parallel_resistance(design: Design) -> Iterator[Verdict]:
@@ -154,23 +136,13 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     is_error = worst.value < floor
     asked = floor if is_error else specified
     growth = (specified / worst.value) ** (1.0 / 3.0)
-    why = (
-        f"the strongest {'high-current ' if strong else ''}drive needs {show(floor, 'ohm')}"
-        if is_error
-        else f"the data sheet specifies from {show(specified, 'ohm')} up"
-    )
-    yield Complaint(
-        f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}"
-        f"{other_states(design, worst, 'parallel_resistance', 'ohm')}; {why}"
-        f"{in_sigmas(worst, asked, 'ohm')}",
-        f"R_P = (omega L)^2 / R grows with about the cube of turns and layers: more of them, a larger coil or a finer "
-        f"pitch; {_distance_advice(design, worst)}",
+    case = LOSSY if not is_error else TOO_LOSSY_FOR_ONE if strong else TOO_LOSSY
+    yield case.found(
         "coil.layers",
         worst.value,
         asked,
         "ohm",
-        Severity.ERROR if is_error else Severity.WARNING,
-        design.family.limits()[floor_name if is_error else "parallel_resistance_min"].source,
+        source=design.family.limits()[floor_name if is_error else "parallel_resistance_min"].source,
         sigma=sigmas_between(worst, asked),
         advice=lambda left: more_copper(
             design.spec,
@@ -179,6 +151,10 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
             "R_P = (omega L)^2 / R grows with about the cube of turns and layers: {}; "
             + _distance_advice(design, worst),
         ),
+        where=where(worst),
+        other_states=other_states(design, worst, "parallel_resistance", "ohm"),
+        in_sigmas=in_sigmas(worst, asked, "ohm"),
+        distance_advice=_distance_advice(design, worst),
     )
 
 
@@ -188,16 +164,14 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
     floor = design.family.limit("quality_factor_min")
     worst = worst_of(design, "quality_factor", min)
     if worst is not None and worst.value < floor:
-        yield Complaint(
-            f"the quality factor of {where(worst)} is "
-            f"{worst.value:.3g}{other_states(design, worst, 'quality_factor', '')}; below {floor:g} (a rule of "
-            "thumb, unverified) the frequency follows the losses as well as the inductance",
-            f"a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; "
-            f"{_distance_advice(design, worst)}",
+        yield LOW_QUALITY.found(
             "coil.trace_width",
             worst.value,
             floor,
             None,
+            where=where(worst),
+            other_states=other_states(design, worst, "quality_factor", ""),
+            distance_advice=_distance_advice(design, worst),
         )
 
 
@@ -220,16 +194,18 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
         return
     is_error = share > binding
     asked = binding if is_error else strict
-    yield Complaint(
-        f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}, {100.0 * share:.0f} % of the coil's own "
-        f"resonance at {show(resonance, 'Hz')}; at most {100.0 * asked:.0f} % is asked",
-        "a larger capacitor lowers the frequency; fewer layers or a thicker dielectric raise the resonance",
+    yield NEAR_RESONANCE.found(
         "readout.capacitance",
         share,
         asked,
         None,
-        Severity.ERROR if is_error else Severity.WARNING,
-        design.family.limits()["self_resonance_fraction" if is_error else "self_resonance_fraction_strict"].source,
+        source=design.family.limits()[
+            "self_resonance_fraction" if is_error else "self_resonance_fraction_strict"
+        ].source,
+        is_grave=is_error,
+        where=where(worst),
+        value=worst.value,
+        resonance=resonance,
     )
 
 
@@ -241,15 +217,7 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
         yield Undecided("no capacitor was chosen: no state of the coils could be estimated")
         return
     if not low <= value <= high:
-        yield Complaint(
-            f"the tank capacitor is {show(value, 'F', 3)}; TI's reference coils work with {show(low, 'F')} to "
-            f"{show(high, 'F')}",
-            "below it, pins and cable decide the frequency; above it, C0G parts are large and their own loss counts",
-            "readout.capacitance",
-            value,
-            low if value < low else high,
-            "F",
-        )
+        yield ODD_CAPACITOR.found("readout.capacitance", value, low if value < low else high, "F", low=low, high=high)
 
 
 # -------------------------------------------------------------------------------------------------------------- advice
@@ -271,6 +239,82 @@ def _distance_advice(design: Design, worst: Reading) -> str:
 
 DRAWS_IN = 1.5
 """Relative permeability from which on a shield draws the field in: nearer, it adds inductance."""
+
+
+MORE_INDUCTANCE = (
+    "inductance grows with the square of turns and layers: more of them, a larger coil, or more distance from "
+    "target and "
+    "jaw"
+)
+
+TOO_SMALL = Case(
+    "the inductance of {where} is {measured:H}{other_states}; below {limit:H} the converter cannot measure "
+    "it{in_sigmas}",
+    hint=MORE_INDUCTANCE,
+)
+
+SMALL_BUT_DRIVEN = Case(
+    "the inductance of {where} is {measured:H}{other_states}; below {limit:H} the converter was found wanting (a "
+    "figure "
+    "for 0.25 kohm at 10 MHz); here frequency and parallel resistance keep their limits, and leads and contacts are a "
+    "good part of so small an inductance{in_sigmas}",
+    hint=MORE_INDUCTANCE,
+    severity=Severity.WARNING,
+)
+
+TOO_FAST = Case(
+    "the tank of {where} runs at {measured:Hz}{other_states}; the converter stops at {limit:Hz}{in_sigmas}",
+    hint="a larger capacitor, or more inductance",
+)
+
+TOO_SLOW = Case(
+    "the tank of {where} runs at {measured:Hz}; the converter begins at {limit:Hz}",
+    hint="a smaller capacitor",
+)
+
+MORE_RESISTANCE = (
+    "R_P = (omega L)^2 / R grows with about the cube of turns and layers: more of them, a larger coil or a finer "
+    "pitch; "
+    "{distance_advice}"
+)
+
+TOO_LOSSY = Case(
+    "the parallel resistance of {where} is {measured:ohm,3}{other_states}; the strongest drive needs "
+    "{limit:ohm}{in_sigmas}",
+    hint=MORE_RESISTANCE,
+)
+
+TOO_LOSSY_FOR_ONE = Case(
+    "the parallel resistance of {where} is {measured:ohm,3}{other_states}; the strongest high-current drive needs "
+    "{limit:ohm}{in_sigmas}",
+    hint=MORE_RESISTANCE,
+)
+
+LOSSY = Case(
+    "the parallel resistance of {where} is {measured:ohm,3}{other_states}; the data sheet specifies from {limit:ohm} "
+    "up{in_sigmas}",
+    hint=MORE_RESISTANCE,
+    severity=Severity.WARNING,
+)
+
+LOW_QUALITY = Case(
+    "the quality factor of {where} is {measured:.3g}{other_states}; below {limit:g} (a rule of "
+    "thumb, unverified) the frequency follows the losses as well as the inductance",
+    hint=("a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; {distance_advice}"),
+)
+
+NEAR_RESONANCE = Case(
+    "the tank of {where} runs at {value:Hz}, {measured:%.0f} % of the coil's own resonance at "
+    "{resonance:Hz}; at most {limit:%.0f} % is asked",
+    hint=("a larger capacitor lowers the frequency; fewer layers or a thicker dielectric raise the resonance"),
+    severity=Severity.WARNING,
+    grave=Severity.ERROR,
+)
+
+ODD_CAPACITOR = Case(
+    "the tank capacitor is {measured:F,3}; TI's reference coils work with {low:F} to {high:F}",
+    hint=("below it, pins and cable decide the frequency; above it, C0G parts are large and their own loss counts"),
+)
 
 
 ELECTRICAL_RULES: tuple[Rule, ...] = (

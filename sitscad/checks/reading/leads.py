@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from itertools import islice
 
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.cases import Case, worded
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.estimates.values import CoilEstimate
 from sitscad.finding import Severity
@@ -18,7 +19,6 @@ from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import other_ends, whole_turns
 from sitscad.remedy.search import Left, first_that_mends
 from sitscad.scene.state import FREE
-from sitscad.units import show
 
 NAMED, WARNED = 0.015, 0.03
 """Shares of the winding's inductance from which what leads link of its flux is named; and warned of, where a lead runs
@@ -57,14 +57,17 @@ def leads_round(design: Design) -> Iterator[Verdict]:
         return
     beyond = abs(worst.turns) - abs(least_closing(design.spec.coil))
     is_warned = -worst.share >= WARNED
-    yield Complaint(
-        _message(worst, beyond),
-        "turns whose sum over the layers is whole let the leads run together",
+    yield (RUNS_ON if worst.turns > 0.0 else RUNS_BACK).found(
         "coil.turns",
         abs(worst.share),
         WARNED if is_warned else NAMED,
-        severity=Severity.WARNING if is_warned else Severity.NOTE,
         advice=lambda left: _other_way(design, beyond > TOGETHER, left, is_warned),
+        is_grave=is_warned,
+        name=worst.name,
+        turns=abs(worst.turns),
+        cramped=worded(CRAMPED, {"beyond": beyond}) if beyond > TOGETHER else "",
+        inductance=abs(worst.inductance),
+        parallel="" if math.isnan(worst.parallel) else worded(MOVES, {"parallel": worst.parallel}),
     )
 
 
@@ -79,16 +82,6 @@ def _arc(design: Design, coil: Coil, estimate: CoilEstimate) -> _Arc:
         # Rp = L / (R C), with the arc over without it
         parallel = free.inductance / (free.inductance - linked) * (1.0 - resistance / free.resistance) - 1.0
     return _Arc(coil.name, turns, linked, linked / estimate.winding_inductance, parallel)
-
-
-def _message(arc: _Arc, beyond: float) -> str:
-    sense, verb = ("on", "adds") if arc.turns > 0.0 else ("back", "takes away")
-    rooms = f" ({beyond:.2f} of them for want of room beside the coils)" if beyond > TOGETHER else ""
-    parallel = "" if math.isnan(arc.parallel) else f" and moves Rp by about {100.0 * arc.parallel:+.1f} %"
-    return (
-        f"a lead of {arc.name} runs {abs(arc.turns):.2f} turns {sense} round the coil by itself{rooms}: that {verb} "
-        f"{show(abs(arc.inductance), 'H', 3)}, {100.0 * abs(arc.share):.1f} % of the winding's inductance,{parallel}"
-    )
 
 
 def _other_way(design: Design, is_cramped: bool, left: Left, is_warned: bool) -> str:
@@ -123,6 +116,27 @@ def _runs_together(left: Left, change: Fix, is_cramped: bool) -> bool:
     return not drawn.shortfalls and all(
         abs(drawn_closing(change.spec.coil, coil)) <= spare + TOGETHER for coil in drawn.coils
     )
+
+
+CRAMPED = " ({beyond:.2f} of them for want of room beside the coils)"
+MOVES = " and moves Rp by about {parallel:%+.1f} %"
+TOGETHER_HINT = "turns whose sum over the layers is whole let the leads run together"
+
+RUNS_ON = Case(
+    "a lead of {name} runs {turns:.2f} turns on round the coil by itself{cramped}: that adds {inductance:H,3}, "
+    "{measured:%.1f} % of the winding's inductance,{parallel}",
+    TOGETHER_HINT,
+    Severity.NOTE,
+    grave=Severity.WARNING,
+)
+
+RUNS_BACK = Case(
+    "a lead of {name} runs {turns:.2f} turns back round the coil by itself{cramped}: that takes away {inductance:H,3}, "
+    "{measured:%.1f} % of the winding's inductance,{parallel}",
+    TOGETHER_HINT,
+    Severity.NOTE,
+    grave=Severity.WARNING,
+)
 
 
 LEAD_RULES: tuple[Rule, ...] = (

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
+from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -86,16 +87,18 @@ def near_limit(
         return
     count = sigmas_between(reading, limit)
     if count is not None and count < NEAR:
-        yield Complaint(
-            f"the {words} of {where(reading)} is {show(reading.value, unit, 3)}; it keeps its limit by little"
-            f"{in_sigmas(reading, limit, unit)}",
-            hint,
+        yield NEAR_LIMIT.found(
             key,
             reading.value,
             limit,
             unit,
-            Severity.WARNING if count < AT_RISK else Severity.NOTE,
+            hint=hint,
             sigma=count,
+            is_grave=count < AT_RISK,
+            words=words,
+            where=where(reading),
+            value=show(reading.value, unit, 3),
+            in_sigmas=in_sigmas(reading, limit, unit),
         )
 
 
@@ -127,12 +130,7 @@ def nothing_estimated(design: Design) -> Iterator[Verdict]:
     for coil in design.estimates.coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
-            yield Complaint(
-                f"coil {coil.name} has no state that could be estimated; {reasons[0]}",
-                "a coil of more usual proportions: tracks no thicker than wide and further apart, metal further away",
-                "coil",
-                severity=Severity.ERROR,
-            )
+            yield NOTHING_ESTIMATED.found("coil", name=coil.name, reason=reasons[0])
             return
 
 
@@ -144,16 +142,15 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     value, name, state = min(found)
     now = design.estimates.readout.capacitance
     smaller = list(capacitor(design.spec, _preferred_below(design, now * (value / 10.0) ** 2)))
-    yield Complaint(
-        f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
-        f"{show(now, 'F', 3)}",
-        _LESS_DAMPED,
+    yield OVERDAMPED_TANK.found(
         "readout.capacitance",
         value,
         1.0,
         None,
-        Severity.ERROR,
+        hint=_LESS_DAMPED,
         advice=lambda left: _smaller_capacitor(smaller, left),
+        where=where(Reading(name, state, value)),
+        now=now,
     )
 
 
@@ -197,3 +194,21 @@ def other_states(design: Design, worst: Reading, attribute: str, unit: str, digi
 def source_of_limit(name: str) -> str:
     """Where one of the converters' limits comes from, as the families state it."""
     return "; ".join(dict.fromkeys(family.limits()[name].source for family in FAMILIES.values()))
+
+
+NEAR_LIMIT = Case(
+    "the {words} of {where} is {value}; it keeps its limit by little{in_sigmas}",
+    severity=Severity.NOTE,
+    grave=Severity.WARNING,
+)
+
+NOTHING_ESTIMATED = Case(
+    "coil {name} has no state that could be estimated; {reason}",
+    hint=("a coil of more usual proportions: tracks no thicker than wide and further apart, metal further away"),
+    severity=Severity.ERROR,
+)
+
+OVERDAMPED_TANK = Case(
+    "the tank of {where} does not oscillate: it is overdamped, Q {measured:.2g} with {now:F,3}",
+    severity=Severity.ERROR,
+)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from sitscad.checks.cases import Case
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.reading.readings import failed_states
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
@@ -69,16 +70,19 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         return
     worst = min(deaf, key=lambda response: response.steps)
     beside = best.steps >= FEWEST_STEPS
-    yield Complaint(
-        f"{_named(deaf)} hardly feel{'s' if len(deaf) == 1 else ''} the force: from rest to pressed by "
-        f"{show(design.spec.requirements.normal_force or 0.0, 'N')} {_changes(deaf)}"
-        + (f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "")
-        + f". Asked are {FEWEST_STEPS:.0f} steps and {100.0 * LEAST_SHARE:.0f} % of the best coil's change",
-        _under_the_target(design.spec, deaf) if beside else _more_change(design.spec),
+    yield HARDLY_FELT.found(
         "target.size" if beside else "elastomer.thickness",
         worst.steps,
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
         "steps",
+        hint=_under_the_target(design.spec, deaf) if beside else _more_change(design.spec),
+        named=_named(deaf),
+        verb_end="s" if len(deaf) == 1 else "",
+        force=design.spec.requirements.normal_force or 0.0,
+        changes=_changes(deaf),
+        against=f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "",
+        fewest_steps=FEWEST_STEPS,
+        least_share=LEAST_SHARE,
     )
 
 
@@ -152,19 +156,40 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     scale = (
         f"{100.0 * drift / abs(best.share):.0f} % of full scale" if abs(best.share) > drift else "all of it and more"
     )
-    yield Complaint(
-        f"the whole signal is small: from rest to {show(best.force, 'N')} the reading of coil {best.coil} changes by "
-        f"{100.0 * abs(best.share):.2g} % of itself{steps} ({show(best.per_newton, 'H', 3)}/N, its frequency by "
-        f"{100.0 * best.frequency_share:+.2g} %). Ten degrees of warming move it by about {100.0 * drift:.2g} %, "
-        f"{scale}",
-        f"{_back_over_the_coils(design.spec)}{_MORE_CHANGE}, a larger target, or more distance from metal behind the "
-        "coils; else plan for temperature: a reference coil without a target, or a tare before each grasp",
+    yield SMALL_SIGNAL.found(
         "elastomer.thickness",
         abs(best.share),
         least.value,
         None,
         source=least.source,
+        force=best.force,
+        coil=best.coil,
+        steps=steps,
+        per_newton=best.per_newton,
+        frequency_share=best.frequency_share,
+        drift=drift,
+        scale=scale,
+        back_over_the_coils=_back_over_the_coils(design.spec),
     )
+
+
+HARDLY_FELT = Case(
+    "{named} hardly feel{verb_end} the force: from rest to pressed by {force:N} "
+    "{changes}{against}. Asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of the best "
+    "coil's change",
+)
+
+SMALL_SIGNAL = Case(
+    "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by "
+    "{measured:%.2g} % of itself{steps} ({per_newton:H,3}/N, its frequency by "
+    "{frequency_share:%+.2g} %). Ten degrees of warming move it by about {drift:%.2g} %, {scale}",
+    hint=(
+        "{back_over_the_coils}a softer elastomer, or one of another thickness (a thinner one "
+        "brings the target nearer, but a wide pad then gives way less), a larger target, or more "
+        "distance from metal behind the coils; else plan for temperature: a reference coil "
+        "without a target, or a tare before each grasp"
+    ),
+)
 
 
 RESPONSE_RULES: tuple[Rule, ...] = (

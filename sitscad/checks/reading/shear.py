@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 
 from sitscad.checks.assembly.fit import pad_of
+from sitscad.checks.cases import Case
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
@@ -60,16 +61,19 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     if apart >= asked:
         return
     beside = f"; the required normal force changes a coil by {show(pressed, 'H', 3)}" if pressed else ""
-    yield Complaint(
-        f"the array hardly feels shear along {AXES[axis]}: {show(force, 'N')} move the target by "
-        f"{show(travel, 'm', 2)}, and with that the coils' inductances differ by {show(apart, 'H', 2)} more, "
-        f"{apart / step:.2g} steps of the converter{beside}. Asked are {FEWEST_STEPS:.0f} steps and "
-        f"{100.0 * LEAST_SHARE:.0f} % of that change",
-        _edges_over_coils(spec, axis),
+    yield HARDLY_SHEAR.found(
         "target.size",
         apart / step,
         asked / step,
         "steps",
+        hint=_edges_over_coils(spec, axis),
+        axis_name=AXES[axis],
+        force=force,
+        travel=travel,
+        apart=apart,
+        beside=beside,
+        fewest_steps=FEWEST_STEPS,
+        least_share=LEAST_SHARE,
     )
 
 
@@ -89,6 +93,14 @@ def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
         + " (not tried); a softer or thicker elastomer lets it move farther. Where the force only has to be borne, "
         "this does not matter"
     )
+
+
+HARDLY_SHEAR = Case(
+    "the array hardly feels shear along {axis_name}: {force:N} move the target by {travel:m,2}, "
+    "and with that the coils' inductances differ by {apart:H,2} more, {measured:.2g} steps of the"
+    " converter{beside}. Asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of that "
+    "change",
+)
 
 
 SHEAR_RULES: tuple[Rule, ...] = (

@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from sitscad.checks.cases import Case
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.reading.readings import Reading, readings_of, where
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.record import record
@@ -70,19 +71,19 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     too_much = cost.resistance > _limit("thin_target_resistance")
     weighs = too_much or cost.change > _limit("thin_target_change")
     name = "thin_target_resistance" if too_much or cost.resistance >= cost.change else "thin_target_change"
-    yield Complaint(
-        f"the target is {show(target.thickness, 'm', 3)} thick, {target.thickness / depth:.2g} skin depths of "
-        f"{target.material.name} at {show(frequency, 'Hz', 3)}: a part of the field goes through it. {cost.words}",
-        f"take {show(THICK * depth, 'm', 3)} or more (3 skin depths stop 95 %)"
-        if weighs
-        else "nothing has to be changed for that",
+    yield (TOO_THIN if weighs else THIN).found(
         "target.thickness",
         cost.resistance if name == "thin_target_resistance" else cost.change,
         _limit(name),
         None,
-        Severity.WARNING if weighs else Severity.NOTE,
-        own_limits()[name].source,
+        source=own_limits()[name].source,
         advice=(lambda left: _thicker(design, THICK * depth, left)) if weighs else None,
+        enough=THICK * depth,
+        thickness=target.thickness,
+        depths=target.thickness / depth,
+        name=target.material.name,
+        frequency=frequency,
+        words=cost.words,
     )
 
 
@@ -166,16 +167,15 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
         if math.isfinite(depth)
         else "does not conduct: no eddy currents flow in it"
     )
-    yield Complaint(
-        f"{target.material.name} {why}. It changes the inductance by {100.0 * share:.2g} % of what copper of its size "
-        "changes",
-        "take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
+    yield POOR_CONDUCTOR.found(
         "target.material",
         share,
         least,
         None,
-        Severity.ERROR if share < least else Severity.WARNING,
-        own_limits()["least_target_effect"].source,
+        source=own_limits()["least_target_effect"].source,
+        is_grave=share < least,
+        name=target.material.name,
+        why=why,
     )
 
 
@@ -205,6 +205,23 @@ def _target(design: Design) -> Target:
 
 def _limit(name: str) -> float:
     return own_limits()[name].value
+
+
+_THIN = (
+    "the target is {thickness:m,3} thick, {depths:.2g} skin depths of {name} at {frequency:Hz,3}: a part of the field "
+    "goes through it. {words}"
+)
+
+TOO_THIN = Case(_THIN, "take {enough:m,3} or more (3 skin depths stop 95 %)", Severity.WARNING)
+
+THIN = Case(_THIN, "nothing has to be changed for that", Severity.NOTE)
+
+POOR_CONDUCTOR = Case(
+    "{name} {why}. It changes the inductance by {measured:%.2g} % of what copper of its size changes",
+    hint="take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
+    severity=Severity.WARNING,
+    grave=Severity.ERROR,
+)
 
 
 THIN_TARGET_RULES: tuple[Rule, ...] = (

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from sitscad.checks.cases import Case, worded
 from sitscad.checks.reading.readings import source_of_limit, worst_of
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.remedy.moves import scans
 from sitscad.remedy.search import Left, first_that_mends, in_vain
 from sitscad.spec.converter import Converter
 from sitscad.spec.profiles import presets
-from sitscad.units import show
 
 _CHANNELS = "; ".join(dict.fromkeys(presets.converter(name).source for name in presets.names("converter")))
 
@@ -30,17 +30,18 @@ def input_frequency(design: Design) -> Iterator[Verdict]:
         return
     if not design.family.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
         wanted = design.family.input_divider(worst.value, readout.reference_frequency)
-        yield Complaint(
-            f"the sensor frequency {show(worst.value, 'Hz')} divided by {readout.input_divider} is not below a quarter "
-            f"of the reference {show(readout.reference_frequency, 'Hz')}"
-            + (", or lacks the divider of 2 that 8.75 MHz and more need" if readout.input_divider < 2 else ""),
-            f"FIN_DIVIDER {wanted} would do"
-            if wanted <= 15
-            else f"no divider up to 15 helps: a clock of at least {show(4.0 * worst.value / 15.0, 'Hz')} is needed",
+        is_enough, slow = wanted <= 15, readout.input_divider < 2
+        yield (INPUT_UNDIVIDED if slow else INPUT_TOO_FAST).found(
             "readout.clock",
             worst.value / readout.input_divider,
             0.25 * readout.reference_frequency,
             "Hz",
+            hint=worded(
+                LARGER_DIVIDER if is_enough else FASTER_CLOCK, {"divider": wanted, "clock": 4.0 * worst.value / 15.0}
+            ),
+            value=worst.value,
+            input_divider=readout.input_divider,
+            reference_frequency=readout.reference_frequency,
         )
 
 
@@ -51,14 +52,8 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
         yield Undecided("no scan rate was estimated")
         return
     if readout.scan_rate < wanted * (1.0 - 1e-6):
-        yield Complaint(
-            f"the fastest scan of {_coils(design)} takes {show(1.0 / readout.scan_rate, 's', 3)} "
-            f"({show(readout.scan_rate, 'Hz')}); {show(wanted, 'Hz')} are asked",
-            "ask for fewer scans a second, use fewer coils, or a faster clock",
-            "readout.scan_rate",
-            readout.scan_rate,
-            wanted,
-            "Hz",
+        yield TOO_MANY_SCANS.found(
+            "readout.scan_rate", readout.scan_rate, wanted, "Hz", coils=_coils(design), period=1.0 / readout.scan_rate
         )
 
 
@@ -70,16 +65,16 @@ def read_back(design: Design) -> Iterator[Verdict]:
     if wanted > sure:
         impossible = wanted > hopeful
         pause = "" if impossible else "; or make sure that the host reads without any pause: TI's two figures disagree"
-        yield Complaint(
-            f"{_coils(design)} can be read over I2C at 400 kHz {show(hopeful if impossible else sure, 'Hz')} times a "
-            f"second; {show(wanted, 'Hz')} are asked",
-            f"ask for fewer scans{pause}",
+        yield READ_TOO_SLOWLY.found(
             "readout.scan_rate",
             wanted,
             hopeful if impossible else sure,
             "Hz",
-            Severity.ERROR if impossible else Severity.WARNING,
             advice=lambda left: _other_rate(design, (math.floor(sure),), left, pause),
+            is_grave=impossible,
+            coils=_coils(design),
+            possible=hopeful if impossible else sure,
+            pause=pause,
         )
 
 
@@ -88,15 +83,14 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
     wanted, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
     assert wanted is not None
     if rate < 2.0 * wanted:
-        yield Complaint(
-            f"{show(rate, 'Hz')} scans a second follow a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
-            f"{show(wanted, 'Hz')} are required",
-            "ask for more scans a second, twice the bandwidth at least",
+        yield TOO_FEW_SCANS.found(
             "readout.scan_rate",
             rate,
             2.0 * wanted,
             "Hz",
             advice=lambda left: _other_rate(design, (5.0 * wanted, 2.0 * wanted), left),
+            followed=rate / 2.0,
+            wanted=wanted,
         )
 
 
@@ -118,31 +112,35 @@ def channels(design: Design) -> Iterator[Verdict]:
     device = design.spec.readout.device
     each, most = device.channels, device.most_coils
     if len(names) > most:
-        yield Complaint(
-            f"{len(names)} coils, but one I2C bus takes {len(device.addresses)} {device.part} of {each} channels, "
-            f"and every coil needs a channel of its own{_more_channels(device, len(names))}",
-            f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take "
-            "no more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
+        yield TOO_FEW_CHANNELS.found(
             key,
             float(len(names)),
             float(most),
+            count=len(names),
+            devices=len(device.addresses),
+            device=device.part,
+            each=each,
+            more_channels=_more_channels(device, len(names)),
+            beyond=len(names) - most,
         )
     elif len(names) > each:
         coupling, one, other = _across_converters(design, each)
         if not math.isfinite(coupling):
             yield Undecided("the mutual inductance of the coils was not estimated")
             return
-        yield Complaint(
-            f"{len(names)} coils take two {device.part}: {', '.join(names[:each])} at address "
-            f"0x{device.addresses[0]:02X}, {', '.join(names[each:])} at 0x{device.addresses[1]:02X}. They oscillate at "
-            f"the same time; {one} and {other} are coupled most, by {100.0 * coupling:.2g} %, while the estimate "
-            "takes all other coils as grounded",
-            "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
-            "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
+        yield TWO_CONVERTERS.found(
             key,
             coupling,
             MOST_COUPLING,
-            severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
+            is_grave=coupling >= MOST_COUPLING,
+            count=len(names),
+            device=device.part,
+            ones=", ".join(names[:each]),
+            address=device.addresses[0],
+            others=", ".join(names[each:]),
+            second_address=device.addresses[1],
+            one=one,
+            other=other,
         )
 
 
@@ -178,16 +176,14 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
         return
     share, one, other = max(pairs, default=(0.0, "", ""))
     if share >= 1e-3:
-        yield Complaint(
-            f"{one} and {other} are coupled: while one is read, the other is grounded and takes {100.0 * share:.2g} % "
-            "off its inductance",
-            "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
-            "this, the free state is the coil alone",
+        yield COUPLED.found(
             design.distance_key,
             share,
             0.05 if share >= 0.05 else 1e-3,
             None,
-            Severity.WARNING if share >= 0.05 else Severity.NOTE,
+            is_grave=share >= 0.05,
+            one=one,
+            other=other,
         )
 
 
@@ -200,19 +196,82 @@ def clock(design: Design) -> Iterator[Verdict]:
     value = design.spec.readout.clock
     low, high = design.family.limit("clock_min"), design.family.limit("clock_max")
     if not low <= value <= high:
-        yield Complaint(
-            f"the clock is {show(value, 'Hz')}; the converter takes {show(low, 'Hz')} to {show(high, 'Hz')}",
-            f"use {show(high, 'Hz')}: the fastest reference gives the finest reading",
-            "readout.clock",
-            value,
-            low if value < low else high,
-            "Hz",
-        )
+        yield ODD_CLOCK.found("readout.clock", value, low if value < low else high, "Hz", low=low, high=high)
 
 
 def _coils(design: Design) -> str:
     count = len(design.spec.array.placements)
     return "one coil" if count == 1 else f"{count} coils"
+
+
+INPUT_TOO_FAST = Case(
+    "the sensor frequency {value:Hz} divided by {input_divider} is not below a quarter of the "
+    "reference {reference_frequency:Hz}",
+)
+
+INPUT_UNDIVIDED = Case(
+    "the sensor frequency {value:Hz} divided by {input_divider} is not below a quarter of the "
+    "reference {reference_frequency:Hz}, or lacks the divider of 2 that 8.75 MHz and more need",
+)
+
+LARGER_DIVIDER = "FIN_DIVIDER {divider} would do"
+FASTER_CLOCK = "no divider up to 15 helps: a clock of at least {clock:Hz} is needed"
+
+TOO_MANY_SCANS = Case(
+    "the fastest scan of {coils} takes {period:s,3} ({measured:Hz}); {limit:Hz} are asked",
+    hint="ask for fewer scans a second, use fewer coils, or a faster clock",
+)
+
+READ_TOO_SLOWLY = Case(
+    "{coils} can be read over I2C at 400 kHz {possible:Hz} times a second; {measured:Hz} are asked",
+    hint="ask for fewer scans{pause}",
+    severity=Severity.WARNING,
+    grave=Severity.ERROR,
+)
+
+TOO_FEW_SCANS = Case(
+    "{measured:Hz} scans a second follow a bandwidth of {followed:Hz} at most; {wanted:Hz} are required",
+    hint="ask for more scans a second, twice the bandwidth at least",
+)
+
+TOO_FEW_CHANNELS = Case(
+    "{count} coils, but one I2C bus takes {devices} {device} of {each} channels, and every coil needs a "
+    "channel of its own{more_channels}",
+    hint=(
+        "leave {beyond} of them out, or make two sensors, each with a bus of its own; three axes "
+        "take no more than three coils under one target (pattern triangle) or four (pattern grid,"
+        " 2 x 2)"
+    ),
+)
+
+TWO_CONVERTERS = Case(
+    "{count} coils take two {device}: {ones} at address 0x{address:02X}, {others} at "
+    "0x{second_address:02X}. They oscillate at the same time; {one} and {other} are coupled most, by"
+    " {measured:%.2g} %, while the estimate takes all other coils as grounded",
+    hint=(
+        "tanks whose frequencies come within about half the coupling of each other pull each "
+        "other: keep those coils apart, give the second converter another capacitor, or put one "
+        "to sleep while the other measures"
+    ),
+    severity=Severity.NOTE,
+    grave=Severity.WARNING,
+)
+
+COUPLED = Case(
+    "{one} and {other} are coupled: while one is read, the other is grounded and takes "
+    "{measured:%.2g} % off its inductance",
+    hint=(
+        "keep the coils apart, and leave no coil over another; the estimate's rest and pressed "
+        "states contain this, the free state is the coil alone"
+    ),
+    severity=Severity.NOTE,
+    grave=Severity.WARNING,
+)
+
+ODD_CLOCK = Case(
+    "the clock is {measured:Hz}; the converter takes {low:Hz} to {high:Hz}",
+    hint="use {high:Hz}: the fastest reference gives the finest reading",
+)
 
 
 TIMING_RULES: tuple[Rule, ...] = (
