@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.loss.current_modes import ProximityLoss, cut_loss, joined
+from sitscad.physics.loss.current_modes import ModeSystem, ProximityLoss, joined, losses, mode_system
 from sitscad.physics.loss.mode_matrix import NearAndFar, mode_matrix
 from sitscad.physics.loss.proximity import arc_field, smooth_rings
 from sitscad.physics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
@@ -123,7 +123,7 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
                   steps: int, end: int | None) -> list[ProximityLoss]:  # fmt: skip
     # With an `end` (0: where the current comes from, 1: where it goes), only that half of the sides is cut.
     if sides.curvature[index[0]]:
-        return [_cut_loss(sides, index, 0.5, 1.0, conductivity, modes, steps, None)]
+        return losses([_cut_system(sides, index, 0.5, 1.0, conductivity, modes, None)], steps)
     spans = sides.end[index] - sides.start[index]
     corner = CORNER * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0], spans[:, 1])))
     matrix = mode_matrix(_cut(sides, index, 0.5, 1.0), conductivity, modes)
@@ -131,10 +131,10 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
     if end is not None:
         chosen = (fractions > 0.5) == bool(end)
         fractions, weights = fractions[chosen], 2.0 * weights[chosen]
-    return [
-        _cut_loss(sides, index, fraction, weight, conductivity, modes, steps, matrix)
+    return losses([
+        _cut_system(sides, index, fraction, weight, conductivity, modes, matrix)
         for fraction, weight in zip(fractions, weights, strict=True)
-    ]
+    ], steps)  # fmt: skip
 
 
 def _crowded(count: int, scale: float) -> tuple[Array, Array]:
@@ -268,20 +268,20 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
     return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
 
 
-def _cut_loss(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
-              modes: ModeSet, steps: int, matrix: Array | NearAndFar | None) -> ProximityLoss:  # fmt: skip
+def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
+                modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:  # fmt: skip
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
     offset = 0.5 * cut.width[:, None] * field_nodes(modes)
     flux = integrated(_smooth_field(sides, index, cut, place @ tangent, tangent, offset), cut, modes)
     if cut.curvature.any():
         flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
-    return cut_loss(cut, flux, None, conductivity, modes, steps, matrix)
+    return mode_system(cut, flux, None, conductivity, modes, matrix)
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
-    # cut_loss weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a track's
-    # own arc, +-half (n,) radians about the cut, is a part of a ring.
+    # mode_system weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a
+    # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
     bend = cut.curvature[:, None]
     offset = points_of(cut, modes)[0] - cut.across[:, None]
     flux = -bend * integrated(_straight_potential(cut, 0.5 * cut.width[:, None] * field_nodes(modes)), cut, modes)

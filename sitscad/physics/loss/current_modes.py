@@ -116,14 +116,31 @@ class ModeSystem:
 
     def loss(self, steps: int) -> ProximityLoss:
         """R and L at every frequency by a Lanczos run of so many steps; few modes are solved whole."""
-        driven = self.project(self.coupling)
-        if driven.size <= FEW and not isinstance(self.matrix, NearAndFar):
-            rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
-            strengths = (driven @ vectors) ** 2
-        else:
-            rates, strengths = _lanczos(self.matrix, driven, steps, self.project)
+        return losses([self], steps)[0]
+
+    def whole(self) -> tuple[Array, Array] | None:
+        """All relaxation times and their strengths; None where a Lanczos run costs less."""
+        if self.coupling.size > FEW or isinstance(self.matrix, NearAndFar):
+            return None
+        rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
+        return rates, (self.project(self.coupling) @ vectors) ** 2
+
+    def with_measure(self, rates: Array, strengths: Array) -> ProximityLoss:
+        """The loss of modes of such relaxation times and strengths."""
         below = float(np.sum(strengths[rates < 0.0]))
         return ProximityLoss(self.direct, np.maximum(rates, 0.0), strengths, self.change, below)
+
+
+def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
+    """R and L of systems of one matrix and one carrier, driven otherwise: by Lanczos runs side by side, because what
+    they cost is reading the matrix.
+    """
+    known = [system.whole() for system in systems]
+    found = [measure for measure in known if measure is not None]
+    if len(found) < len(systems):
+        driven = np.stack([system.project(system.coupling) for system in systems])
+        found = _lanczos(systems[0].matrix, driven, steps, systems[0].project)
+    return [system.with_measure(*measure) for system, measure in zip(systems, found, strict=True)]
 
 
 def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
@@ -149,7 +166,8 @@ def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductiv
     if smooth is not None:
         scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
         outside = ((smooth / _stretch(cut, modes)) @ projection(modes).T * scale).ravel()
-        change = float(shift @ (2.0 * coupling - matrix @ shift + 2.0 * outside))
+        if shift.any():
+            change = float(shift @ (2.0 * coupling - matrix @ shift + 2.0 * outside))
         coupling = coupling + outside
     direct = float(np.sum(amount[:, 0] ** 2 / size[:, 0]))
     return ModeSystem(matrix, coupling, source, shift, carrier / np.sqrt(size), direct, change)
@@ -183,28 +201,34 @@ def _carrier(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
 
 
 def _lanczos(
-    matrix: Array | NearAndFar, vector: Array, steps: int, project: Callable[[Array], Array]
-) -> tuple[Array, Array]:
-    # Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range: nodes and weights, exact
-    # in 2 * steps moments.
-    norm = float(np.linalg.norm(vector))
-    if norm == 0.0:
-        return np.zeros(1), np.zeros(1)
-    count = min(steps, vector.size)
-    basis = np.zeros((count + 1, vector.size))
-    basis[0] = vector / norm
-    diagonal, beside = [], []
+    matrix: Array | NearAndFar, vectors: Array, steps: int, project: Callable[[Array], Array]
+) -> list[tuple[Array, Array]]:
+    # Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
+    # nodes and weights, exact in 2 * steps moments.
+    norms = np.linalg.norm(vectors, axis=1)
+    count, length = min(steps, vectors.shape[1]), np.zeros(len(vectors), dtype=np.intp)
+    basis = np.zeros((len(vectors), count + 1, vectors.shape[1]))
+    basis[:, 0] = vectors / np.maximum(norms, 1e-300)[:, None]
+    diagonal, beside = np.zeros((2, len(vectors), count))
+    going = norms > 0.0
     for k in range(count):
-        image = project(matrix @ basis[k])
-        diagonal.append(float(basis[k] @ image))
-        kept = basis[: k + 1]
-        image -= kept.T @ (kept @ image)
-        image -= kept.T @ (kept @ image)
-        size = float(np.linalg.norm(image))
-        if size < 1e-13 * abs(diagonal[0]):
+        image = np.ascontiguousarray(project(matrix @ np.ascontiguousarray(basis[:, k].T)).T)
+        diagonal[:, k] = np.sum(basis[:, k] * image, axis=1)
+        length[going] = k + 1
+        for kept, own in zip(basis[:, : k + 1], image, strict=True):
+            own -= kept.T @ (kept @ own)
+            own -= kept.T @ (kept @ own)
+        beside[:, k] = np.linalg.norm(image, axis=1)
+        going &= beside[:, k] >= 1e-13 * np.abs(diagonal[:, 0])
+        if not going.any():
             break
-        beside.append(size)
-        basis[k + 1] = image / size
-    small = np.diag(diagonal) + np.diag(beside[: len(diagonal) - 1], 1) + np.diag(beside[: len(diagonal) - 1], -1)
-    values, vectors = np.linalg.eigh(small)
+        basis[going, k + 1] = image[going] / beside[going, k, None]
+    return [_measured(diagonal[i, :m], beside[i, : max(0, m - 1)], float(norms[i])) for i, m in enumerate(length)]
+
+
+def _measured(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:
+    # Nodes and weights of a symmetric tridiagonal matrix and the vector's norm.
+    if not diagonal.size:
+        return np.zeros(1), np.zeros(1)
+    values, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1))
     return values, norm**2 * vectors[0] ** 2
