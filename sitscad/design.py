@@ -146,6 +146,13 @@ class Design:
         return solids(self.layout)
 
     @property
+    def aids(self) -> tuple[Any, ...]:
+        """The solids of what the sensor is put together with: jig and mould (importing a CAD kernel)."""
+        from sitscad.parts import aids
+
+        return aids(self.layout)
+
+    @property
     def family(self) -> Family:
         """What the converter can do: its data sheet's limits and formulas."""
         return FAMILIES[self.spec.readout.device.family]

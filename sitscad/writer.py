@@ -14,7 +14,8 @@ class Writer:
     """One format or paper: its name for people, the module that renders it, the stage of `build` it belongs to.
 
     ``module`` counts from ``sitscad``; it is imported when it renders, not before. ``takes`` names the arguments of its
-    ``render`` in their order, out of ``layout``, ``solids``, ``spec``, ``estimates``, ``panel`` (None where none is
+    ``render`` in their order, out of ``layout``, ``solids``, ``aids`` (jig and mould),
+    ``spec``, ``estimates``, ``panel`` (None where none is
     wanted), ``coupon_estimates``, ``forced`` (why the package ought not to be ordered from, mostly empty) and ``files``
     (those that the same stage made before); ``applies`` says whether a spec has anything to write.
     """

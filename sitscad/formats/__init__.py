@@ -14,9 +14,9 @@ WRITERS: tuple[Writer, ...] = (
     Writer("kicad", "formats.kicad.project", "kicad"),
     Writer("laser dxf", "formats.laser_dxf", "laser", applies=is_cut),
     Writer("laser svg", "formats.laser_svg", "laser", applies=is_cut),
-    Writer("step", "formats.step", "mount", ("solids", "spec"), is_mounted),
-    Writer("stl", "formats.mesh_stl", "mesh", ("solids", "spec"), is_mounted),
-    Writer("3mf", "formats.mesh_3mf", "mesh", ("solids", "spec"), is_mounted),
+    Writer("step", "formats.step", "mount", ("solids", "spec", "aids"), is_mounted),
+    Writer("stl", "formats.mesh_stl", "mesh", ("solids", "spec", "aids"), is_mounted),
+    Writer("3mf", "formats.mesh_3mf", "mesh", ("solids", "spec", "aids"), is_mounted),
     Writer("volume mesh", "formats.volume_mesh", "mesh", ("solids", "spec"), lambda spec: spec.elastomer is not None),
 )
 """Every format, in the order in which a package is made; the papers come after them."""

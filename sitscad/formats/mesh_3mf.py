@@ -30,9 +30,9 @@ _RELATIONS = (
 )
 
 
-def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mount/NAME-<solid>.3mf`` of every piece of mount and jaw; nothing without a mount."""
-    pieces = of_role(solids, BodyRole.MOUNT, BodyRole.JAW)
+def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
+    """``mount/NAME-<solid>.3mf`` of every piece of mount and jaw, and of jig and mould; nothing without a mount."""
+    pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {
         f"mount/{spec.name}-{piece.name}.3mf": package(piece, tessellate(piece).on_bed(), f"{spec.name}-{piece.name}")
         for piece in pieces

@@ -1,4 +1,4 @@
-"""Binary STL files of mount and jaw for printing: millimetres, in the positive octant, standing on z = 0."""
+"""Binary STL files of mount, jaw, jig and mould for printing: millimetres, in the positive octant, on z = 0."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 
 
-def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mount/NAME-<solid>.stl`` of every piece of mount and jaw; nothing without a mount."""
-    pieces = of_role(solids, BodyRole.MOUNT, BodyRole.JAW)
+def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
+    """``mount/NAME-<solid>.stl`` of every piece of mount and jaw, and of jig and mould; nothing without a mount."""
+    pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {f"mount/{spec.name}-{piece.name}.stl": stl(tessellate(piece).on_bed()) for piece in pieces}
 
 

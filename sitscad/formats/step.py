@@ -27,11 +27,14 @@ _SOLID = re.compile(r"(#\d+) = MANIFOLD_SOLID_BREP\(")
 _ENTITY = re.compile(r"^#(\d+) = ", re.MULTILINE)
 
 
-def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mount/NAME-<solid>.step`` of each piece of mount and jaw, ``mount/assembly.step``; nothing without a mount."""
+def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
+    """``mount/NAME-<solid>.step`` of each piece of mount, jaw, jig and mould, ``mount/assembly.step``; nothing without
+    a mount.
+    """
     pieces = of_role(solids, BodyRole.MOUNT, BodyRole.JAW)
     if not pieces:
         return {}
+    pieces = (*pieces, *aids)
     files = {f"mount/{spec.name}-{piece.name}.step": part(piece, f"{spec.name}-{piece.name}") for piece in pieces}
     return {**files, "mount/assembly.step": assembly(solids, spec.name)}
 

@@ -12,8 +12,10 @@ from sitscad.fabrication.notes import contact_text, stiffener_text
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.papers.capacitor import capacitance_text
+from sitscad.parts.mould import pour
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
+from sitscad.scene.column import column
 from sitscad.scene.stack import shield
 from sitscad.spec.places import place_in_words
 from sitscad.spec.sensor import ElastomerPad, Mount, SensorSpec, Target
@@ -125,8 +127,12 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         pad = spec.elastomer
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
         size = _plate_size(pad.shape, pad.size, pad.thickness)
-        note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf{_place(pad)}"
-        yield Item("elastomer", 1, pad.shape, pad.material.name, size, note)
+        note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf"
+        mixed = pour(layout)
+        if mixed is not None and spec.mount is not None:
+            taken = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
+            note += f"; or cast, {mixed.pads} at a time in mount/{spec.name}-mould-tray, which takes {taken}"
+        yield Item("elastomer", 1, pad.shape, pad.material.name, size, note + _place(pad))
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
@@ -156,6 +162,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
         note = f"{in_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
+    yield from _glue(layout)
     if spec.mount is None:
         return
     yield from _mount(spec, spec.mount)
@@ -165,6 +172,23 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         yield Item(
             "jaw", 1, jaw.name, jaw.material.name, size, "the instrument that the sensor is glued into; not made here"
         )
+    if spec.target is not None or spec.elastomer is not None:
+        yield Item(
+            "jig", 1, "jig-*", "printed", "", "print from mount/: aligns the pieces while the glue sets; reusable"
+        )
+
+
+def _glue(layout: Layout) -> Iterator[Item]:
+    """What the pieces are glued with, and its primer for silicone."""
+    spec, lines = layout.spec, [layer for layer in column(layout) if layer.is_glue]
+    adhesive = spec.assembly.adhesive
+    if adhesive is None or not (lines or spec.elastomer is not None or spec.target is not None):
+        return
+    size = f"lines of {in_mm(spec.assembly.glue_line)} +-{in_mm(spec.assembly.glue_tolerance)} mm"
+    count = f"{len(lines)} lines: {', '.join(line.part for line in lines)}" if lines else "between all pieces"
+    yield Item("adhesive", 1, adhesive.product, adhesive.name, size, count)
+    if adhesive.primer and spec.elastomer is not None:
+        yield Item("primer", 1, adhesive.primer, "", "", "wiped on the elastomer's faces before they are glued")
 
 
 def _mount(spec: SensorSpec, mount: Mount) -> Iterator[Item]:

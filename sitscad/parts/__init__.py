@@ -15,7 +15,7 @@ from sitscad.scene.bodies import BodyRole
 if TYPE_CHECKING:
     from sitscad.layout.board import Layout
 
-__all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "solids"]
+__all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "aids", "solids"]
 
 
 def solids(layout: Layout) -> tuple[Solid, ...]:
@@ -27,3 +27,14 @@ def solids(layout: Layout) -> tuple[Solid, ...]:
     from sitscad.parts.assembly import assemble
 
     return assemble(layout)
+
+
+def aids(layout: Layout) -> tuple[Solid, ...]:
+    """What the sensor is put together with: the pieces of the jig, and the mould for the elastomer.
+
+    Raises `MissingExtra` without a CAD kernel.
+    """
+    from sitscad.parts.jig import jig
+    from sitscad.parts.mould import mould
+
+    return (*jig(layout), *mould(layout))

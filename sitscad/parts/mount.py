@@ -78,7 +78,7 @@ def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     if floor <= 0.0:
         return _spacer(layout, shield)
     bottom = under - used - floor
-    plan = _plate_plan(layout, film_thickness(layout.spec))
+    plan = plate_plan(layout, film_thickness(layout.spec))
     plate = prism(rectangle(*plan, BENCH_CORNER), bottom, 0.0)
     for cut in (*_recess(layout, shield), *_tail_relief(layout, plan, floor), *_holes(layout, plan, bottom)):
         plate = one_solid(plate - cut, "mount")
@@ -136,7 +136,7 @@ def _spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     return (box(x0, y0, shield[1], x1, y1, under),)
 
 
-def _plate_plan(layout: Layout, film: float) -> tuple[float, float, float, float]:
+def plate_plan(layout: Layout, film: float) -> tuple[float, float, float, float]:
     """The plate's rectangle: the body, whatever overhangs it and the tail beside the screws, and a border for these."""
     x0, y0, x1, y1 = layout.body
     near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BENCH_BORDER]
@@ -150,7 +150,7 @@ def _plate_plan(layout: Layout, film: float) -> tuple[float, float, float, float
 def _recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     """What the board with its clearance takes out of the plate, and below it the shield and its spacer."""
     under = board_heights(layout.spec)[0]
-    cuts = [raised(_grown(layout), under, 1e-3)]
+    cuts = [raised(grown(layout), under, 1e-3)]
     if shield is not None:
         x0, y0, x1, y1 = layout.body
         pocket = rectangle(x0 - CLEARANCE, y0 - CLEARANCE, x1 + CLEARANCE, y1 + CLEARANCE)
@@ -166,7 +166,7 @@ def _tail_relief(layout: Layout, plan: tuple[float, ...], floor: float) -> tuple
     """A deeper slot under the tail from the body to the plate's edge, so that the tail may bend down freely."""
     start = layout.body[2] + CLEARANCE
     depth = min(TAIL_RELIEF, floor / 2)
-    beyond = _grown(layout) & _slab_face(start, plan)
+    beyond = grown(layout) & _slab_face(start, plan)
     if not beyond:
         return ()
     x0, y0, x1, y1 = _box_of(beyond)
@@ -188,7 +188,7 @@ def _slab_face(start: float, plan: tuple[float, ...]) -> Any:
     return face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
 
 
-def _grown(layout: Layout) -> Any:
+def grown(layout: Layout) -> Any:
     """The board's outline grown by the clearance, as a face."""
     bd = require("build123d")
     return bd.offset(face(Region(layout.outline)), CLEARANCE * MM, kind=bd.Kind.ARC).faces()[0]

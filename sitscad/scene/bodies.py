@@ -32,6 +32,8 @@ class BodyRole(StrEnum):
     ENCAPSULATION = "encapsulation"
     OPPOSING_JAW = "opposing-jaw"
     OPPOSING_PAD = "opposing-pad"
+    JIG = "jig"
+    MOULD = "mould"
 
 
 @record

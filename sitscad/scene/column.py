@@ -111,6 +111,11 @@ def plate_tolerance(spec: SensorSpec, name: str, size: float) -> Tolerance:
     return _elastomer(spec, "elastomer_size", "elastomer size")
 
 
+def plate_thickness(spec: SensorSpec, name: str) -> Toleranced:
+    """The thickness (m) of the elastomer or the target, in a jaw or not; raises StopIteration where there is none."""
+    return next(layer.thickness for layer in _above(spec) if layer.part == name)
+
+
 def _behind(spec: SensorSpec, mount: Mount) -> list[Layer]:
     """Printed pieces and shield between metal and board, from the metal upwards."""
     bottom, sheet = board_heights(spec)[0], shield_heights(spec)

@@ -59,7 +59,7 @@ def test_everything_of_a_full_spec_is_there():
     rows = rows_of(full())
     assert list(rows) == [
         "flexible printed circuit", "connector", "capacitor", "converter", "clock", "cable", "elastomer", "target",
-        "encapsulation", "shield", "mount", "mount-spacer", "jaw",
+        "encapsulation", "shield", "mount", "mount-spacer", "jaw", "jig",
     ]  # fmt: skip
     assert list(rows["target"]) == ["item", "quantity", "part", "material", "size", "note"]
     assert rows["elastomer"]["size"] == "4 x 4 x 2 mm" and rows["elastomer"]["material"] == "ecoflex-00-30"

@@ -1,0 +1,108 @@
+"""The jig holds board, elastomer and target where the spec has them; the mould's cavities are pads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import handmade
+import pytest
+
+from sitscad.parts import aids, fit
+from sitscad.parts.jig import WELL, clearance, jig
+from sitscad.parts.mesh import manifold, tessellate
+from sitscad.parts.mould import CAVITIES, SPILL, mould, pour
+from sitscad.parts.prism import MM, prism
+from sitscad.parts.solid import Solid
+from sitscad.scene import stack
+from sitscad.scene.bodies import BodyRole, elastomer, target
+from sitscad.spec.sensor import Assembly
+
+pytestmark = pytest.mark.cad
+
+GLUE = Assembly(None, 30e-6, 20e-6)
+
+
+def pieces(name="jaw"):
+    return {solid.name: solid for solid in jig(handmade.layout(name))}
+
+
+def as_solid(body, lift=0.0):
+    return Solid(body.name, prism(body.region, body.lower + lift, body.upper + lift), "m", "#000000", body.role)
+
+
+@pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging", "bench", "solder-pads"])
+def test_every_piece_is_closed_and_one_piece(name):
+    found = aids(handmade.layout(name))
+    assert all(solid.shape.is_valid and solid.volume > 0.0 for solid in found)
+    for solid in found:
+        manifold(tessellate(solid))
+    assert {solid.role for solid in found} == {BodyRole.JIG, BodyRole.MOULD}
+
+
+@pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging"])
+def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
+    layout, found = handmade.layout(name), pieces(name)
+    board = as_solid(stack.board(layout))
+    for body in (elastomer(layout.spec), target(layout.spec)):
+        together = (board, found["jig-base"], found[f"jig-{body.name}"], as_solid(body))
+        assert fit.interferences(together) == ()
+        gaps = {(c.first, c.second): c.gap for c in fit.clearances(together)}
+        if name in ("jaw", "round"):  # others overhang, and lie on their frame
+            assert gaps[f"jig-{body.name}", body.name] == pytest.approx(clearance(layout), abs=2e-6)
+        assert gaps["jig-base", f"jig-{body.name}"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_frame_goes_on_one_way_only():
+    """Turned by half a circle, the thick pin stands where the thin one's hole is."""
+    import build123d as bd
+
+    found = pieces()
+    base, frame = found["jig-base"], found["jig-target"]
+    box = frame.shape.bounding_box()
+    middle = bd.Axis(((box.min.X + box.max.X) / 2, (box.min.Y + box.max.Y) / 2, 0), (0, 0, 1))
+    turned = replace(frame, shape=frame.shape.rotate(middle, 180.0))
+    assert fit.interferences((base, frame)) == ()
+    assert fit.interferences((base, turned)) != ()
+
+
+def test_the_press_stops_where_glue_and_piece_are_as_high_as_meant():
+    """Its foot reaches into the well as deep as the glue line leaves the piece's face above it."""
+    layout = handmade.jaw_sensor()
+    glued = replace(layout, spec=replace(layout.spec, assembly=GLUE))
+    found = {solid.name: solid for solid in jig(glued)}
+    for name, lines in (("elastomer", 1), ("target", 2)):
+        press = found[f"jig-{name}-press"].shape
+        areas = sorted({round(face.center().Z, 6) for face in press.faces() if abs(face.normal_at().Z) > 0.99})
+        foot = areas[-1] - areas[-2]
+        assert foot == pytest.approx((WELL - lines * 30e-6) * MM, abs=1e-6), name
+
+
+def test_without_anything_on_the_board_there_is_no_jig():
+    assert jig(handmade.layout("bare")) == () and mould(handmade.layout("bare")) == ()
+    assert pour(handmade.layout("bare")) is None
+
+
+@pytest.mark.parametrize("name", ["jaw", "round"])
+def test_a_cavity_holds_a_pad_of_its_nominal_volume(name):
+    """What the cavities take out of the tray, grooves apart, is the pads' volume but for the draft's second order."""
+    layout = handmade.layout(name)
+    pad = elastomer(layout.spec)
+    tray, lid = mould(layout)
+    found = pour(layout)
+    x, y = pad.footprint.size
+    area = math.pi * x * y / 4 if pad.footprint.is_round else x * y
+    assert found.pad == pytest.approx(area * pad.thickness) and found.mixed == pytest.approx(
+        SPILL * CAVITIES * found.pad
+    )
+    body = manifold(tessellate(tray))
+    middle = body.slice(-0.5e3 * pad.thickness - 1e-6 if pad.thickness > 1e-3 else -0.5e3 * pad.thickness - 1e-3)
+    outline = body.slice(-pad.thickness * 1e3 - 1.0)
+    holes = outline.area() - middle.area()
+    assert holes == pytest.approx(CAVITIES * area * 1e6, rel=5e-3)
+    assert manifold(tessellate(lid)).genus() == 2 * CAVITIES
+
+
+def test_a_coarser_process_leaves_more_room_in_the_jig():
+    mount = replace(handmade.jaw_sensor().spec.mount, process="filament")
+    assert clearance(handmade.jaw_sensor(mount=mount)) > clearance(handmade.jaw_sensor())
