@@ -196,13 +196,27 @@ def test_a_document_has_the_contract_s_names(plain):
     assert document["force_N"] is None
 
 
-def test_what_cannot_respond_says_why(plain):
-    ferrite = load_text(
-        "sitscad: 1\nname: f\ncoil: {shape: circle, outer_diameter: 5, turns: 8, trace_width: 100 um, "
-        "trace_spacing: 100 um}\ntarget: {shape: square, size: 6, thickness: 0.2, material: ferrite}\n"
+@pytest.mark.parametrize(("material", "sign"), [("ferrite", 1.0), ("stainless-17-4ph", 0.0)])
+def test_a_magnetic_target_has_its_share_of_a_sheet(material, sign):
+    spec = load_text(
+        "sitscad: 1\nname: f\ncoil: {shape: circle, outer_diameter: 5, turns: 8, layers: 2, trace_width: 100 um, "
+        "trace_spacing: 100 um}\narray: {pattern: line, count: 2, pitch: 6}\ntarget: {shape: square, size: 7, "
+        f"thickness: 0.3, material: {material}}}\nelastomer: {{shape: square, size: 7, thickness: 1}}\n"
     )
-    with pytest.raises(NoResponse, match="magnetic"):
-        respond(ferrite, [[0.0] * 6])
+    design = Design(spec)
+    found = respond(design, [[0.0] * 6, [2.0 * MM, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.05, 0.0]])
+    for k, coil in enumerate(design.estimates.coils):
+        change = abs(found.target_change[0, k, k])
+        assert found.inductance[0, k] == pytest.approx(coil.states["rest"].inductance, abs=0.05 * change + 2e-10)
+    if sign:
+        assert np.all(np.einsum("pcc->pc", found.target_change) > 0.0)
+        assert found.target_change[1, 1, 1] > found.target_change[1, 0, 0]
+    assert found.target_change_error.min() > 0.02
+    assert found.target_change_error[2, 0, 0] > found.target_change_error[0, 0, 0]
+    assert "magnetic" in found.notes[0][0]
+
+
+def test_what_cannot_respond_says_why(plain):
     with pytest.raises(NoResponse, match="no target"):
         respond(sitscad.load(TEMPLATES / "single_coil.yaml"), [[0.0] * 6])
     with pytest.raises(ValueError, match="6 numbers"):

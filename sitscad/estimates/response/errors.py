@@ -14,6 +14,9 @@ USUAL, THIN, FOIL = 0.005, 0.008, 0.012
 """Relative error of a change: of a target of four skin depths and more, of two, and of a foil. The laws of edges and
 walls are right to 0.4 % (discs of finite elements); the rest is what they were not fitted to, and the resolution."""
 
+POOR = 0.1
+"""What a poor conductor adds, of its skin depth over its shorter side (discs of steel and titanium: 0.8 % at most)."""
+
 CLOSE, CLOSE_WIDTHS = 0.01, 1.5
 """What nearness adds: all of it at the copper, none from so many track widths on (a track is two filaments there)."""
 
@@ -36,8 +39,9 @@ def stated_errors(spec: SensorSpec, change: Array, scale: float, lowest: Array, 
     """
     target = spec.target
     assert target is not None
-    depths = target.thickness / skin_depth(target, frequency)
-    found = float(np.interp(depths, [1.0, 2.0, 4.0], [FOIL, THIN, USUAL])) + mapping + LOSSY * lossy
+    depth = skin_depth(target, frequency)
+    thin = float(np.interp(target.thickness / depth, [1.0, 2.0, 4.0], [FOIL, THIN, USUAL]))
+    found = thin + mapping + LOSSY * lossy + POOR * min(depth, target.thickness) / min(target.size)
     near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * spec.coil.trace_width), 0.0, 1.0)
     length = Detail(1.0, max(spec.coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
     wide = WIDE * np.maximum(max(target.size) / length - WIDE_FROM, 0.0)

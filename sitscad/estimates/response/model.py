@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.errors import stated_errors
+from sitscad.estimates.response.magnetic import MagneticPlate, magnetic_plate
 from sitscad.estimates.response.pad import HELD, NoResponse, holding, pushed
 from sitscad.estimates.response.plate import MAGNETIC, Plate, conducting_plate
 from sitscad.estimates.response.scan import Changes, Exact, mapped
@@ -61,7 +62,7 @@ HEIGHTS = 4
 class _Near:
     # What is solved for poses no nearer and no farther: the target, the coils without it (inductance matrix, H, by
     # frequency), and the part of the target's change that crowding adds: by height (m) and frequency.
-    plate: Plate
+    plate: Plate | MagneticPlate
     bare: Curves
     heights: Array
     crowding: Curves
@@ -69,7 +70,7 @@ class _Near:
 
 @record(eq=False)
 class ResponseModel:
-    """Layout and estimates of a design with a target that conducts; what is solved is kept in `solved`.
+    """Layout and estimates of a design with a target; what is solved is kept in `solved`.
 
     `finer` is how many times finer than usual everything is resolved: to see what that changes.
     """
@@ -140,6 +141,8 @@ class ResponseModel:
         change, lost = shown.at(filled)
         lossy, at = near.plate.is_over_a_poor_mirror, float(filled.mean())
         errors = stated_errors(self.spec, change, self._scale, placed.lowest, shown.error, lossy, at)
+        if isinstance(near.plate, MagneticPlate):
+            errors = np.maximum(errors, near.plate.errors(placed.turns, placed.places)[:, None, None])
         strain, held = self._strain(poses), holding(self.spec, poses)
         return Response(
             coils=tuple(coil.name for coil in self.layout.coils), poses=poses, inductance=inductance,
@@ -230,9 +233,6 @@ class ResponseModel:
 
     def _solve(self, lowest: float, reach: float, band: tuple[float, float]) -> _Near:
         spec, coils = self.spec, self.layout.coils
-        plate = conducting_plate(
-            spec, coils, band, self.behind, lowest, min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size)), self.finer
-        )
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
         near = replace(self.wound.given.assembly, states=(nothing, replace(nothing, above=self._endless(lowest))))
         winding = solve_winding(spec.coil, coils[0], near, self.wound.winding.conductivity, None, None)
@@ -240,7 +240,24 @@ class ResponseModel:
         thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
         heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
         crowding = curves(*band, lambda at: np.stack([self._crowding(winding, at, z) for z in heights], axis=1), 4)
-        return _Near(plate, bare, np.log(heights), crowding)
+        return _Near(self._plate(winding, lowest, reach, band), bare, np.log(heights), crowding)
+
+    def _plate(
+        self, winding: SolvedWinding, lowest: float, reach: float, band: tuple[float, float]
+    ) -> Plate | MagneticPlate:
+        spec, coils = self.spec, self.layout.coils
+        if not self.is_magnetic:
+            within = min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size))
+            return conducting_plate(spec, coils, band, self.behind, lowest, within, self.finer)
+        assert winding.spectrum is not None
+        layers = np.array([layer.z for layer in coils[0].windings])
+        return magnetic_plate(spec, layers, band, self.behind, max(lowest, LEAST_HEIGHT), winding.spectrum)
+
+    @property
+    def is_magnetic(self) -> bool:
+        """Whether the target draws the field in."""
+        target = self.spec.target
+        return target is not None and target.material.relative_permeability >= MAGNETIC
 
     def _endless(self, height: float) -> Reflector:
         target = self.spec.target
@@ -251,7 +268,7 @@ class ResponseModel:
 
     def _crowding(self, winding: SolvedWinding, frequencies: Array, height: float) -> ComplexArray:
         # What an endless target at a height (m) changes of the crowding of the currents, over its whole change.
-        if winding.crowding is None or winding.spectrum is None:
+        if winding.crowding is None or winding.spectrum is None or self.is_magnetic:
             return np.zeros(frequencies.size, dtype=complex)
         above = self._endless(height)
         crowded = winding.crowding.changes(frequencies, above, self.behind)
@@ -330,17 +347,14 @@ def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
 
 
 def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
-    """The model of a design; raises `NoResponse` where it has no target, or one that is no mere conductor."""
+    """The model of a design; raises `NoResponse` where it has no target."""
     target = layout.spec.target
     if target is None:
         raise NoResponse("the spec has no target: nothing moves over the coils")
-    if target.material.relative_permeability >= MAGNETIC:
-        raise NoResponse(
-            f"the target is of {target.material.name}, which is magnetic (relative permeability "
-            f"{target.material.relative_permeability:g}): its poses are not modelled, only the states of `estimate`"
-        )
     return ResponseModel(layout, estimates)
 
+
+MAGNETS = "a magnetic target counts by the share that it has of an endless sheet: its errors are large, more so tilted"
 
 STRAIN_LIMIT = 0.35
 """Strain of the pad beyond which no model of it is trusted."""
@@ -355,6 +369,8 @@ def _notes(spec: SensorSpec, placed: _Placed, terminals: Terminals, strain: Arra
             notes.append(f"contact: the target's lowest point would be {-1e3 * lowest:.3g} mm inside the board")
         if strain is not None and strain[k] > STRAIN_LIMIT:
             notes.append(f"the pad would be pressed by {100.0 * strain[k]:.0f} % of its thickness")
+        if spec.target is not None and spec.target.material.relative_permeability >= MAGNETIC:
+            notes.append(MAGNETS)
         if lost[k].any():
             notes.append("the tank does not oscillate")
         found.append(tuple(notes))

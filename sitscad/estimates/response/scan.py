@@ -111,7 +111,7 @@ def _interpolated(
     tensor = values.reshape(*map(len, grid), -1)
 
     def through(some: Array) -> Array:
-        return _evaluated(tensor, grid, some[:, moved]) * np.exp(-decay * some[:, 2])[:, None]
+        return evaluated(tensor, grid, some[:, moved]) * np.exp(-decay * some[:, 2])[:, None]
 
     generator = np.random.default_rng(7)
     tried = poses[generator.choice(len(poses), CHECKED, replace=False)]
@@ -149,7 +149,8 @@ def _decay(exact: Exact, low: Array, high: Array) -> float:
     return float(math.log(size[0] / size[1]) / (high[2] - low[2]))
 
 
-def _chebyshev(low: float, high: float, count: int) -> Array:
+def chebyshev(low: float, high: float, count: int) -> Array:
+    """Chebyshev's points (first kind) between two ends, rising."""
     angle = math.pi * (np.arange(count) + 0.5) / count
     return np.asarray(0.5 * (low + high) - 0.5 * (high - low) * np.cos(angle))
 
@@ -162,14 +163,14 @@ def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int]) -> list[A
         lines = np.tile(0.5 * (low + high), (3, LINE, 1))
         lines[1:, :, 2] = low[2]
         lines[2, :, :2] = low[:2] + 0.2 * (high[:2] - low[:2])
-        lines[:, :, axis] = _chebyshev(float(low[axis]), float(high[axis]), LINE)
+        lines[:, :, axis] = chebyshev(float(low[axis]), float(high[axis]), LINE)
         flat = lines.reshape(-1, 6)
         values = _packed(exact.solve(flat)) * np.exp(decay * flat[:, 2])[:, None]
         waves = _waves(LINE, math.pi * (np.arange(LINE) + 0.5) / LINE)
         size = np.abs(np.einsum("kl,nlv->nkv", waves, values.reshape(3, LINE, -1))) / LINE
         wanted = size.max(axis=(0, 2)) / max(float(np.abs(values).max()), 1e-300)
         count = 1 + max((k for k in range(LINE) if wanted[k] > TAIL), default=1)
-        found.append(_chebyshev(float(low[axis]), float(high[axis]), min(max(count + 1, 3), LINE)))
+        found.append(chebyshev(float(low[axis]), float(high[axis]), min(max(count + 1, 3), LINE)))
     return found
 
 
@@ -177,8 +178,10 @@ def _waves(count: int, angle: Array) -> Array:
     return np.asarray(np.cos(np.arange(count)[:, None] * angle))
 
 
-def _evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
-    # The product of Chebyshev's polynomials through the tensor's values, at (n, axes) places.
+def evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
+    """The product of polynomials through a tensor's values (points of every axis of the `grid`, values), at (n, axes)
+    places: (n, values).
+    """
     weights = [_barycentric(points, places[:, axis]) for axis, points in enumerate(grid)]
     found = np.empty((len(places), tensor.shape[-1]))
     for first in range(0, len(places), 2000):

@@ -91,6 +91,16 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     return TargetShares(shares, losses, tuple(notes), *errors)
 
 
+def shares_at(
+    target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float = -math.inf
+) -> tuple[Array, float]:
+    """Shares of the inductance at places (n, 2; m) of the coil in the target's own axes, its near face `gap` (m) over
+    the board and a mirror at z = `floor` (m); and their relative error.
+    """
+    found = _shares(target, rings, np.abs(places), gap, floor)
+    return found.shares, found.error
+
+
 PURE, UNSURE = 1e-3, 0.01
 """How little a target may be like a magnet (0: a perfect conductor) or a conductor to count as the other; and from how
 much on it counts as one that is neither, with the errors of those."""
