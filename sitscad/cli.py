@@ -473,6 +473,7 @@ def _points(done: int, of: int) -> None:
 @click.option("-o", "--output", default="outputs", show_default=True, type=click.Path(), help="Where packages go.")
 @click.option("--only", type=_Names(), help="Only these parts: gerber, kicad, laser, mount, mesh, firmware, report.")
 @click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
+@click.option("--check", is_flag=True, help="Write nothing; fail where packages are stale, and name their files.")
 @BASELINE
 @JOBS
 def build(
@@ -480,6 +481,7 @@ def build(
     output: str,
     only: tuple[str, ...] | None,
     force: bool,
+    check: bool,
     baseline: str | None,
     jobs: int | None,
 ) -> int:
@@ -500,16 +502,24 @@ def build(
             code = 2
     sitscad.require_distinct_names([spec for spec, _ in loaded])
     alone = len(loaded) == 1 and sys.stderr.isatty()
-    asked: dict[str, Any] = {"out": output, "only": only, "force": force, "progress": _progress if alone else None}
-    work = functools.partial(_build_one, baseline=_baseline(baseline), **asked)
+    asked: dict[str, Any] = {"out": output, "only": only, "baseline": _baseline(baseline)}
+    if check:
+        work = functools.partial(_compare_one, **asked)
+    else:
+        work = functools.partial(_build_one, **asked, force=force, progress=_progress if alone else None)
     for result in sitscad.each_of(work, loaded, jobs):
         code = max(code, _told(result))
     return code
 
 
-def _build_one(asked: tuple[SensorSpec, Policy], baseline: Baseline | None, **how: Any) -> BuildResult:
+def _build_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
     spec, policy = asked
-    return sitscad.build(spec, **how, policy=policy, baseline=baseline)
+    return sitscad.build(spec, **how, policy=policy)
+
+
+def _compare_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
+    spec, policy = asked
+    return sitscad.stale(spec, **how, policy=policy)
 
 
 @cli.command(example="sitscad explain SIT201")
@@ -565,7 +575,12 @@ def _told(result: BuildResult) -> int:
     """Say what became of a build; its exit code."""
     if result.checked.findings or result.checked.ignored:
         _show_findings([result.checked])
-    if not result.written:
+    if result.stale:
+        for words in result.stale:
+            _print(f"{result.directory}: {words}")
+        _say(f"{result.directory} is stale: sitscad build {result.checked.path} makes it anew")
+        return max(1, result.checked.exit_code)
+    if not result.written and not result.checked.ok:
         path = result.checked.path
         _say(f"{path}: not built, because of the errors above; --force builds in spite of them")
         return result.checked.exit_code
@@ -574,7 +589,7 @@ def _told(result: BuildResult) -> int:
     if result.forced:
         _say(f"{result.directory} was built in spite of errors and is marked as forced")
     _print(_built(result))
-    return 0
+    return 0 if result.written else result.checked.exit_code
 
 
 def _built(result: BuildResult) -> str:
@@ -582,7 +597,7 @@ def _built(result: BuildResult) -> str:
     files = sum(stage.files for stage in result.stages) + 1
     done = {outcome: [s.name for s in result.stages if s.outcome == outcome] for outcome in ("made", "kept", "dropped")}
     words = "; ".join(f"{outcome} {', '.join(names)}" for outcome, names in done.items() if names)
-    return f"{result.directory}: {files} files ({words})"
+    return f"{result.directory}: {files} files ({'unchanged' if result.is_unchanged else words})"
 
 
 def _progress(stage: str, outcome: str, seconds: float) -> None:

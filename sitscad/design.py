@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
-from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.source import SpecSource
+from sitscad.spec.sensor import SensorSpec, without_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -232,11 +231,6 @@ def respond_to(
     from sitscad.estimates.response.derivatives import with_derivatives
 
     return joined([with_derivatives(model, part) for part in parts])
-
-
-def without_text(spec: SensorSpec) -> SensorSpec:
-    """The spec's values alone: comments and file name gone, so that what is drawn cannot depend on them."""
-    return replace(spec, source=SpecSource("", "", defaults=spec.source.defaults))
 
 
 def _board(spec: SensorSpec) -> tuple[object, ...]:

@@ -1,17 +1,18 @@
 """Behind `build`, `verify` and `new`: the only package of sitscad that writes files.
 
-`stages` decides what is made and what can be kept, `folder` writes a package so that it is replaced as a whole or not
-at all, `one_file` a file alone, `manifest` says what is in it and from what it was made, `verification` reads one back,
-and `template` hands out the example specs. It is a package because these six together are twice as long as a module
-should be, and only `folder`, `one_file` and `template` touch the disk for writing.
+`building` sees whether anything has to be done, `stages` decides what is made and what can be kept, `folder` writes a
+package so that it is replaced as a whole or not at all, `one_file` a file alone, `manifest` says what is in it and from
+what it was made, `verification` reads one back, and `template` hands out the example specs. Only `folder`, `one_file`
+and `template` touch the disk for writing.
 """
 
 from __future__ import annotations
 
+from sitscad.package.building import build, require_distinct_names, stale
 from sitscad.package.folder import PackageError
 from sitscad.package.one_file import write_file
-from sitscad.package.stages import STAGES, BuildResult, StageResult, build, require_distinct_names
 from sitscad.package.template import list_templates, write_template
+from sitscad.package.values import STAGES, BuildResult, StageResult
 from sitscad.package.verification import Verification, verify
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "build",
     "list_templates",
     "require_distinct_names",
+    "stale",
     "verify",
     "write_file",
     "write_template",

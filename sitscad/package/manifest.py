@@ -34,7 +34,8 @@ class Manifest:
     """The contents of a package.
 
     `forced` is set when it was built in spite of errors; `nets` names the pins that every net of the layout joins;
-    `configuration` is what a project's configuration says of rules, empty where it says nothing.
+    `configuration` is what a project's configuration says of rules, empty where it says nothing. ``built_from`` is
+    the hash of everything that the whole was built from, ``built_for`` names the stages that were asked for.
     """
 
     version: str = __version__
@@ -43,6 +44,8 @@ class Manifest:
     nets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     files: Mapping[str, Entry] = field(default_factory=dict)
     configuration: Mapping[str, object] = field(default_factory=dict)
+    built_from: str = ""
+    built_for: tuple[str, ...] = ()
 
     def as_bytes(self) -> bytes:
         """The text of ``manifest.json``, files in order of their names."""
@@ -54,6 +57,7 @@ class Manifest:
             "forced": self.forced,
             "nets": nets,
             **({"configuration": dict(self.configuration)} if self.configuration else {}),
+            "built": {"from": self.built_from, "for": list(self.built_for)},
             "files": files,
         }
         return (json.dumps(document, indent=1) + "\n").encode("ascii")
@@ -79,7 +83,17 @@ def read_manifest(folder: Path) -> Manifest:
         configuration = document.get("configuration", {})
         if not isinstance(configuration, dict):
             raise ValueError("its configuration is no mapping")
-        return Manifest(str(document["sitscad"]), _texts(document["spec"]), forced, nets, files, configuration)
+        built = document.get("built", {})
+        return Manifest(
+            str(document["sitscad"]),
+            _texts(document["spec"]),
+            forced,
+            nets,
+            files,
+            configuration,
+            str(built.get("from", "")),
+            tuple(map(str, built.get("for", ()))),
+        )
     except OSError as error:
         inside = ", ".join(str(found.parent) for found in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
         hint = f"; it holds {inside}: name one of these" if inside else ""

@@ -1,158 +1,64 @@
-"""What `build` does: check, make every stage that is wanted and not there already, replace the package as a whole."""
+"""What a package is made of, stage by stage: what is wanted and not there is made, what is still true is kept."""
 
 from __future__ import annotations
 
 import dataclasses
 import re
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 from sitscad.design import Design
 from sitscad.formats import WRITERS
 from sitscad.package.contents import FORCED_NOTE, Contents
-from sitscad.package.folder import (
-    FILE_NAME,
-    PackageError,
-    explained,
-    opened_for_building,
-    put_in_place,
-    require_inside,
-    require_package_name,
-    set_aside,
-    write_files,
-)
-from sitscad.package.manifest import (
-    MANIFEST,
-    Entry,
-    Manifest,
-    foreign_files,
-    intact,
-    made_from,
-    read_manifest,
-    sha256,
-)
+from sitscad.package.dependence import read_by
+from sitscad.package.folder import FILE_NAME, PackageError, require_inside
+from sitscad.package.manifest import MANIFEST, Entry, Manifest, intact, made_from, sha256
+from sitscad.package.values import CHECK_STAGE, KERNELS, SOLID_STAGES, STAGES, Progress, StageResult, version_of
 from sitscad.papers import PAPERS
 from sitscad.parts import MissingExtra
 from sitscad.policy import Baseline, Policy
 from sitscad.record import record
-from sitscad.report.findings import CheckedSpec, as_json, numbered_places, to_json
+from sitscad.report.findings import as_json, numbered_places, to_json
 from sitscad.review import Review
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writer import Writer
 
-STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "firmware", "report")
-"""What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
-
-CHECK_STAGE = "check"
-"""The stage of what every build writes: its checks always run."""
-
-SOLID_STAGES = ("mount", "mesh")
-"""The stages that need the packages of the extra."""
-
-KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
-"""Packages whose version can change the bytes of solids and meshes."""
-
 SPEC_FOLDER = "spec"
 """Where a package keeps the files that it was made from."""
 
-Progress = Callable[[str, str, float], None]
-"""Called with a stage, what happens (``start``; ``made``, ``kept``, ``dropped``, ``none``, ``stopped``), seconds."""
-
 
 @record
-class StageResult:
-    """What became of a stage: ``made``, ``kept`` from the package before, ``dropped``, ``none`` (nothing to make)."""
-
-    name: str
-    outcome: str
-    files: int
-    seconds: float
-
-
-@record
-class BuildResult:
-    """The outcome of a build. Without ``written`` the errors in ``checked`` stopped it and nothing was touched."""
-
-    directory: Path
-    checked: CheckedSpec
-    written: bool
-    stages: tuple[StageResult, ...] = ()
-    kept_aside: Path | None = None
-
-    @property
-    def forced(self) -> bool:
-        """Whether the package was written in spite of errors."""
-        return self.written and not self.checked.is_orderable
-
-
-def build(
-    spec: SensorSpec | Design,
-    out: str | Path = "outputs",
-    only: Iterable[str] | None = None,
-    force: bool = False,
-    progress: Progress | None = None,
-    policy: Policy | None = None,
-    baseline: Baseline | None = None,
-) -> BuildResult:
-    """Check a spec and write its package into ``out/NAME``, as a whole or not at all.
-
-    `only` names stages (see STAGES); the parts of an existing package that are still true to the spec stay, stale ones
-    go. `force` builds in spite of errors and marks the package. A part that would come out the same is not made again.
-    `policy` and `baseline` are held against the findings, and so are the comments in the spec; errors of the electrical
-    rules that they silence stop nothing, but mark the package as `force` does.
-
-    Raises
-    ------
-    PackageError
-        when the folder cannot be written, is being written, or holds something else.
-    MissingExtra
-        when a stage needs a package that is not installed; the text says which stages do without.
-    """
-    name = require_package_name((spec.spec if isinstance(spec, Design) else spec).name)
-    wanted = _require_stages(only)
-    report = progress or (lambda *_: None)
-    design = spec if isinstance(spec, Design) else Design(spec)
-    contents = Contents(design, Review(design), policy or Policy(), baseline)
-    directory = Path(out) / name
-    report(CHECK_STAGE, "start", 0.0)
-    began = time.perf_counter()
-    report(CHECK_STAGE, "made" if contents.checked.ok or force else "stopped", time.perf_counter() - began)
-    if not contents.checked.ok and not force:
-        return BuildResult(directory, contents.checked, written=False)
-    with opened_for_building(directory.parent, name) as staged:
-        old = _require_ours(directory)
-        stages, files, entries = _make_all(contents, directory, old, wanted, report)
-        manifest = Manifest(
-            spec=contents.origin,
-            forced=not contents.checked.is_orderable,
-            nets=contents.nets,
-            files=entries,
-            configuration=contents.policy.as_json() if contents.policy.says_anything else {},
-        )
-        if manifest == old and not foreign_files(directory, old):
-            return BuildResult(directory, contents.checked, True, stages)
-        write_files(staged, files)
-        write_files(staged, {MANIFEST: manifest.as_bytes()})
-        kept_aside = set_aside(directory, foreign_files(directory, old) if directory.exists() else [])
-        put_in_place(staged, directory)
-    return BuildResult(directory, contents.checked, True, stages, kept_aside)
-
-
-def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
-    """Raise `PackageError` when two specs would be built into the same folder."""
-    seen: dict[str, str] = {}
-    for spec in specs:
-        if spec.name in seen:
-            raise PackageError(f"{seen[spec.name]} and {spec.source.path} both have the name {spec.name!r}; rename one")
-        seen[spec.name] = spec.source.path
-
-
-Made = tuple[tuple[StageResult, ...], dict[str, bytes], dict[str, Entry]]
-
-
-def _make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
+class Made:
     """The stages' outcomes, every file's bytes, and every file's manifest entry."""
+
+    results: tuple[StageResult, ...]
+    files: Mapping[str, bytes]
+    entries: Mapping[str, Entry]
+
+
+def contents_of(spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None) -> Contents:
+    """A spec's design and review, and what is held against it."""
+    design = spec if isinstance(spec, Design) else Design(spec)
+    return Contents(design, Review(design), policy, baseline)
+
+
+def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, wanted: frozenset[str]) -> Manifest:
+    """What a package says of itself; stages of the one before count where that was built from the same."""
+    before = old.built_for if old.built_from == built_from else ()
+    return Manifest(
+        spec=contents.origin,
+        forced=not contents.checked.is_orderable,
+        nets=contents.nets,
+        files=made.entries,
+        configuration=contents.policy.as_json() if contents.policy.says_anything else {},
+        built_from=built_from,
+        built_for=tuple(sorted({*wanted, *before})),
+    )
+
+
+def make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
+    """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others."""
     results: list[StageResult] = []
     files: dict[str, bytes] = {}
     entries: dict[str, Entry] = {}
@@ -176,7 +82,7 @@ def _make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozen
         if stage != CHECK_STAGE:
             progress(stage, outcome, seconds)
         results.append(StageResult(stage, outcome, len(new), seconds))
-    return tuple(results), files, entries
+    return Made(tuple(results), files, entries)
 
 
 def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], failures: list[str]) -> tuple[object, ...]:
@@ -189,19 +95,12 @@ def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], fail
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
     if stage in SOLID_STAGES:
-        return contents.spec, {package: _version_of(package) for package in KERNELS}
+        return *read_by(stage, contents.spec), {package: version_of(package) for package in KERNELS}
     if stage == "gerber":
         return contents.spec, contents.forced
-    return (contents.spec,)
-
-
-def _version_of(package: str) -> str:
-    from importlib.metadata import PackageNotFoundError, version  # slow to import, and only solids ask
-
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return ""
+    if stage == "laser":  # its drawing carries the mark of a forced package
+        return *read_by(stage, contents.spec), contents.forced
+    return read_by(stage, contents.spec)
 
 
 def _still_true(directory: Path, old: Manifest, stage: str, ingredients: str) -> dict[str, bytes] | None:
@@ -320,29 +219,3 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
         drawn["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
     solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
-
-
-def _require_stages(only: Iterable[str] | None) -> frozenset[str]:
-    wanted = frozenset(STAGES if only is None else only)
-    unknown = sorted(wanted - set(STAGES))
-    if unknown or not wanted:
-        raise PackageError(f"{', '.join(unknown) or 'nothing'} is not a stage; there are: {', '.join(STAGES)}")
-    return wanted | {CHECK_STAGE}
-
-
-def _require_ours(directory: Path) -> Manifest:
-    """The manifest of what stands in the target's place: empty where nothing does, or where a manifest is damaged.
-
-    A folder without a manifest was not made by sitscad and is never replaced.
-    """
-    with explained(f"cannot look at {directory}"):
-        if directory.is_symlink() or (directory.exists() and not directory.is_dir()):
-            raise PackageError(f"{directory} is not a folder; it was not touched")
-        if not directory.exists() or not any(directory.iterdir()):
-            return Manifest()
-        if not (directory / MANIFEST).is_file():
-            raise PackageError(f"{directory} has no {MANIFEST}, so sitscad did not make it; it was not touched")
-    try:
-        return read_manifest(directory)
-    except PackageError:
-        return Manifest()

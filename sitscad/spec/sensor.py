@@ -438,3 +438,8 @@ class SensorSpec:
 def _changing() -> Any:
     """What makes and changes specs: it reads them, and so knows this module already."""
     return import_module("sitscad.spec.changing")
+
+
+def without_text(spec: SensorSpec) -> SensorSpec:
+    """The spec's values alone: comments and file name gone, so that what is drawn cannot depend on them."""
+    return replace(spec, source=SpecSource("", "", defaults=spec.source.defaults))

@@ -32,7 +32,7 @@ def test_build_says_where_the_package_is_and_verify_reads_it_back(run, tmp_path)
     assert done.out.startswith("outputs/good-coil: ")
     assert "made gerber, kicad" in done.out
     assert "\r" not in done.err, "progress is for terminals"
-    assert run("build", "good.yaml", "--only", LIGHT).out.count("kept gerber, kicad") == 1
+    assert run("build", "good.yaml", "--only", LIGHT).out.endswith("files (unchanged)\n")
     pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
     verified = run("verify", "outputs/good-coil")
     assert (verified.code, verified.err) == (0, "")
@@ -126,3 +126,32 @@ def test_a_terminal_sees_progress_and_colours_unless_no_color_is_set(run, monkey
 
 def test_the_version_is_printed(run):
     assert run("--version").out == f"sitscad {sitscad.__version__}\n"
+
+
+def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path):
+    assert run("build", "good.yaml", "--only", "firmware,report").code == 0
+    fresh = run("build", "good.yaml", "--check")
+    assert (fresh.code, fresh.out) == (0, "outputs/good-coil: 8 files (unchanged)\n")
+    spec = tmp_path / "good.yaml"
+    spec.write_text(spec.read_text() + "readout: {clock: 39 MHz}\n")
+    stamp = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
+    stale = run("build", "good.yaml", "--check")
+    assert stale.code == 1 and "outputs/good-coil: firmware/ldc1614_config.h is stale\n" in stale.out
+    assert "outputs/good-coil is stale: sitscad build good.yaml makes it anew" in stale.err
+    assert (tmp_path / "outputs/good-coil/manifest.json").read_bytes() == stamp
+    assert run("build", "weak.yaml", "--check").code == 1
+    assert run("build", "broken.yaml", "--check").code == 2
+
+
+def test_packages_are_the_same_from_however_many_processes(run, tmp_path):
+    text = (tmp_path / "good.yaml").read_text()
+    names = [f"coil-{number}" for number in range(3)]
+    for name in names:
+        (tmp_path / f"{name}.yaml").write_text(text.replace("good-coil", name))
+    specs = [f"{name}.yaml" for name in names]
+    one = run("build", *specs, "weak.yaml", "--only", "firmware", "-o", "one", "--jobs", "1")
+    two = run("build", *specs, "weak.yaml", "--only", "firmware", "-o", "two", "--jobs", "2")
+    assert (one.code, one.err) == (two.code, two.err) == (1, two.err)
+    assert one.out.replace("one/", "two/") == two.out and "coil-2" in two.out
+    for path in sorted((tmp_path / "one").rglob("*.json")):
+        assert path.read_bytes() == (tmp_path / "two" / path.relative_to(tmp_path / "one")).read_bytes()

@@ -1,0 +1,254 @@
+"""`build`: nothing where nothing has changed, else checks and stages; and what is stale of a package.
+
+This much is loaded for a package that stays as it is; what checks and draws is in `stages`, and is loaded when
+something has to be made.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sitscad.package.folder import (
+    PackageError,
+    explained,
+    opened_for_building,
+    put_in_place,
+    require_package_name,
+    set_aside,
+    write_files,
+)
+from sitscad.package.manifest import MANIFEST, Manifest, foreign_files, intact, made_from, read_manifest, sha256
+from sitscad.package.values import (
+    CHECK_STAGE,
+    KERNELS,
+    SOLID_STAGES,
+    STAGES,
+    BuildResult,
+    Progress,
+    StageResult,
+    version_of,
+)
+from sitscad.policy import Baseline, Policy
+from sitscad.record import record
+from sitscad.report.findings.reading import read_findings
+from sitscad.spec.sensor import SensorSpec, without_text
+
+if TYPE_CHECKING:
+    from sitscad.design import Design
+
+FINDINGS = "findings.json"
+
+
+@record
+class Asked:
+    """What a build is asked for, besides the spec."""
+
+    spec: SensorSpec
+    directory: Path
+    wanted: frozenset[str]
+    force: bool
+    policy: Policy
+    baseline: Baseline | None
+
+    @property
+    def known(self) -> dict[str, str]:
+        """What the baseline knows of the spec, as plain values."""
+        found = {} if self.baseline is None else self.baseline.of(self.spec.source.path)
+        return {name: severity.value for name, severity in found.items()}
+
+    def made_from(self, old: Manifest) -> str:
+        """Hash of everything that the whole package depends on, after what it was: the same hash, the same bytes."""
+        source = self.spec.source
+        files = {name: sha256(content) for name, content in source.files.items()}
+        has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
+        versions = {package: version_of(package) for package in KERNELS if has_solids}
+        said = (source.text, Path(source.path).name, files, self.policy.as_json(), self.known)
+        return made_from(without_text(self.spec), *said, versions)
+
+
+def build(
+    spec: SensorSpec | Design,
+    out: str | Path = "outputs",
+    only: Iterable[str] | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+    policy: Policy | None = None,
+    baseline: Baseline | None = None,
+) -> BuildResult:
+    """Check a spec and write its package into ``out/NAME``, as a whole or not at all.
+
+    `only` names stages (see STAGES); the parts of an existing package that are still true to the spec stay, stale ones
+    go. `force` builds in spite of errors and marks the package. A part that would come out the same is not made again,
+    and of a package whose spec, profiles, policy, data and code are the same nothing is done at all: its findings are
+    then read from it (signals and fit are left out). `policy` and `baseline` are held against the findings, and so are
+    the comments in the spec; errors of the electrical rules that they silence stop nothing, but mark the package as
+    `force` does.
+
+    Raises
+    ------
+    PackageError
+        when the folder cannot be written, is being written, or holds something else.
+    MissingExtra
+        when a stage needs a package that is not installed; the text says which stages do without.
+    """
+    asked, design = _asked(spec, out, only, force, policy, baseline)
+    before = _require_ours(asked.directory)
+    key = asked.made_from(before)
+    if (same := _unchanged(asked, before, key)) is not None:
+        return same
+    from sitscad.package import stages  # only where something has to be made
+
+    report = progress or (lambda *_: None)
+    contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
+    report(CHECK_STAGE, "start", 0.0)
+    began = time.perf_counter()
+    stops = not contents.checked.ok and not force
+    report(CHECK_STAGE, "stopped" if stops else "made", time.perf_counter() - began)
+    if stops:
+        return BuildResult(asked.directory, contents.checked, written=False)
+    directory = asked.directory
+    with opened_for_building(directory.parent, directory.name) as staged:
+        old = _require_ours(directory)
+        made = stages.make_all(contents, directory, old, asked.wanted, report)
+        manifest = stages.manifest_of(contents, made, old, key, asked.wanted)
+        is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)
+        if manifest == old and is_whole:
+            return BuildResult(directory, contents.checked, True, made.results)
+        write_files(staged, made.files)
+        write_files(staged, {MANIFEST: manifest.as_bytes()})
+        kept_aside = set_aside(directory, foreign_files(directory, old) if directory.exists() else [])
+        put_in_place(staged, directory)
+    return BuildResult(directory, contents.checked, True, made.results, kept_aside)
+
+
+def stale(
+    spec: SensorSpec | Design,
+    out: str | Path = "outputs",
+    only: Iterable[str] | None = None,
+    policy: Policy | None = None,
+    baseline: Baseline | None = None,
+) -> BuildResult:
+    """What a build would change of the package in ``out/NAME``; nothing is written. `only` is what the package has
+    where it is left out.
+
+    The result's ``stale`` names the files that would become others, appear or go, and those that are missing or were
+    changed by hand. Errors in the checks are in ``checked``; a package that was built in spite of them is compared as
+    such. Raises as `build`.
+    """
+    asked, design = _asked(spec, out, only, True, policy, baseline)
+    old = _require_ours(asked.directory)
+    if only is None:
+        asked = dataclasses.replace(asked, wanted=_stages_of(old) or asked.wanted)
+    if (same := _unchanged(asked, old, asked.made_from(old))) is not None:
+        return same
+    from sitscad.package import stages
+
+    contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
+    made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None)
+    differing = _differing(asked.directory, old, made.files)
+    return BuildResult(asked.directory, contents.checked, False, made.results, stale=differing)
+
+
+def _asked(
+    spec: SensorSpec | Design,
+    out: str | Path,
+    only: Iterable[str] | None,
+    force: bool,
+    policy: Policy | None,
+    baseline: Baseline | None,
+) -> tuple[Asked, Design | None]:
+    own, design = (spec, None) if isinstance(spec, SensorSpec) else (spec.spec, spec)
+    directory = Path(out) / require_package_name(own.name)
+    return Asked(own, directory, _require_stages(only), force, policy or Policy(), baseline), design
+
+
+def _unchanged(asked: Asked, old: Manifest, key: str) -> BuildResult | None:
+    """The result for a package that was made from the same, whole and with all that is wanted; None for others.
+
+    One that was built in spite of errors, or in which they are silenced, is always judged anew.
+    """
+    directory = asked.directory
+    try:
+        is_same = old.built_from == key and not old.forced and asked.wanted <= set(old.built_for)
+        contents = intact(directory, old.files) if is_same else None
+        if contents is None or FINDINGS not in contents or foreign_files(directory, old):
+            return None
+    except (PackageError, OSError):
+        return None
+    source = asked.spec.source
+    checked = read_findings(contents[FINDINGS], source.path, source.text)
+    return None if checked is None else BuildResult(directory, checked, True, tuple(_kept(old)), is_unchanged=True)
+
+
+def _kept(old: Manifest) -> Iterable[StageResult]:
+    for stage in (*STAGES[:-1], CHECK_STAGE, STAGES[-1]):
+        count = len(old.of_stage(stage))
+        yield StageResult(stage, "kept" if count else "none", count, 0.0)
+
+
+def _stages_of(old: Manifest) -> frozenset[str]:
+    return frozenset(entry.stage for entry in old.files.values())
+
+
+def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> tuple[str, ...]:
+    """Names of files that are not as they would be built, each with what is wrong."""
+    words = []
+    for name, content in sorted(files.items()):
+        path = directory / name
+        if path.is_symlink() or not path.is_file():
+            words.append(f"{name} is missing")
+        elif path.read_bytes() != content:
+            words.append(f"{name} is stale" if intact(directory, _entry(old, name)) else f"{name} was changed by hand")
+    words += [f"{name} would not be made any more" for name in sorted(old.files) if name not in files]
+    words += [f"{name} is not sitscad's" for name in _foreign(directory, old, files)]
+    if not (directory / MANIFEST).is_file():
+        words.append(f"{MANIFEST} is missing")
+    return tuple(words)
+
+
+def _entry(old: Manifest, name: str) -> dict[str, Any]:
+    return {name: old.files[name]} if name in old.files else {}
+
+
+def _foreign(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:
+    found = foreign_files(directory, old) if directory.is_dir() else []
+    return [name for name in found if name not in old.files and name not in files]
+
+
+def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
+    """Raise `PackageError` when two specs would be built into the same folder."""
+    seen: dict[str, str] = {}
+    for spec in specs:
+        if spec.name in seen:
+            raise PackageError(f"{seen[spec.name]} and {spec.source.path} both have the name {spec.name!r}; rename one")
+        seen[spec.name] = spec.source.path
+
+
+def _require_stages(only: Iterable[str] | None) -> frozenset[str]:
+    wanted = frozenset(STAGES if only is None else only)
+    unknown = sorted(wanted - set(STAGES))
+    if unknown or not wanted:
+        raise PackageError(f"{', '.join(unknown) or 'nothing'} is not a stage; there are: {', '.join(STAGES)}")
+    return wanted | {CHECK_STAGE}
+
+
+def _require_ours(directory: Path) -> Manifest:
+    """The manifest of what stands in the target's place: empty where nothing does, or where a manifest is damaged.
+
+    A folder without a manifest was not made by sitscad and is never replaced.
+    """
+    with explained(f"cannot look at {directory}"):
+        if directory.is_symlink() or (directory.exists() and not directory.is_dir()):
+            raise PackageError(f"{directory} is not a folder; it was not touched")
+        if not directory.exists() or not any(directory.iterdir()):
+            return Manifest()
+        if not (directory / MANIFEST).is_file():
+            raise PackageError(f"{directory} has no {MANIFEST}, so sitscad did not make it; it was not touched")
+    try:
+        return read_manifest(directory)
+    except PackageError:
+        return Manifest()

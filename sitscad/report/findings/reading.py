@@ -1,0 +1,42 @@
+"""Findings read back from the JSON that told them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
+from sitscad.report.findings.checked import CheckedSpec
+
+
+def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
+    """The one spec of a ``findings.json``, at a path and with a text; its signals and fit are left out. None for what
+    does not hold one spec.
+    """
+    import json
+
+    try:
+        (spec,) = json.loads(content)["specs"]
+        ignored = [Ignored(_finding(each["finding"]), each["reason"], each["by"]) for each in spec["ignored"]]
+        not_checked = tuple(NotChecked(each["rule"], each["reason"]) for each in spec["not_checked"])
+        findings = tuple(map(_finding, spec["findings"]))
+        return CheckedSpec(path, text, findings, not_checked, ignored=tuple(ignored))
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def _finding(entry: dict[str, Any]) -> Finding:
+    place = entry.get("place")
+    told = ("rule", "name", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
+    return Finding(
+        **{name: entry[name] for name in told},
+        severity=Severity(entry["severity"]),
+        sigma=entry.get("sigma"),
+        file=entry.get("file"),
+        place=None if place is None else Place(place["x_m"], place["y_m"], place["layer"], tuple(place["nets"])),
+        fixes=tuple(_remedy(each) for each in entry.get("fixes", ())),
+    )
+
+
+def _remedy(entry: dict[str, Any]) -> Remedy:
+    edits = tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in entry["edits"])
+    return Remedy(edits, tuple(entry["brings"]))

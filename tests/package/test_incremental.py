@@ -1,0 +1,209 @@
+"""Builds that do no more than they must: nothing for what is the same, only what depends on a changed value, and a
+comparison that names what is stale.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sitscad
+from sitscad.finding import Edit
+from sitscad.package.dependence import UNREAD
+from sitscad.package.manifest import read_manifest
+from sitscad.spec import templates
+from sitscad.spec.format.rewriting import rewritten
+
+ROOT = Path(__file__).parents[2]
+TEXT = templates.read("grasper_4layer")
+LIGHT = ("kicad", "laser")
+SOLID = ("mount", "mesh")
+
+ELECTRICAL = {
+    "readout.clock": "39 MHz",
+    "readout.scan_rate": "400 Hz",
+    "readout.capacitance": "330 pF",
+    "requirements.normal_force": "4.1 N",
+    "requirements.shear_force": "0.7 N",
+    "requirements.bandwidth": "90 Hz",
+    "requirements.temperature": "37 degC",
+}
+OVER_THE_BOARD = {
+    "target.size": "[4.4, 4.1]",
+    "target.material": "aluminium",
+    "elastomer.thickness": "0.9",
+    "encapsulation.thickness": "0.07",
+    "shield.thickness": "0.09",
+}
+
+
+def changed(key: str, value: str, text: str = TEXT) -> str:
+    """The template with one value changed."""
+    found = rewritten(text, [Edit(key, value)])
+    assert found != text
+    return found
+
+
+def files_of(text: str, stages: tuple[str, ...], folder: Path) -> dict[str, bytes]:
+    """The files of some stages, built anew."""
+    found = sitscad.build(sitscad.load_text(text, "sensor.yaml"), folder, stages, force=True)
+    manifest = read_manifest(found.directory)
+    return {
+        name: (found.directory / name).read_bytes() for name, entry in manifest.files.items() if entry.stage in stages
+    }
+
+
+@pytest.fixture(scope="module")
+def before(tmp_path_factory) -> dict[str, bytes]:
+    return files_of(TEXT, LIGHT, tmp_path_factory.mktemp("before"))
+
+
+def test_what_no_stage_reads_is_what_is_tried_here():
+    assert set(UNREAD["laser"]) == set(UNREAD["mount"]) == set(UNREAD["mesh"]) == {"requirements", "readout", "source"}
+    assert set(UNREAD["kicad"]) == {*UNREAD["laser"], "target", "elastomer", "encapsulation", "shield"}
+
+
+@pytest.mark.parametrize("key", ELECTRICAL)
+def test_electrical_values_leave_every_byte_that_is_drawn(key, before, tmp_path):
+    assert files_of(changed(key, ELECTRICAL[key]), LIGHT, tmp_path) == before
+
+
+@pytest.mark.parametrize("key", OVER_THE_BOARD)
+def test_what_lies_over_the_board_leaves_every_byte_of_kicad(key, before, tmp_path):
+    found = files_of(changed(key, OVER_THE_BOARD[key]), ("kicad",), tmp_path)
+    assert found == {name: content for name, content in before.items() if name.startswith("kicad/")}
+
+
+@pytest.mark.cad
+@pytest.mark.slow
+def test_electrical_values_leave_every_byte_that_is_solid(tmp_path):
+    text = TEXT
+    for key, value in ELECTRICAL.items():
+        text = changed(key, value, text)
+    assert text != TEXT
+    assert files_of(text, SOLID, tmp_path / "after") == files_of(TEXT, SOLID, tmp_path / "before")
+
+
+def outcomes(result: sitscad.BuildResult) -> dict[str, str]:
+    return {stage.name: stage.outcome for stage in result.stages}
+
+
+@pytest.mark.parametrize(
+    ("change", "made"),
+    [
+        (("readout.clock", "39 MHz"), {"gerber", "firmware", "check", "report"}),
+        (("encapsulation.thickness", "0.07"), {"gerber", "laser", "firmware", "check", "report"}),
+        (("coil.turns", "6.75"), {"gerber", "kicad", "laser", "firmware", "check", "report"}),
+    ],
+)
+def test_a_changed_value_makes_only_what_depends_on_it(tmp_path, change, made):
+    light = ("gerber", "kicad", "laser", "firmware", "report")
+    sitscad.build(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path, light)
+    result = sitscad.build(sitscad.load_text(changed(*change), "sensor.yaml"), tmp_path, light, force=True)
+    assert {stage for stage, outcome in outcomes(result).items() if outcome == "made"} == made
+    fresh = sitscad.build(sitscad.load_text(changed(*change), "sensor.yaml"), tmp_path / "fresh", light, force=True)
+    for path in sorted(path for path in fresh.directory.rglob("*") if path.is_file()):
+        assert path.read_bytes() == (result.directory / path.relative_to(fresh.directory)).read_bytes(), path
+
+
+# ---------------------------------------------------------------------------------------------------------- no change
+
+
+@pytest.fixture
+def built(tmp_path):
+    spec = sitscad.load_text(TEXT, "sensor.yaml")
+    return spec, sitscad.build(spec, tmp_path, ("firmware", "report")), tmp_path
+
+
+def test_a_second_build_of_the_same_does_nothing_and_says_the_same(built, monkeypatch):
+    spec, first, out = built
+    stamps = {path: path.stat().st_mtime_ns for path in first.directory.rglob("*")}
+    monkeypatch.setattr("sitscad.package.stages.make_all", None)
+    again = sitscad.build(spec, out, ("report",))
+    assert again.is_unchanged and again.written and not again.forced
+    assert {path: path.stat().st_mtime_ns for path in first.directory.rglob("*")} == stamps
+    assert again.checked.findings == first.checked.findings
+    assert again.checked.not_checked == first.checked.not_checked
+
+
+@pytest.mark.parametrize("harm", ["a changed file", "a missing file", "a foreign file", "a missing stage", "a date"])
+def test_anything_else_is_built(built, monkeypatch, harm):
+    spec, first, out = built
+    only: tuple[str, ...] = ("report",)
+    if harm == "a changed file":
+        (first.directory / "report.html").write_text("x")
+    elif harm == "a missing file":
+        (first.directory / "bom.csv").unlink()
+    elif harm == "a foreign file":
+        (first.directory / "mine.txt").write_text("x")
+    elif harm == "a missing stage":
+        only = ("laser",)
+    else:
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    again = sitscad.build(spec, out, only)
+    assert not again.is_unchanged
+    assert sitscad.build(spec, out, only).is_unchanged
+
+
+def test_stages_that_were_built_one_after_the_other_count_together(built):
+    spec, _, out = built
+    assert not sitscad.build(spec, out, ("laser",)).is_unchanged
+    assert sitscad.build(spec, out, ("laser", "firmware", "report")).is_unchanged
+
+
+def test_a_package_in_spite_of_errors_is_judged_every_time(tmp_path):
+    spec = sitscad.load_text(templates.read("grasper_3p5mm"), "sensor.yaml")
+    assert sitscad.build(spec, tmp_path, ("firmware",), force=True).forced
+    again = sitscad.build(spec, tmp_path, ("firmware",), force=True)
+    assert again.forced and not again.is_unchanged and not again.checked.ok
+    assert not sitscad.build(spec, tmp_path, ("firmware",)).written
+
+
+def test_a_second_build_costs_under_half_a_second_of_processor_time(tmp_path):
+    """With every module compiled; the best of some runs, on a machine that has other work."""
+    (tmp_path / "sensor.yaml").write_text(TEXT)
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONPYCACHEPREFIX": str(tmp_path / "cache")}
+    env.pop("PYTHONDONTWRITEBYTECODE", None)
+    command = [sys.executable, "-m", "sitscad", "build", "sensor.yaml", "--only", "gerber,kicad,laser,firmware,report"]
+    seconds = []
+    for attempt in range(6):
+        start = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=300, check=True)
+        end = resource.getrusage(resource.RUSAGE_CHILDREN)
+        if attempt:
+            assert "(unchanged)" in done.stdout
+            seconds.append(end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime)
+            if min(seconds) < 0.5:
+                return
+    pytest.fail(f"it cost {seconds}")
+
+
+# --------------------------------------------------------------------------------------------------------------- stale
+
+
+def test_what_is_stale_is_named_and_nothing_is_written(built):
+    spec, first, out = built
+    fresh = sitscad.stale(spec, out)
+    assert fresh.is_unchanged and not fresh.stale
+    (first.directory / "bom.csv").unlink()
+    (first.directory / "report.html").write_text("mine")
+    (first.directory / "more.txt").write_text("mine")
+    stamps = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
+    other = sitscad.load_text(changed("readout.clock", "39 MHz"), "sensor.yaml")
+    found = sitscad.stale(other, out)
+    assert not found.written and not found.is_unchanged
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == stamps
+    words = dict(line.split(" ", 1) for line in found.stale)
+    assert words["bom.csv"] == "is missing" and words["report.html"] == "was changed by hand"
+    assert words["firmware/ldc1614_config.h"] == "is stale" and words["more.txt"] == "is not sitscad's"
+    assert not any(name.startswith("fpc/") for name in words), "what was never built is not asked for"
+
+
+def test_a_package_that_is_not_there_is_stale(tmp_path):
+    found = sitscad.stale(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path / "outputs", ("firmware",))
+    assert "manifest.json is missing" in found.stale and not (tmp_path / "outputs").exists()
