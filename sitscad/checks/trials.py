@@ -242,11 +242,11 @@ class _Left:
 
 
 def as_written(found: Iterable[Remedy], spec: SensorSpec) -> tuple[Remedy, ...]:
-    """Remedies with what their edits replace in the spec's text, those that bring no warning first; without those that
-    the text has no place for.
+    """Remedies with what their edits replace in the spec's text: those that bring no warning, or all where each brings
+    some; not those that the text has no place for.
     """
-    written = []
-    for remedy in sorted(found, key=lambda remedy: len(remedy.brings)):
+    found, written = list(found), []
+    for remedy in [remedy for remedy in found if not remedy.brings] or found:
         try:
             edits = completed(spec.source.text, remedy.edits) if spec.source.text else remedy.edits
         except CannotWriteError:
