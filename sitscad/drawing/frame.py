@@ -35,9 +35,11 @@ INDENT = 3.0
 """Of a paragraph's lines after the first (mm)."""
 
 
-def new_sheet(spec: SensorSpec, what: str, scale: str, artwork: str, forced: bool = False) -> Sheet:
+def new_sheet(
+    spec: SensorSpec, what: str, scale: str, artwork: str, forced: bool = False, seen: str = "seen from the top"
+) -> Sheet:
     """An A4 sheet with its frame and title block; ``artwork`` says which finished files it belongs to,
-    ``forced`` stamps it.
+    ``forced`` stamps it, ``seen`` says from where it is looked at.
     """
     sheet = Sheet(f"{spec.name}: {what}")
     width, height = sheet.size
@@ -50,7 +52,7 @@ def new_sheet(spec: SensorSpec, what: str, scale: str, artwork: str, forced: boo
         [("Design", spec.name)],
         [(label, known.get(name, NOT_STATED)) for label, name in ISSUE],
         [("Drawing", what)],
-        [("Scale", f"{scale}; millimetres; seen from the top")],
+        [("Scale", f"{scale}; millimetres; {seen}")],
         [("Files", artwork)],
         [("Made by", f"sitscad {__version__}")],
     ]

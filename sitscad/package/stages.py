@@ -215,7 +215,22 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
         "The whole board, to scale.": picture(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": svg(layers),
     }
+    if (jaws := _jaws(contents)) is not None:
+        drawn["The closed pair in its port, with dimensions, and the jaws closed and open."] = jaws
     if (over := assembly_drawing.drawing(layout, not contents.checked.is_orderable)) is not None:
         drawn["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
-    solids = (name for name in sorted(files) if name.startswith("mount/") and name.endswith(".svg"))
+    solids = (name for name in sorted(files) if name == "mount/assembly.svg")  # the jaw drawing is shown above
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
+
+
+def _jaws(contents: Contents) -> str | None:
+    """The jaw drawing; none without a jaw, or where a forced package's parts contradict each other."""
+    from sitscad.drawing.svg import svg
+    from sitscad.papers.drawings import jaw
+    from sitscad.scene.jaws import PartsError
+
+    try:
+        sheet = jaw.drawing(contents.layout, not contents.checked.is_orderable)
+    except PartsError:
+        return None
+    return None if sheet is None else svg(sheet)

@@ -19,6 +19,7 @@ PAPERS: tuple[Writer, ...] = (
     Writer("order archive", "papers.order_archive", "gerber", ("layout", "panel", "forced", "files")),
     Writer("assembly drawing", "papers.drawings.assembly", "laser", ("layout", "forced"), is_cut),
     Writer("assembly notes", "papers.assembly_notes", "mount", ("layout",), is_mounted),
+    Writer("jaw drawing", "papers.drawings.jaw", "mount", ("layout", "forced"), is_mounted),
     Writer("assembly picture", "papers.assembly_picture", "mount", ("solids", "spec"), is_mounted),
     Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates")),
     Writer("bom", "papers.bom", "report", ("layout", "estimates")),

@@ -1,0 +1,87 @@
+"""The jaw drawing: to scale, with the figures that the fit is judged by, and the jaws about their pivot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import handmade
+import pytest
+from legibility import assert_legible
+
+import sitscad
+from sitscad.drawing.sheet import Group, Label, Sheet, flattened
+from sitscad.geometry.path import bounding_box
+from sitscad.papers.drawings.jaw import drawing, render
+from sitscad.scene.closing import closing
+from sitscad.scene.fit import closed_section
+from sitscad.scene.jaws import fitted_jaw
+from sitscad.spec import templates
+
+
+def shapes(sheet: Sheet) -> dict[str, tuple[float, float, float, float]]:
+    """The boxes (mm on paper) of what has a name."""
+    found: dict[str, list] = {}
+    for item in flattened(sheet.items):
+        if getattr(item, "name", ""):
+            found.setdefault(item.name, []).extend(item.paths)
+    return {name: bounding_box(paths) for name, paths in found.items()}
+
+
+def words(sheet: Sheet) -> str:
+    return " ".join(item.text for item in flattened(sheet.items) if isinstance(item, Label))
+
+
+def in_jaw(**changes):
+    layout = handmade.jaw_sensor()
+    jaw = replace(fitted_jaw(layout), **changes)
+    return replace(layout, spec=replace(layout.spec, mount=replace(layout.spec.mount, jaw=jaw)))
+
+
+def test_the_section_is_to_scale_about_the_ports_circle():
+    layout = in_jaw()
+    at, pair, jaw = shapes(drawing(layout)), closed_section(layout), fitted_jaw(layout)
+    port = at["jaw-port"]
+    scale = (port[2] - port[0]) / jaw.port_diameter
+    lower, upper = at["jaw-section-jaw"], at["jaw-section-opposing-jaw"]
+    assert upper[3] - lower[1] == pytest.approx(pair.height * scale)
+    assert (upper[3] + lower[1]) / 2 == pytest.approx((port[1] + port[3]) / 2)
+    assert upper[3] - upper[1] == pytest.approx(jaw.height * scale), "the back is mirrored, not turned inside out"
+    board, target = at["jaw-section-board"], at["jaw-section-target"]
+    assert board[2] - board[0] == pytest.approx(layout.body_size[1] * scale)
+    assert target[3] - target[1] == pytest.approx(layout.spec.target.thickness * scale)
+    assert upper[1] >= target[3] > board[3] > lower[3]
+
+
+def test_open_jaws_stand_apart_by_their_angle_about_the_pivot():
+    layout = in_jaw(hinge=8e-3, opening=math.radians(60.0))
+    sheet, closes = drawing(layout), closing(layout)
+    assert "open by 60 deg" in words(sheet) and f"{closes.most * 1e3:.3g} mm between the faces" in words(sheet)
+    (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
+    boxes = [bounding_box(item.paths) for item in flattened(sides.items) if getattr(item, "fill", None) == "#a8adb5"]
+    closed, opened = boxes
+    assert opened[3] - opened[1] > 2 * (closed[3] - closed[1]), "the opened jaw is tilted"
+    assert opened[1] < 112.0 - 5.0, "and its tip goes down"
+
+
+def test_a_jaw_whose_hinge_is_not_known_is_not_drawn_open():
+    text = words(drawing(in_jaw(hinge=None, opening=None)))
+    assert "mount.jaw.hinge" in text and "open by" not in text
+
+
+def test_nothing_is_drawn_without_a_jaw_and_a_forced_one_is_stamped():
+    bench = handmade.layout("bench")
+    assert drawing(bench) is None and render(bench, "") == {}
+    made = render(in_jaw(), "forced")
+    assert sorted(made) == ["mount/hand-made-jaw-drawing.pdf", "mount/hand-made-jaw-drawing.svg"]
+    assert all(b"IN SPITE OF ERRORS" in content for content in made.values())
+    assert render(in_jaw(), "") == render(in_jaw(), "")
+
+
+@pytest.mark.parametrize("name", [name for name in templates.names() if "jaw" in name or "grasper" in name])
+def test_every_template_in_a_jaw_has_a_legible_drawing(name):
+    layout = sitscad.lay_out(sitscad.load_text(templates.read(name)))
+    sheet = drawing(layout)
+    assert sheet is not None
+    assert_legible(replace(sheet, items=list(flattened(sheet.items))))
+    assert f"{closed_section(layout).height * 1e3:.2f}"[:4] in words(sheet)
