@@ -8,6 +8,7 @@ import re
 import pytest
 
 import sitscad
+import sitscad.cli
 from sitscad.report.rules import RULE_FORMATS
 
 
