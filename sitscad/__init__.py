@@ -38,6 +38,15 @@ _HOMES = {
     "mended": "sitscad.checks",
     "HINTS": "sitscad.checks",
     "RULES": "sitscad.checks",
+    "Rule": "sitscad.checks.rules",
+    "Complaint": "sitscad.checks.rules",
+    "Undecided": "sitscad.checks.rules",
+    "Writer": "sitscad.writer",
+    "Plugin": "sitscad.plugins",
+    "PluginError": "sitscad.plugins",
+    "use_plugin": "sitscad.plugins",
+    "use_installed_plugins": "sitscad.plugins",
+    "all_rules": "sitscad.checks",
     "Finding": "sitscad.finding",
     "NotChecked": "sitscad.finding",
     "Severity": "sitscad.finding",
@@ -110,6 +119,7 @@ __all__ = [
     "CentreLine",
     "CheckResult",
     "CheckedSpec",
+    "Complaint",
     "CurrentPath",
     "Design",
     "Estimates",
@@ -126,15 +136,21 @@ __all__ = [
     "NotChecked",
     "PackageError",
     "PartsError",
+    "Plugin",
+    "PluginError",
     "Policy",
     "PolicyError",
     "Response",
     "Review",
+    "Rule",
     "SensorSpec",
     "Severity",
     "Solid",
     "SpecError",
+    "Undecided",
+    "Writer",
     "__version__",
+    "all_rules",
     "areas",
     "as_cadquery",
     "as_configured",
@@ -170,13 +186,16 @@ __all__ = [
     "stale",
     "stands_for",
     "unreadable",
+    "use_installed_plugins",
+    "use_plugin",
     "verify",
     "write_file",
     "write_template",
 ]
 
 if TYPE_CHECKING:
-    from sitscad.checks import HINTS, RULES, CheckResult, check, mended
+    from sitscad.checks import HINTS, RULES, CheckResult, all_rules, check, mended
+    from sitscad.checks.rules import Complaint, Rule, Undecided
     from sitscad.design import Design, respond, respond_to
     from sitscad.estimates import METHODS, Estimates, estimate
     from sitscad.estimates.response.pad import NoResponse
@@ -219,6 +238,7 @@ if TYPE_CHECKING:
         write_template,
     )
     from sitscad.parts import MissingExtra, PartsError, Solid, solids
+    from sitscad.plugins import Plugin, PluginError, use_installed_plugins, use_plugin
     from sitscad.policy import Baseline, Policy, PolicyError, nearest_policy, read_baseline, stands_for
     from sitscad.processes import each_of
     from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner, checked_spec
@@ -232,6 +252,7 @@ if TYPE_CHECKING:
     from sitscad.spec.format.schema import json_schema
     from sitscad.spec.load import SpecError, load, load_text
     from sitscad.spec.sensor import SensorSpec
+    from sitscad.writer import Writer
 
 
 def __getattr__(name: str) -> Any:

@@ -61,7 +61,7 @@ def _explain_crash(error: Exception) -> int:
     """One sentence for what is known to go wrong, one with how to report it for what is not."""
     if os.environ.get("SITSCAD_TRACEBACK"):
         raise error
-    if isinstance(error, (sitscad.PackageError, sitscad.MissingExtra, sitscad.PolicyError)):
+    if isinstance(error, (sitscad.PackageError, sitscad.MissingExtra, sitscad.PolicyError, sitscad.PluginError)):
         _say(str(error))
     elif isinstance(error, sitscad.PartsError):
         _say(f"a part cannot be made: {error}")
@@ -185,6 +185,19 @@ FORMS = "text, json, sarif, junit or github."
 
 
 JOBS = click.option("--jobs", type=click.IntRange(1), help="Processes for several specs (default: the processors).")
+
+
+def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) -> None:
+    """Put installed plugins in force, and those of the files that are named."""
+    sitscad.use_installed_plugins()
+    for file in files:
+        sitscad.use_plugin(file)
+
+
+PLUGIN = click.option(
+    "--plugin", multiple=True, metavar="FILE", type=click.Path(), expose_value=False, is_eager=True,
+    callback=_use_plugins, help="A Python file with rules or writers of your own.",
+)  # fmt: skip
 BASELINE = click.option("--baseline", help="A file of check --format json: what it holds does not fail again.")
 
 
@@ -197,6 +210,7 @@ BASELINE = click.option("--baseline", help="A file of check --format json: what 
 @click.option("--fail-on", default="error", show_default=True, help="What fails: note, warning or error, and graver.")
 @BASELINE
 @JOBS
+@PLUGIN
 @click.option("--hints", default="decisive", show_default=True, help="What is tried for hints: none, decisive or full.")
 @click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
 @click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
@@ -476,6 +490,7 @@ def _points(done: int, of: int) -> None:
 @click.option("--check", is_flag=True, help="Write nothing; fail where packages are stale, and name their files.")
 @BASELINE
 @JOBS
+@PLUGIN
 def build(
     specs: tuple[str, ...],
     output: str,
@@ -524,6 +539,7 @@ def _compare_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
 
 @cli.command(example="sitscad explain SIT201")
 @click.argument("rule")
+@PLUGIN
 def explain(rule: str) -> int:
     """Say what RULE checks, why, and how to mend it.
 
@@ -539,6 +555,7 @@ def explain(rule: str) -> int:
 
 @cli.command(example="sitscad rules")
 @click.option("--format", "format_name", default="text", show_default=True, help="text, json or markdown.")
+@PLUGIN
 def rules(format_name: str) -> int:
     """List every rule with the severities that it can have; json and markdown have all its texts."""
     _print(_row(sitscad.RULE_FORMATS, format_name, "--format")(tuple(_rules())))
@@ -641,8 +658,7 @@ def _meant(name: str, known: Iterable[str]) -> str:
 
 
 def _rules() -> list[Any]:
-    table = sitscad.RULES
-    return sorted(table.values() if hasattr(table, "values") else table, key=lambda rule: rule.id)
+    return list(sitscad.all_rules())
 
 
 __all__ = ["cli", "main"]

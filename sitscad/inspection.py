@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from sitscad.checks import RULES, CheckResult, mended
+from sitscad.checks import CheckResult, all_rules, mended
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy
 from sitscad.policy import Baseline, Policy, chosen_rules, judged, nearest_policy
@@ -78,16 +78,16 @@ def inspect_text(text: str, path: str, hints: str = DECISIVE, held: Held = ALL) 
 def _inspected(spec: SensorSpec, hints: str, policy: Policy, held: Held, draws: bool = False) -> Inspection:
     design = Design(spec)
     checked = _checked(spec, Review(design, hints).result)
-    wanted = chosen_rules(RULES, held.select, held.ignore)
-    left_out = [rule.id for rule in RULES if rule.id not in wanted]
+    wanted = chosen_rules(all_rules(), held.select, held.ignore)
+    left_out = [rule.id for rule in all_rules() if rule.id not in wanted]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
-    checked = judged(checked, spec.source, RULES, policy, held.baseline)
+    checked = judged(checked, spec.source, all_rules(), policy, held.baseline)
     return Inspection(checked, _picture(design, checked) if draws else "")
 
 
 def as_configured(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
     """What a check found in a spec, judged by the nearest configuration above it and by its comments."""
-    return judged(_checked(spec, result), spec.source, RULES, policy_for(spec.source.path))
+    return judged(_checked(spec, result), spec.source, all_rules(), policy_for(spec.source.path))
 
 
 def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
@@ -96,7 +96,7 @@ def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
 
 def policy_for(path: str) -> Policy:
     """The policy of the nearest configuration above a spec; above the working folder for standard input."""
-    return nearest_policy(Path(path).parent, RULES)
+    return nearest_policy(Path(path).parent, all_rules())
 
 
 def opened(path: str, policy: Policy | None = None) -> SensorSpec:
@@ -204,7 +204,7 @@ def unreadable(path: str, error: SpecError, hints: str = DECISIVE, text: str | N
     its file unless it is given.
     """
     reported = {finding.rule for finding in error.findings}
-    skipped = (rule.id for rule in RULES if rule.id not in reported)
+    skipped = (rule.id for rule in all_rules() if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
     known = error.source.text if error.source is not None else ""
     shown = text if text is not None else known if path == STDIN else _beginning(path)

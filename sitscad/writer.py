@@ -8,16 +8,22 @@ from importlib import import_module
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
+STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "firmware", "report")
+"""What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
+
+TAKES = ("layout", "solids", "aids", "spec", "estimates", "panel", "coupon_estimates", "forced", "files")
+"""What a writer may ask for."""
+
 
 @record
 class Writer:
     """One format or paper: its name for people, the module that renders it, the stage of `build` it belongs to.
 
-    ``module`` counts from ``sitscad``; it is imported when it renders, not before. ``takes`` names the arguments of its
-    ``render`` in their order, out of ``layout``, ``solids``, ``aids`` (jig and mould),
-    ``spec``, ``estimates``, ``panel`` (None where none is
-    wanted), ``coupon_estimates``, ``forced`` (why the package ought not to be ordered from, mostly empty) and ``files``
-    (those that the same stage made before); ``applies`` says whether a spec has anything to write.
+    ``module`` counts from ``sitscad``; it is imported when it renders, not before; a plugin's writer has a ``function``
+    instead, that gives files by their paths inside the package. ``takes`` names the arguments of its ``render`` in
+    their order, out of ``layout``, ``solids``, ``aids`` (jig and mould), ``spec``, ``estimates``, ``panel`` (None where
+    none is wanted), ``coupon_estimates``, ``forced`` (why the package ought not to be ordered from, mostly empty) and
+    ``files`` (those that the same stage made before); ``applies`` says whether a spec has anything to write.
     """
 
     name: str
@@ -25,9 +31,12 @@ class Writer:
     stage: str
     takes: tuple[str, ...] = ("layout",)
     applies: Callable[[SensorSpec], bool] = lambda spec: True
+    function: Callable[..., dict[str, bytes]] | None = None
 
     def render(self, *values: object) -> dict[str, bytes]:
         """The finished files by their paths inside the package."""
+        if self.function is not None:
+            return self.function(*values)
         return import_module(f"sitscad.{self.module}").render(*values)
 
 
@@ -39,3 +48,23 @@ def is_cut(spec: SensorSpec) -> bool:
 def is_mounted(spec: SensorSpec) -> bool:
     """Whether the sensor has a mount."""
     return spec.mount is not None
+
+
+_added: tuple[Writer, ...] = ()
+_marks: tuple[tuple[str, str], ...] = ()
+
+
+def add_writers(writers: tuple[Writer, ...], mark: tuple[str, str]) -> None:
+    """Put a plugin's writers in force for this process; `mark` is its name and what changes when it does."""
+    global _added, _marks
+    _added, _marks = (*_added, *writers), (*_marks, mark)
+
+
+def added_writers() -> tuple[Writer, ...]:
+    """The writers of plugins, in the order in which they were added."""
+    return _added
+
+
+def marks() -> tuple[tuple[str, str], ...]:
+    """The plugins in force, by name and hash: what is made with them depends on them."""
+    return _marks

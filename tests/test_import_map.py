@@ -51,11 +51,12 @@ MAY_IMPORT = {
     "processes": set(),
     "inspection": {"finding", "policy", "spec", "design", "checks", "remedy", "review", "drawing", "report"},
     "schemas": {"spec"},
+    "plugins": {"finding", "design", "checks", "writer"},
     "cli": {"", "finding"},
     "__main__": {"cli"},
     "__init__": {
         "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks", "review",
-        "package", "report", "inspection", "schemas", "policy", "processes",
+        "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from sitscad.scene.closing import Closing
     from sitscad.scene.fit import Measure
 
-__all__ = ["HINTS", "RULES", "CheckResult", "Rule", "check", "explain", "mended"]
+__all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
 _LOADING = tuple(
     Rule(row.id, row.name, row.severity, row.summary, row.why, row.mend, "docs/spec.md") for row in SPEC_RULES
@@ -57,6 +57,20 @@ _TABLES = (
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))
 """Every rule, in the order of their identifiers."""
+
+
+_added: tuple[Rule, ...] = ()
+
+
+def add_rules(rules: tuple[Rule, ...]) -> None:
+    """Put rules of a plugin in force for this process."""
+    global _added
+    _added = (*_added, *rules)
+
+
+def all_rules() -> tuple[Rule, ...]:
+    """Every rule in force, those of plugins among them, in the order of their identifiers."""
+    return tuple(sorted((*RULES, *_added), key=lambda rule: rule.id)) if _added else RULES
 
 
 @record
@@ -101,13 +115,13 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
     budget = Budget.of(hints, design.spec)
     said: list[Outcome] = []
     not_checked: list[NotChecked] = []
-    for rule in RULES:
+    for rule in all_rules():
         found, undecided = outcomes(rule, design)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
     if not any(outcome.finding.severity is Severity.ERROR for outcome in said):
         budget = budget.for_warnings()
-    findings = Trials(design, RULES, said, not_checked, budget).advised()
+    findings = Trials(design, all_rules(), said, not_checked, budget).advised()
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
     return CheckResult(
@@ -122,12 +136,12 @@ def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
     """
     from sitscad.checks import cramped, unread  # only specs that are refused
 
-    return unread.tried(error, cramped.mended(error, RULES, hints))
+    return unread.tried(error, cramped.mended(error, all_rules(), hints))
 
 
 def explain(rule_id: str) -> str:
     """What a rule checks, why, how to mend a breach, and where its limit comes from; KeyError for an unknown rule."""
-    rule = next((rule for rule in RULES if rule_id.upper() == rule.id or rule_id.lower() == rule.name), None)
+    rule = next((rule for rule in all_rules() if rule_id.upper() == rule.id or rule_id.lower() == rule.name), None)
     if rule is None:
         raise KeyError(rule_id)
     return "\n\n".join(

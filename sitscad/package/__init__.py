@@ -12,8 +12,9 @@ from sitscad.package.building import build, require_distinct_names, stale
 from sitscad.package.folder import PackageError
 from sitscad.package.one_file import write_file
 from sitscad.package.template import list_templates, write_template
-from sitscad.package.values import STAGES, BuildResult, StageResult
+from sitscad.package.values import BuildResult, StageResult
 from sitscad.package.verification import Verification, verify
+from sitscad.writer import STAGES
 
 __all__ = [
     "STAGES",

@@ -26,7 +26,6 @@ from sitscad.package.values import (
     CHECK_STAGE,
     KERNELS,
     SOLID_STAGES,
-    STAGES,
     BuildResult,
     Progress,
     StageResult,
@@ -36,6 +35,7 @@ from sitscad.policy import Baseline, Policy
 from sitscad.record import record
 from sitscad.report.findings.reading import read_findings
 from sitscad.spec.sensor import SensorSpec, without_text
+from sitscad.writer import STAGES, marks
 
 if TYPE_CHECKING:
     from sitscad.design import Design
@@ -67,7 +67,7 @@ class Asked:
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
         versions = {package: version_of(package) for package in KERNELS if has_solids}
         said = (source.text, Path(source.path).name, files, self.policy.as_json(), self.known)
-        return made_from(without_text(self.spec), *said, versions)
+        return made_from(without_text(self.spec), *said, versions, *marks())
 
 
 def build(

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sitscad.checks import RULES
+from sitscad.checks import all_rules
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.policy import Baseline, Policy, judged
@@ -67,7 +67,7 @@ class Contents:
         found = checked_spec(
             self.design.spec, result.findings, result.not_checked, result.signals, result.fit, result.closing
         )
-        return judged(found, source, RULES, self.policy, self.baseline)
+        return judged(found, source, all_rules(), self.policy, self.baseline)
 
     @cached_property
     def forced(self) -> str:

@@ -7,6 +7,7 @@ import re
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from sitscad.design import Design
 from sitscad.formats import WRITERS
@@ -14,7 +15,7 @@ from sitscad.package.contents import FORCED_NOTE, Contents
 from sitscad.package.dependence import read_by
 from sitscad.package.folder import FILE_NAME, PackageError, require_inside
 from sitscad.package.manifest import MANIFEST, Entry, Manifest, intact, made_from, sha256
-from sitscad.package.values import CHECK_STAGE, KERNELS, SOLID_STAGES, STAGES, Progress, StageResult, version_of
+from sitscad.package.values import CHECK_STAGE, KERNELS, SOLID_STAGES, Progress, StageResult, version_of
 from sitscad.papers import PAPERS
 from sitscad.parts import MissingExtra
 from sitscad.policy import Baseline, Policy
@@ -22,7 +23,7 @@ from sitscad.record import record
 from sitscad.report.findings import as_json, numbered_places, to_json
 from sitscad.review import Review
 from sitscad.spec.sensor import SensorSpec
-from sitscad.writer import Writer
+from sitscad.writer import STAGES, Writer, added_writers, marks
 
 SPEC_FOLDER = "spec"
 """Where a package keeps the files that it was made from."""
@@ -51,10 +52,16 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
         forced=not contents.checked.is_orderable,
         nets=contents.nets,
         files=made.entries,
-        configuration=contents.policy.as_json() if contents.policy.says_anything else {},
+        configuration=_configuration(contents),
         built_from=built_from,
         built_for=tuple(sorted({*wanted, *before})),
     )
+
+
+def _configuration(contents: Contents) -> dict[str, Any]:
+    """What besides the spec the package goes by: the policy that its findings are held against, and plugins."""
+    said = contents.policy.as_json() if contents.policy.says_anything else {}
+    return {**said, **({"plugins": dict(marks())} if marks() else {})}
 
 
 def make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
@@ -67,7 +74,7 @@ def make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozens
         began = time.perf_counter()
         if stage != CHECK_STAGE:
             progress(stage, "start", 0.0)
-        ingredients = made_from(stage, *_ingredients(contents, stage, entries, failures))
+        ingredients = made_from(stage, *_ingredients(contents, stage, entries, failures), *_for_plugins(contents))
         kept = _still_true(directory, old, stage, ingredients)
         if kept is not None:
             outcome, new = "kept", kept
@@ -103,6 +110,11 @@ def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], fail
     return read_by(stage, contents.spec)
 
 
+def _for_plugins(contents: Contents) -> tuple[object, ...]:
+    """What files depend on beside that where there are plugins: those, and all of the spec, which they may read."""
+    return (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
+
+
 def _still_true(directory: Path, old: Manifest, stage: str, ingredients: str) -> dict[str, bytes] | None:
     """The files of a stage as the package before has them, if they are whole and were made from the same; else None."""
     entries = old.of_stage(stage)
@@ -115,7 +127,8 @@ def _render(contents: Contents, stage: str, files: dict[str, bytes], failures: l
     if stage == CHECK_STAGE:
         return _checked_files(contents, failures, beside_gerbers=any(name.startswith("fpc/") for name in files))
     try:
-        new = _written(contents, [writer for writer in (*WRITERS, *PAPERS) if writer.stage == stage], failures)
+        writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers()) if writer.stage == stage]
+        new = _written(contents, writers, failures)
     except MissingExtra as error:
         rest = ",".join(name for name in STAGES if name not in SOLID_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error

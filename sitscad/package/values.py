@@ -8,9 +8,6 @@ from pathlib import Path
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec
 
-STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "firmware", "report")
-"""What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
-
 CHECK_STAGE = "check"
 """The stage of what every build writes: its checks always run."""
 

@@ -1,0 +1,176 @@
+"""Plugins: rules and writers from a file or an installed package, used as ours are; what is wrong with one names it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import sitscad
+from sitscad.cli import cli
+from sitscad.spec import templates
+
+ROOT = Path(__file__).parents[1]
+EXAMPLE = ROOT / "docs" / "examples" / "plugin.py"
+
+RULE = """
+import sitscad
+def apply(design):
+    {body}
+RULES = [sitscad.Rule(id="{id}", name="{name}", severity=sitscad.Severity.NOTE, summary="s", why="w", mend="m",
+                      source="x", needs={needs}, apply=apply)]
+"""
+WRITER = """
+import sitscad
+def write(spec):
+    {body}
+WRITERS = [sitscad.Writer("{name}", "", "{stage}", {takes}, function=write)]
+"""
+
+
+@pytest.fixture(autouse=True)
+def no_plugins_before_and_after(monkeypatch):
+    """A plugin is in force for a whole process; here for one test."""
+    for place in ("sitscad.checks._added", "sitscad.writer._added", "sitscad.writer._marks"):
+        monkeypatch.setattr(place, ())
+
+
+@pytest.fixture
+def plugin(tmp_path):
+    def written(text, **values):
+        given = {"id": "LAB001", "name": "own", "needs": (), "stage": "firmware", "takes": ("spec",),
+                 "body": "return {}" if text is WRITER else "return ()"}  # fmt: skip
+        file = tmp_path / "own.py"
+        file.write_text(text.format_map({**given, **values}))
+        return file
+
+    return written
+
+
+@pytest.fixture
+def spec(tmp_path):
+    file = tmp_path / "jaw.yaml"
+    file.write_text(templates.read("jaw_5x20"))
+    return file
+
+
+def ran(*words):
+    return CliRunner().invoke(cli, [str(word) for word in words])
+
+
+def test_a_rule_of_ones_own_is_told_listed_explained_ignored_and_waived(spec):
+    found = json.loads(ran("check", spec, "--format", "json", "--hints", "none", "--plugin", EXAMPLE).stdout)
+    (finding,) = [each for each in found["specs"][0]["findings"] if each["rule"] == "LAB001"]
+    assert finding["severity"] == "warning" and finding["limit"] == 0.5 and finding["unit"] == "m"
+    assert spec.read_text().splitlines()[finding["line"] - 1].lstrip().startswith("turns:")
+    assert "LAB001  winder-track" in ran("rules").stdout and "winder's manual" in ran("explain", "LAB001").stdout
+    ignored = json.loads(ran("check", spec, "--format", "json", "--hints", "none", "--ignore", "LAB001").stdout)
+    assert "LAB001" in {each["rule"] for each in ignored["specs"][0]["not_checked"]}
+    spec.write_text(
+        spec.read_text().replace("turns: 4.5 ", "turns: 4.5 # sitscad: ignore LAB001 wound by hand\n  #", 1)
+    )
+    waived = json.loads(ran("check", spec, "--format", "json", "--hints", "none").stdout)["specs"][0]
+    assert "LAB001" not in {each["rule"] for each in waived["findings"]}
+    assert ran("check", spec, "--format", "sarif", "--hints", "none").exit_code == 0
+
+
+def test_files_of_ones_own_are_in_the_package_and_go_with_the_plugin(tmp_path, spec, monkeypatch):
+    out = tmp_path / "out"
+    assert ran("build", spec, "-o", out, "--only", "firmware,report", "--plugin", EXAMPLE).exit_code == 0
+    package = out / "jaw-5x20"
+    made = json.loads((package / "field/filaments.json").read_text())
+    assert made[0]["name"] == "C1" and len(made[0]["layers_m"]) == 4
+    manifest = json.loads((package / "manifest.json").read_text())
+    assert manifest["files"]["field/filaments.json"]["stage"] == "report"
+    assert manifest["configuration"]["plugins"].keys() == {"plugin.py"}
+    again = ran("build", spec, "-o", out, "--only", "firmware,report", "--plugin", EXAMPLE)
+    assert "(unchanged)" in again.stdout and "LAB001" in again.stderr
+    for place in ("sitscad.checks._added", "sitscad.writer._added", "sitscad.writer._marks"):
+        monkeypatch.setattr(place, ())
+    assert ran("build", spec, "-o", out, "--only", "firmware,report").exit_code == 0
+    assert not (package / "field").exists() and "configuration" not in json.loads(
+        (package / "manifest.json").read_text()
+    )
+
+
+def test_a_file_is_used_once_however_often_it_is_named(spec):
+    for _ in range(3):
+        sitscad.use_plugin(EXAMPLE)
+    assert [rule.id for rule in sitscad.all_rules()].count("LAB001") == 1
+    assert len(sitscad.RULES) == len(sitscad.all_rules()) - 1
+
+
+@pytest.mark.parametrize(
+    ("text", "values", "said"),
+    [
+        ("1 +", {}, "SyntaxError"),
+        ("import no_such_module", {}, "no_such_module"),
+        ("X = 1", {}, "neither RULES nor WRITERS"),
+        ("RULES = 3", {}, "RULES is no list"),
+        ("RULES = ['x']", {}, "RULES is no list"),
+        (RULE, {"id": "SIT999"}, "SIT is ours"),
+        (RULE, {"id": "lab"}, "its id"),
+        (RULE, {"name": "Own Rule"}, "its name"),
+        (RULE, {"name": "inductance-floor"}, "there already"),
+        (RULE, {"needs": ("wings",)}, "it may need"),
+        (WRITER, {"stage": "soup"}, "its stage"),
+        (WRITER, {"takes": ("world",)}, "it takes others"),
+        (WRITER, {"name": ""}, "its name"),
+    ],
+)
+def test_what_is_no_plugin_is_refused_by_name(plugin, text, values, said):
+    file = plugin(text, **values)
+    with pytest.raises(sitscad.PluginError, match=f"own.py: .*{said}"):
+        sitscad.use_plugin(file)
+    assert sitscad.all_rules() == sitscad.RULES
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(sitscad.PluginError, match=r"none\.py"):
+        sitscad.use_plugin(tmp_path / "none.py")
+
+
+@pytest.mark.parametrize(
+    "body", ["raise RuntimeError('no ink')", "return [3]", "return 7", "yield design.spec.nothing"]
+)
+def test_a_rule_that_goes_wrong_ends_the_command_with_its_name(plugin, spec, body):
+    words = ["check", str(spec), "--hints", "none", "--plugin", str(plugin(RULE, body=body))]
+    done = subprocess.run([sys.executable, "-m", "sitscad", *words], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 2 and "own.py: rule LAB001" in done.stderr and "Traceback" not in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("body", ["raise RuntimeError('no ink')", "return 3", "return {'a.txt': 'text'}"])
+def test_a_writer_that_goes_wrong_leaves_the_package_as_it_was(plugin, spec, tmp_path, body):
+    loaded = sitscad.load(spec)
+    sitscad.build(loaded, tmp_path / "out", only=["firmware"])
+    before = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    sitscad.use_plugin(plugin(WRITER, body=body))
+    with pytest.raises(sitscad.PluginError, match=r"own\.py: writer own"):
+        sitscad.build(loaded, tmp_path / "out", only=["firmware"])
+    assert before == {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("path", ["../outside.txt", "/tmp/x", "manifest.json", "firmware/ldc1614_config.h"])
+def test_a_writer_writes_into_the_package_and_over_nothing(plugin, spec, tmp_path, path):
+    sitscad.use_plugin(plugin(WRITER, body=f"return {{'{path}': b'x'}}"))
+    with pytest.raises(sitscad.PackageError):
+        sitscad.build(sitscad.load(spec), tmp_path / "out", only=["firmware"])
+    assert not (tmp_path / "outside.txt").exists()
+
+
+def test_an_installed_package_is_used_without_being_named(tmp_path):
+    (tmp_path / "our_lab_winder.py").write_text(EXAMPLE.read_text())
+    info = tmp_path / "our_lab-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: our-lab\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[sitscad.plugins]\nwinder = our_lab_winder\n")
+    code = (
+        f"import sys; sys.path[:0] = [{str(ROOT)!r}, {str(tmp_path)!r}]; from sitscad.cli import main; main(['rules'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.startswith("LAB001"), done.stderr
