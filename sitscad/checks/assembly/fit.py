@@ -17,7 +17,7 @@ from sitscad.remedy.moves import calmer_tail
 from sitscad.remedy.search import Left, in_vain, named, ways
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield
-from sitscad.spec.sensor import ElastomerPad, Jaw
+from sitscad.spec.sensor import ElastomerPad, Jaw, Tail
 
 ROUNDING = 1e-9
 
@@ -27,8 +27,7 @@ GRAIN = 10e-6
 
 def tail_bend(design: Design) -> Iterator[Verdict]:
     """The tail's bend through a hinge: its layers, and the radius that it needs."""
-    spec = design.spec
-    tail, rules = spec.fpc.tail, spec.fpc.rules
+    spec, tail = design.spec, design.spec.fpc.tail
     assert tail is not None
     if tail.bend == "none":
         return
@@ -44,10 +43,14 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
         )
     figure = bend_figure(spec)
     if figure is None:
-        yield Undecided(f"{rules.name} states no bend radius for a {tail.bend} bend")
-        return
-    field, ratio = figure
-    thickness, room = tail_thickness(spec), _bend_room(design)
+        yield Undecided(f"{spec.fpc.rules.name} states no bend radius for a {tail.bend} bend")
+    else:
+        yield from _bend_radius(design, tail, *figure)
+
+
+def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:
+    """The radius that is wanted, or that so thick a tail needs by a figure of the fabricator's, inside the port."""
+    thickness, room = tail_thickness(design.spec), _bend_room(design)
     radius, stated = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 
 from sitscad.checks.assembly.fit import ROUNDING, pad_of
-from sitscad.checks.cases import Case
+from sitscad.checks.cases import Case, worded
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
@@ -35,20 +35,16 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     if _is_beside(design):
         yield from _not_pressed()
         return
-    material = pad.material
-    sigma = material.shear_modulus_sigma
+    material, sigma = pad.material, pad.material.shear_modulus_sigma
     nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
     if most.strain <= elastomer.VALID_STRAIN:
         return
     certain = _at_least(design, nominal)
     is_error = certain > STRAIN_ERROR
-    limit = STRAIN_ERROR if is_error else elastomer.VALID_STRAIN
-    judged = certain if is_error else most.strain
-    case = _judged_case(nominal) if is_error else "The softest case"
     yield TOO_SOFT.found(
         "elastomer.material",
-        judged,
-        limit,
+        certain if is_error else most.strain,
+        STRAIN_ERROR if is_error else elastomer.VALID_STRAIN,
         None,
         advice=(lambda left: _stiffer(design, force, left) + _otherwise(nominal)) if is_error else None,
         is_grave=is_error,
@@ -63,8 +59,8 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         gap=nominal.gap,
         shape_factor=nominal.shape_factor,
         taken=_part(nominal),
-        which=case,
-        extrapolated=f"; beyond {100.0 * elastomer.VALID_STRAIN:.0f} % the formula is extrapolated"
+        which=_judged_case(nominal) if is_error else "The softest case",
+        extrapolated=worded(EXTRAPOLATED, {"valid": elastomer.VALID_STRAIN})
         if nominal.strain > elastomer.VALID_STRAIN
         else "",
         stiffer=_stiffer(design, force),
@@ -265,6 +261,8 @@ def _rounded_up(value: float) -> float:
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return math.ceil(value / step) * step
 
+
+EXTRAPOLATED = "; beyond {valid:%.0f} % the formula is extrapolated"
 
 TOO_SOFT = Case(
     "{force:N} compress the {thickness:m} {name} pad by {strain:%.0f} % ({least_strain:%.0f} to "

@@ -40,9 +40,14 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     if readout.drive_code is None:
         return
     asides: list[Complaint] = []
-    high, optimum = design.family.limit("amplitude_max"), design.family.limit("amplitude_optimum_min")
-    stable = design.family.limit("amplitude_stable_min")
-    largest, smallest = worst_of(design, "amplitude", max, True), worst_of(design, "amplitude", min, True)
+    yield from _too_strong(design, worst_of(design, "amplitude", max, True), asides)
+    yield from _too_weak(design, worst_of(design, "amplitude", min, True), asides)
+    yield from _as_one([*asides, *_bare_coil_amplitude(design)])
+
+
+def _too_strong(design: Design, largest: Reading | None, asides: list[Complaint]) -> Iterator[Verdict]:
+    """The largest amplitude against what clamps; what keeps it by little is one of the asides."""
+    high = design.family.limit("amplitude_max")
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         yield CLAMPED.found(
             CODE_KEY,
@@ -56,30 +61,37 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
             where=where(largest),
             in_sigmas=in_sigmas(largest, high, "V"),
         )
-    else:
-        if largest is not None:
-            hint = f"measure the amplitude of the first boards{_other_code(_code(design, largest) - 1, 'weaker')}"
-            asides += near_limit(largest, high, "V", "amplitude", hint, CODE_KEY)
-        yield from _cold_amplitude(design)
-    if smallest is not None and smallest.value < optimum:
-        below = smallest.value < stable
-        yield (MAY_STOP if below else TOO_WEAK).found(
-            "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY,
-            smallest.value,
-            stable if below else optimum,
-            "V",
-            hint=_weak_advice(design, smallest),
-            source=design.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
-            sigma=sigmas_between(smallest, stable if below else optimum),
-            code=_code(design, smallest),
-            where=where(smallest),
-            high=high,
-            in_sigmas=in_sigmas(smallest, stable if below else optimum, "V"),
-        )
-    elif smallest is not None:
+        return
+    if largest is not None:
+        hint = f"measure the amplitude of the first boards{_other_code(_code(design, largest) - 1, 'weaker')}"
+        asides += near_limit(largest, high, "V", "amplitude", hint, CODE_KEY)
+    yield from _cold_amplitude(design)
+
+
+def _too_weak(design: Design, smallest: Reading | None, asides: list[Complaint]) -> Iterator[Verdict]:
+    """The smallest amplitude against the low-noise window and what lets the tank stop; as `_too_strong`."""
+    if smallest is None:
+        return
+    optimum, stable = design.family.limit("amplitude_optimum_min"), design.family.limit("amplitude_stable_min")
+    if smallest.value >= optimum:
         hint = f"measure the amplitude of the first boards{_other_code(_code(design, smallest) + 1, 'stronger')}"
         asides += near_limit(smallest, optimum, "V", "amplitude", hint, CODE_KEY)
-    yield from _as_one([*asides, *_bare_coil_amplitude(design)])
+        return
+    below = smallest.value < stable
+    asked = stable if below else optimum
+    yield (MAY_STOP if below else TOO_WEAK).found(
+        "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY,
+        smallest.value,
+        asked,
+        "V",
+        hint=_weak_advice(design, smallest),
+        source=design.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
+        sigma=sigmas_between(smallest, asked),
+        code=_code(design, smallest),
+        where=where(smallest),
+        high=design.family.limit("amplitude_max"),
+        in_sigmas=in_sigmas(smallest, asked, "V"),
+    )
 
 
 def _as_one(asides: list[Complaint]) -> Iterator[Verdict]:
