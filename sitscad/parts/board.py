@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.parts.prism import prism
+from sitscad.parts.prism import box, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.scene import stack
 from sitscad.scene.bodies import Body
@@ -11,8 +14,16 @@ from sitscad.spec.profiles.presets import metal_colour
 
 
 def board_body(layout: Layout) -> Solid:
-    """The board's outline with its tail held straight, from the bottom face to z = 0."""
-    return _drawn_out(stack.board(layout), "#c8821e")
+    """The board's outline with its tail held straight, up to z = 0: the body of all layers, beyond it the tail of those
+    that run down it.
+    """
+    board, under = stack.board(layout), stack.tail_heights(layout)[0]
+    whole = _drawn_out(board, "#c8821e")
+    if under - board.lower < 1e-9:
+        return whole
+    _, y0, x1, y1 = bounding_box((layout.outline,))
+    below = box(layout.body[2], y0 - 1e-3, board.lower - 1e-3, x1 + 1e-3, y1 + 1e-3, under)
+    return replace(whole, shape=one_solid(whole.shape - below, "board"))
 
 
 def stiffener(layout: Layout) -> Solid | None:

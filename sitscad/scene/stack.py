@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from sitscad.geometry.convex import within_box
 from sitscad.geometry.path import Path, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
+from sitscad.layout.tail.thickness import tail_layers
 from sitscad.scene.bodies import (
     Body,
     BodyRole,
+    Heights,
     above_board,
     board_heights,
     seat_heights,
@@ -36,12 +39,17 @@ def board(layout: Layout) -> Body:
 
 
 def stiffener(layout: Layout) -> Body | None:
-    """The plate under the contacts, bonded to the board's bottom face."""
+    """The plate under the contacts, bonded to the tail's bottom face."""
     plate = layout.stiffener
     if plate is None:
         return None
-    upper = board_heights(layout.spec)[0]
+    upper = tail_heights(layout)[0]
     return Body(BodyRole.STIFFENER, plate.outline, upper - plate.thickness, upper, plate.material)
+
+
+def tail_heights(layout: Layout) -> Heights:
+    """The tail: from the bottom of the layers that run down it up to the board's top face."""
+    return -math.fsum(layer.thickness for layer in tail_layers(layout)), 0.0
 
 
 def shield(layout: Layout) -> Body | None:

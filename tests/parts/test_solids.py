@@ -147,3 +147,25 @@ def test_a_shield_that_does_not_fit_the_standoff_is_refused_with_the_number_to_g
     layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(), 0.5e-3))
     with pytest.raises(PartsError, match=r"mount\.standoff at least 0\.7 mm"):
         solids(layout)
+
+
+@pytest.mark.cad
+def test_a_tail_of_fewer_layers_is_drawn_as_thin_as_the_papers_say():
+    """The assembly had a tail of all four layers, 261 um, where two run down it."""
+    import sitscad
+    from sitscad.parts.board import board_body, stiffener
+    from sitscad.parts.mesh import manifold, tessellate
+    from sitscad.scene.stack import tail_heights
+    from sitscad.spec import templates
+
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml"))
+    body = board_body(layout)
+    under = tail_heights(layout)[0]
+    assert -layout.spec.fpc.stackup.thickness < under < 0.0
+    tail = manifold(tessellate(body)).trim_by_plane((1.0, 0.0, 0.0), layout.body[2] * 1e3 + 1e-6)
+    assert tail.bounding_box()[2] == pytest.approx(under * 1e3, abs=1e-6)
+    assert body.shape.is_valid and body.shape.bounding_box().min.Z == pytest.approx(
+        -layout.spec.fpc.stackup.thickness * 1e3, abs=1e-6
+    )
+    plate = stiffener(layout)
+    assert plate.shape.bounding_box().max.Z == pytest.approx(under * 1e3, abs=1e-6)
