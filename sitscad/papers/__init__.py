@@ -18,6 +18,7 @@ PAPERS: tuple[Writer, ...] = (
     Writer("panel drawing", "papers.drawings.panel", "gerber", ("panel", "coupon_estimates", "forced", "files")),
     Writer("order archive", "papers.order_archive", "gerber", ("layout", "panel", "forced", "files")),
     Writer("assembly drawing", "papers.drawings.assembly", "laser", ("layout", "forced"), is_cut),
+    Writer("fit proof", "papers.fit_proof", "mount", ("layout",), is_mounted),
     Writer("assembly notes", "papers.assembly_notes", "mount", ("layout",), is_mounted),
     Writer("jaw drawing", "papers.drawings.jaw", "mount", ("layout", "forced"), is_mounted),
     Writer("assembly picture", "papers.assembly_picture", "mount", ("solids", "spec"), is_mounted),
