@@ -71,6 +71,7 @@ _HOMES = {
     "require_distinct_names": "sitscad.package",
     "stale": "sitscad.package",
     "write_template": "sitscad.package",
+    "write_schema": "sitscad.package",
     "write_file": "sitscad.package",
     "CheckedSpec": "sitscad.report.findings",
     "checked_spec": "sitscad.report.findings",
@@ -190,6 +191,7 @@ __all__ = [
     "use_plugin",
     "verify",
     "write_file",
+    "write_schema",
     "write_template",
 ]
 
@@ -235,6 +237,7 @@ if TYPE_CHECKING:
         stale,
         verify,
         write_file,
+        write_schema,
         write_template,
     )
     from sitscad.parts import MissingExtra, PartsError, Solid, solids

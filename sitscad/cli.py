@@ -177,6 +177,8 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool) 
     named = {} if template is None else {"name": template}
     path = sitscad.write_template(path=output, force=force, **named)
     _print(str(path))
+    if (schema := sitscad.write_schema(path.parent)) is not None:
+        _say(f"wrote {schema}, from which editors complete and validate specs")
     _say(f"wrote {path}; next: sitscad check {path}")
     return 0
 

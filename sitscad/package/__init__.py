@@ -11,7 +11,7 @@ from __future__ import annotations
 from sitscad.package.building import build, require_distinct_names, stale
 from sitscad.package.folder import PackageError
 from sitscad.package.one_file import write_file
-from sitscad.package.template import list_templates, write_template
+from sitscad.package.template import list_templates, write_schema, write_template
 from sitscad.package.values import BuildResult, StageResult
 from sitscad.package.verification import Verification, verify
 from sitscad.writer import STAGES
@@ -28,5 +28,6 @@ __all__ = [
     "stale",
     "verify",
     "write_file",
+    "write_schema",
     "write_template",
 ]

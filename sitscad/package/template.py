@@ -6,8 +6,9 @@ import difflib
 from pathlib import Path
 
 from sitscad.package.folder import PackageError
-from sitscad.package.one_file import replace_file
+from sitscad.package.one_file import replace_file, write_file
 from sitscad.spec import templates
+from sitscad.spec.format.schema import json_schema
 
 DEFAULT_TEMPLATE = "grasper_4layer"
 
@@ -40,6 +41,24 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
         raise PackageError(f"{target} exists and was not touched; --force writes over it, -o names another") from None
     except OSError as error:
         raise PackageError(f"cannot write {target}: {error.strerror or error}") from error
+    return target
+
+
+SCHEMA_FILE = "sitscad.schema.json"
+"""What the header of every template calls the schema, for editors: it is looked for beside the spec."""
+
+
+def write_schema(folder: str | Path) -> Path | None:
+    """Write the schema that templates name into a folder; None where such a file is there already.
+
+    Raises `PackageError` where it cannot be written.
+    """
+    import json
+
+    target = Path(folder) / SCHEMA_FILE
+    if target.is_symlink() or target.exists():
+        return None
+    write_file(target, (json.dumps(json_schema(), indent=1) + "\n").encode("ascii"))
     return target
 
 

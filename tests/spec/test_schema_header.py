@@ -1,0 +1,36 @@
+"""The line in every template from which editors find the schema: it leads to a file, and the template keeps to it."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import jsonschema
+import pytest
+from ruamel.yaml import YAML
+
+import sitscad
+
+MODELINE = re.compile(r"# yaml-language-server:\s*\$schema=(\S+)")
+"""How the YAML language server of editors reads it."""
+
+
+def test_a_template_names_a_schema_that_it_keeps_to(template, tmp_path):
+    written = sitscad.write_template(template.stem, tmp_path / "sensor.yaml")
+    sitscad.write_schema(tmp_path)
+    header = written.read_text(encoding="utf-8").splitlines()[1]
+    match = MODELINE.fullmatch(header)
+    assert match, header
+    schema = json.loads((tmp_path / match[1]).read_text(encoding="utf-8"))
+    document = YAML(typ="safe").load(written.read_text(encoding="utf-8"))
+    jsonschema.validate(document, schema)
+    document["coil"]["trns"] = 3
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(document, schema)
+
+
+def test_a_schema_that_is_there_stays(tmp_path):
+    assert sitscad.write_schema(tmp_path) == tmp_path / "sitscad.schema.json"
+    (tmp_path / "sitscad.schema.json").write_text("mine")
+    assert sitscad.write_schema(tmp_path) is None
+    assert (tmp_path / "sitscad.schema.json").read_text() == "mine"
