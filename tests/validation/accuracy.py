@@ -21,9 +21,9 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent / "physics"), str(HERE)]
 
 import designs  # noqa: E402
+import published_coils  # noqa: E402
 import resistance_designs  # noqa: E402
 import test_coil_pairs  # noqa: E402
-import test_published_coils  # noqa: E402
 import test_random_designs  # noqa: E402
 import test_resistance_designs  # noqa: E402
 
@@ -47,8 +47,8 @@ def pairs() -> Pairs:
 
 def measured() -> Pairs:
     """Measured coils; no bound is stated against a measurement."""
-    cases = test_published_coils.MEASURED
-    found = [(test_published_coils.inductance(case), case["L_uH"] * 1e-6) for case in cases]
+    cases = published_coils.MEASURED
+    found = [(published_coils.inductance(case), case["L_uH"] * 1e-6) for case in cases]
     return [(abs(ours / theirs - 1.0), float("nan")) for ours, theirs in found]
 
 
