@@ -7,9 +7,8 @@ the principle of minimum potential energy no elastic body becomes stiffer when m
 * the whole pad under a rigid plate gives way less than the real pad, whose surface beside the target is free.
 
 The strain that is stated is that of the first block: too large rather than too small. `least_strain` is the second's.
-Against axisymmetric finite elements the formula is within 4 % of either block where both are discs, and the surround
-adds 18 to 116 % to the stiffness of the first (plates of 1 to 2 pad thicknesses' radius, small strains). Square blocks
-are 10 to 15 % stiffer than the formula says (`model_sigma`).
+The law of a block is `pad_law`'s: within a few percent of finite elements (`model_sigma`). The surround adds 18 to
+116 % to the stiffness of the first block (discs of 1 to 2 pad thicknesses' radius, small strains).
 """
 
 from __future__ import annotations
@@ -17,10 +16,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from sitscad.mechanics import pad_law
 from sitscad.record import record
 
 VALID_STRAIN = 0.30
-"""Compressive strain up to which the bonded-block formula is trusted; beyond it the answer is an extrapolation."""
+"""Compressive strain that a pad should not pass: it creeps, and what was held against finite elements ends at 35 %."""
 
 VALID_SHEAR = 1.0
 """Shear strain (travel over thickness) up to which F = G A gamma is trusted. A conservative figure, unverified: what
@@ -28,31 +28,18 @@ EN 1337-3 allows laminated bearings for horizontal movement (from memory); the p
 silicones stretch further, but their bond to board and target peels, edges lift, and the target comes down as it goes.
 """
 
-SHAPE_COEFFICIENT = 2.0
-"""beta in Ea = E (1 + beta S^2) for square, round and moderately oblong unfilled rubber (Gent & Lindley 1959)."""
-
 DOUBTED = 0.10
 """Share of the strain by which the two blocks may differ before the formula counts as out of its range."""
-
-OBLONG = 3.0
-"""Length over width up to which 2 S^2 holds: it exceeds the exact share (the torsion constant of the same section) by
-7 % there, by 19 % at 5."""
-
-ROUND_SIGMA, SQUARE_SIGMA = 0.04 / math.sqrt(3.0), 0.125
-"""One sigma of the formula's stiffness, relative. Discs: within 4 % of finite elements either way
-(tests/validation/pad_of_elements.py). Square blocks, in three dimensions, converged, neo-Hookean, bonded to rigid
-plates: 10 % stiffer at small strain to 14 % at 10 % compression and 15 % beyond (4 x 4 x 2 mm 11 %, 8 x 8 x 2 mm 14 %
-at 10 %); the sigma is their root mean square distance from the formula."""
 
 BESIDE = 0.01
 """How far a force may act beside the middle of a face, in parts of the face's length, before that counts as tilting it:
 the far edge of a level block would then give way by 6 % more (1 + 6 e / a, as in a beam's section)."""
 
 SOURCE = (
-    "Gent & Lindley 1959 (cited in Strojniski vestnik 60 (2014) 506): Ea = E(1 + 2 S^2), 1/Ea = 1/[E(1 + 2 S^2)] + "
-    "1/B; large strain F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory, unverified); a pad loaded over part "
-    "of its area: the loaded part cut out, a lower bound of the stiffness by minimum potential energy (textbook; "
-    "held by our finite elements)"
+    "pressure between bonded plates by the torsion function (Gent & Lindley 1959, Gent & Meinecke 1970), large strain "
+    "F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory), what they leave open fitted to our own finite elements "
+    "(tests/validation/bonded_pad.py); a pad loaded over part of its area: the loaded part cut out, a lower bound of "
+    "the stiffness by minimum potential energy (textbook; held by our finite elements)"
 )
 
 SHEAR_SOURCE = (
@@ -88,9 +75,13 @@ class Face:
                     self.round)  # fmt: skip
 
 
-def model_sigma(face: Face) -> float:
-    """One sigma of the bonded block's stiffness, relative, for a loaded face between rectangle and ellipse."""
-    return SQUARE_SIGMA + (ROUND_SIGMA - SQUARE_SIGMA) * min(1.0, face.round)
+def model_sigma(face: Face, thickness: float) -> float:
+    """One sigma of the bonded block's stiffness, relative, for a loaded face and a thickness (m)."""
+    return pad_law.sigma(_block(face.width_x, face.width_y, thickness, face.round))
+
+
+def _block(width_x: float, width_y: float, thickness: float, circular: float) -> pad_law.Block:
+    return pad_law.Block(width_x / thickness, width_y / thickness, float(circular))
 
 
 @record
@@ -138,10 +129,17 @@ def shape_factor(width_x: float, width_y: float, thickness: float, circular: flo
     return loaded_area(width_x, width_y, circular) / (around * thickness)
 
 
-def apparent_modulus(shape: float, shear_modulus: float, bulk_modulus: float = math.inf) -> float:
-    """Compression modulus (Pa) of a bonded block: 1/Ea = 1/[3 mu (1 + 2 S^2)] + 1/B (Gent & Lindley 1959)."""
-    incompressible = 3.0 * shear_modulus * (1.0 + SHAPE_COEFFICIENT * shape * shape)
-    return 1.0 / (1.0 / incompressible + 1.0 / bulk_modulus)
+def apparent_modulus(
+    width_x: float,
+    width_y: float,
+    thickness: float,
+    shear_modulus: float,
+    bulk_modulus: float = math.inf,
+    circular: float = False,
+) -> float:
+    """Compression modulus (Pa) of a bonded block at small strain, 1/Ea = 1/[mu k] + 1/B: k as `pad_law` has it."""
+    block = _block(width_x, width_y, thickness, circular)
+    return shear_modulus * pad_law.compression(block, bulk_modulus / shear_modulus).modulus
 
 
 def compress(
@@ -155,22 +153,28 @@ def compress(
 ) -> Compression:
     """How far a bonded pad gives way under a normal force.
 
-    Widths and thickness in metres, moduli in pascals, force in newtons (0 or more, compressive). The stretch lambda
-    solves F = (Ea A/3)(1/lambda^2 - lambda) (Lindley), which is F = Ea A e for small strains e = 1 - lambda and the
-    neo-Hookean bar for slender pads. Raises ValueError for sizes or moduli that are not positive or a negative force.
+    Widths and thickness in metres, moduli in pascals, force in newtons (0 or more, compressive). `pad_law.compression`:
+    F = Ea A e for small strains e, and the neo-Hookean bar for slender pads. Raises ValueError for sizes or
+    moduli that are not positive or a negative force.
     """
     if not all(value > 0.0 for value in (width_x, width_y, thickness, shear_modulus, bulk_modulus)):
         raise ValueError("a pad needs positive widths, thickness and moduli")
     if not force >= 0.0:
         raise ValueError("the compressive force must be 0 or more")
-    shape = shape_factor(width_x, width_y, thickness, circular)
-    modulus = apparent_modulus(shape, shear_modulus, bulk_modulus)
-    load = force / (modulus * loaded_area(width_x, width_y, circular))
-    strain = _strain(load)
+    law = pad_law.compression(_block(width_x, width_y, thickness, circular), bulk_modulus / shear_modulus)
     face = Face(width_x, width_y, circular)
-    reasons = _beyond(strain, face)
+    strain = law.strain(force / (shear_modulus * face.area))
+    reasons = _beyond(strain, face, thickness)
+    shape = shape_factor(width_x, width_y, thickness, circular)
     return Compression(
-        strain, thickness * (1.0 - strain), shape, modulus, not reasons, _note(reasons), strain, face.area
+        strain,
+        thickness * (1.0 - strain),
+        shape,
+        shear_modulus * law.modulus,
+        not reasons,
+        _note(reasons),
+        strain,
+        face.area,
     )
 
 
@@ -244,7 +248,7 @@ def press_part(
     found = compress(face.width_x, face.width_y, thickness, *moduli, force, face.round)
     whole = compress(pad.width_x, pad.width_y, thickness, *moduli, force, pad.round)
     least, share = min(found.strain, whole.strain), min(1.0, face.area / pad.area)
-    reasons = _beyond(found.strain, face)
+    reasons = _beyond(found.strain, face, thickness)
     if found.strain - least > DOUBTED * found.strain:
         reasons.append(
             f"the target loads {100.0 * share:.0f} % of the pad: the strain lies between {100.0 * least:.1f} % (all of "
@@ -276,51 +280,34 @@ def force_for_strain(
     """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`."""
     if not 0.0 <= strain < 1.0:
         raise ValueError("a compressive strain lies from 0 to below 1")
-    shape = shape_factor(width_x, width_y, thickness, circular)
-    modulus = apparent_modulus(shape, shear_modulus, bulk_modulus)
-    stretch = 1.0 - strain
-    return modulus * loaded_area(width_x, width_y, circular) / 3.0 * (stretch**-2 - stretch)
+    law = pad_law.compression(_block(width_x, width_y, thickness, circular), bulk_modulus / shear_modulus)
+    return shear_modulus * loaded_area(width_x, width_y, circular) * law.at(strain)
 
 
-def _strain(load: float) -> float:
-    """Strain that solves (lambda^-2 - lambda)/3 = load (dimensionless), to rounding.
-
-    The unknown is e = 1 - lambda itself, so small loads lose no digits: g(e) = e (3 - 3e + e^2) - 3 load (1 - e)^2 = 0
-    rises on [0, 1], bends at most once, and is bracketed: Newton, safeguarded by bisection.
-    """
-    low, high = 0.0, 1.0
-    strain = min(load, 0.5)
-    for _ in range(80):
-        value = strain * (3.0 - 3.0 * strain + strain * strain) - 3.0 * load * (1.0 - strain) ** 2
-        low, high = (strain, high) if value < 0.0 else (low, strain)
-        slope = 3.0 * (1.0 - strain) ** 2 + 6.0 * load * (1.0 - strain)
-        step = strain - value / slope if slope > 0.0 else 0.5 * (low + high)
-        step = step if low <= step <= high else 0.5 * (low + high)
-        if abs(step - strain) <= 1e-16 + 1e-15 * strain:
-            return step
-        strain = step
-    return strain
-
-
-def _beyond(strain: float, face: Face) -> list[str]:
-    """Why the formula is not within its range for a strain of a face; empty where it is."""
+def _beyond(strain: float, face: Face, thickness: float) -> list[str]:
+    """Why the law is not within its range for a strain of a face; empty where it is."""
     reasons = []
     if strain > VALID_STRAIN:
         reasons.append(
             f"extrapolated: {100.0 * strain:.0f} % strain is beyond the {100.0 * VALID_STRAIN:.0f} % "
-            "up to which the bonded-block formula is trusted"
+            "up to which the pad's law is trusted"
         )
-    if face.oblongness > OBLONG:
+    if face.oblongness > pad_law.OBLONG:
         reasons.append(
-            f"the loaded face is {face.oblongness:.2g} times as long as wide: beyond {OBLONG:g} the formula is too "
-            "stiff by more than 7 %"
+            f"the loaded face is {face.oblongness:.2g} times as long as wide: beyond {pad_law.OBLONG:g} the pad's law "
+            "was not held against finite elements"
+        )
+    if _block(face.width_x, face.width_y, thickness, face.round).shape_factor > pad_law.FLATTEST:
+        reasons.append(
+            f"the loaded face is so wide against the {1e3 * thickness:.3g} mm below it that the pad's law was not held "
+            "against finite elements"
         )
     return reasons
 
 
 def _note(reasons: list[str]) -> str:
     """What to think of the number."""
-    return "; ".join(reasons) if reasons else "bonded block (Gent & Lindley), within its range"
+    return "; ".join(reasons) if reasons else "bonded block, within the range of its law"
 
 
 def _ellipse_perimeter(a: float, b: float) -> float:

@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 VALID_STRAIN, VALID_SHEAR, VALID_TILT = 0.35, 0.5, math.radians(5.0)
 """Compression, shear (travel over thickness) and tilt (rad) up to which the law is held against finite elements."""
 
-FIT_SIGMA, RIM_SIGMA, FILM_SIGMA = 0.02, 0.03, 0.15
-"""One sigma, relative, of the force that the law gives: for a bare pad, for one that reaches beyond its target, and of
-what a film carries (tests/validation/pad_figures.csv)."""
+RIM_SIGMA, FILM_SIGMA = 0.03, 0.15
+"""One sigma, relative, of the force that the law gives, beside `pad_law.sigma`: for a pad that reaches beyond its
+target, and of what a film carries (tests/validation/pad_figures.csv)."""
 
 TOLERANCE = 1e-10
 """Where the search for a pose ends: the last step in thicknesses and radians."""
@@ -70,7 +70,7 @@ class Pad:
         """One sigma of the forces that the law gives, relative."""
         bare = pad_law.compression(self.block)
         carried = bare.film / (bare.film + bare.modulus)
-        return math.hypot(FIT_SIGMA, RIM_SIGMA if self.rim > 0.0 else 0.0, FILM_SIGMA * carried)
+        return math.hypot(pad_law.sigma(self.block), RIM_SIGMA if self.rim > 0.0 else 0.0, FILM_SIGMA * carried)
 
     def pressure(self, strain: Array) -> Array:
         """Normal force (N, positive for a press) at compressive strains (n,) of a target that stays level."""

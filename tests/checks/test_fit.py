@@ -108,7 +108,7 @@ def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
     ("modulus", "sigma", "severity", "limit"),
     [
         (200e3, 0.1, None, 0),
-        (60e3, 0.35, Severity.WARNING, 0.3),
+        (52e3, 0.35, Severity.WARNING, 0.3),
         (40e3, 0.1, Severity.WARNING, 0.3),
         (40e3, 0.7, Severity.WARNING, 0.3),
         (8e3, 0.1, Severity.ERROR, 0.5),
@@ -123,7 +123,7 @@ def test_elastomer_strain(modulus, sigma, severity, limit, judge, design):
 
 
 @pytest.mark.parametrize("bulk_modulus", [1.5e9, 3e6])
-@pytest.mark.parametrize(("modulus", "sigma"), [(30e3, 0.0), (61e3, 0.35), (25e3, 0.7), (40e3, 1.5)])
+@pytest.mark.parametrize(("modulus", "sigma"), [(30e3, 0.0), (53e3, 0.35), (25e3, 0.7), (40e3, 1.5)])
 def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus, judge, advised, design):
     """The hint, followed to its last digit, is enough; a hundredth less is not."""
     spec = design()
@@ -157,7 +157,7 @@ def test_no_preset_is_named_where_none_is_stiff_enough(advised, design):
 
 def test_message_and_measured_of_the_strain_agree(judge, design):
     spec = design()
-    for modulus, sigma in ((60e3, 0.35), (40e3, 0.7), (8e3, 0.1)):
+    for modulus, sigma in ((52e3, 0.35), (40e3, 0.7), (8e3, 0.1)):
         material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
         (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
         assert f"{100 * found.measured:.1f} %, is more than {100 * found.limit:.0f} %" in found.message

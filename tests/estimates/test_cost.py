@@ -30,7 +30,7 @@ def test_many_turns_take_a_bounded_amount_of_memory():
 
 
 def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(monkeypatch):
-    """A pad thicker by some per cent, or a thicker target, made all of them anew: seconds for every hint that is
+    """A pad thinner by some per cent, or a thicker target, made all of them anew: seconds for every hint that is
     tried, and another few for the spread of the pad's thickness."""
     waves, modes, leads = [], [], []
     monkeypatch.setattr(solved, "reflected_by", counted(waves, solved.reflected_by))
@@ -43,7 +43,7 @@ def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(mo
     spec = layout.spec
     target, elastomer = spec.target, spec.elastomer
     estimate(replace(layout, spec=replace(spec, target=replace(target, thickness=0.3e-3))))
-    estimate(replace(layout, spec=replace(spec, elastomer=replace(elastomer, thickness=1.01e-3))))
+    estimate(replace(layout, spec=replace(spec, elastomer=replace(elastomer, thickness=0.97e-3))))
     assert (len(waves), len(leads)) == (1, 2)
     assert len(modes) <= 1.5 * before
 

@@ -216,7 +216,7 @@ requirements: {normal_force: 4 N}
     )
     states = estimate(lay_out(load_text(text, "soft.yaml"))).coils[0].states
     assert states["pressed"].spread.causes["inductance"] == "elastomer modulus"
-    assert states["pressed"].spread.inductance > 2.0 * states["rest"].spread.inductance
+    assert states["pressed"].spread.inductance > 1.7 * states["rest"].spread.inductance
     assert "elastomer modulus" not in states["rest"].spread.causes.values()
 
 
@@ -371,16 +371,16 @@ def test_a_number_and_its_sigma_share_a_unit_where_they_can(value, sigma, shown)
     assert plus_minus(value, sigma, "H", "/N") == shown
 
 
-def test_a_square_pad_s_scatter_has_the_formula_s_error_in_it():
-    """Finite elements find square blocks 10 to 15 % stiffer than the bonded-block formula, discs within 4 %."""
-    square = padded(elastomer={"thickness": 2e-3})
-    round_pad = padded(elastomer={"thickness": 2e-3, "shape": "circle"}, target={"shape": "circle"})
+def test_a_pad_s_scatter_has_its_law_s_error_in_it():
+    """Finite elements are met within 2 %, one sigma, and twice that where the law was not held against them."""
+    near = padded(elastomer={"thickness": 2e-3})
+    flat = padded(elastomer={"thickness": 0.2e-3})
     shares = {}
-    for name, spec in (("square", square), ("round", round_pad)):
+    for name, spec in (("near", near), ("flat", flat)):
         found = estimate(lay_out(spec))
         shares[name] = found.compression_scatter.shares[pressing.BLOCK] / found.compression.strain
         assert pressing.BLOCK in found.coils[0].states["pressed"].spread.shifts
         assert pressing.BLOCK not in found.coils[0].states["rest"].spread.shifts
-    stiffer = pressing.pressed(square, modulus=1.11).strain / pressing.pressed(square).strain
-    assert shares["square"] > 1.0 - stiffer
-    assert 0.1 < shares["round"] / shares["square"] < 0.3
+    stiffer = pressing.pressed(near, modulus=1.02).strain / pressing.pressed(near).strain
+    assert shares["near"] == pytest.approx(1.0 - stiffer, rel=0.1)
+    assert shares["flat"] > 1.5 * shares["near"]

@@ -7,7 +7,7 @@ import math
 import pytest
 from pad_of_elements import stiffness
 
-from sitscad.mechanics.elastomer import Face, apparent_modulus, press, shape_factor
+from sitscad.mechanics.elastomer import Face, apparent_modulus, press
 
 SHEAR, POISSON = 60e3, 0.4998
 BULK = 2.0 * SHEAR * (1.0 + POISSON) / (3.0 * (1.0 - 2.0 * POISSON))
@@ -16,7 +16,7 @@ SMALL = 1e-6
 
 def block(radius: float, thickness: float) -> float:
     """Stiffness (N/m) of a disc by the formula."""
-    modulus = apparent_modulus(shape_factor(2 * radius, 2 * radius, thickness, True), SHEAR, BULK)
+    modulus = apparent_modulus(2 * radius, 2 * radius, thickness, SHEAR, BULK, True)
     return modulus * math.pi * radius**2 / thickness
 
 

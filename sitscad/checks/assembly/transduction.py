@@ -227,7 +227,7 @@ def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     size = (face.width_x, face.width_y, pad.thickness)
     stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, face.round)
-    slope = elastomer.apparent_modulus(elastomer.shape_factor(*size, face.round), 1.0)
+    slope = elastomer.apparent_modulus(*size, 1.0, circular=face.round)
 
     def least(bulk_modulus: float) -> float:
         # Ea is proportional to G until the bulk modulus counts: 1/Ea = 1/(k G) + 1/B, so G = 1 / (k (1/Ea - 1/B)).
@@ -262,7 +262,7 @@ def _rounded_up(value: float) -> float:
     return math.ceil(value / step) * step
 
 
-EXTRAPOLATED = "; beyond {valid:%.0f} % the formula is extrapolated"
+EXTRAPOLATED = "; beyond {valid:%.0f} % the pad's law is extrapolated"
 
 TOO_SOFT = Case(
     "{force:N} compress the {thickness:m} {name} pad by {strain:%.0f} % ({least_strain:%.0f} to "
@@ -315,7 +315,7 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "The required normal force compresses the elastomer by 30 % at most, its modulus being one sigma softer (a "
         "warning beyond), and with its own modulus by 50 % at most (an error beyond). What the target does not cover "
         "of the pad is taken as not helping; for the error, as helping as much as it can.",
-        "Beyond 30 % the bonded-block formula is extrapolated; beyond 50 % the pad has lost its range, creeps, and "
+        "Beyond 30 % the pad's law is extrapolated; beyond 50 % the pad has lost its range, creeps, and "
         "the target comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) "
         "would need 57 to 73 % at 4.8 N. A target smaller than its pad presses only what lies under it: the surround "
         "stiffens that by an unknown share, so the strain is stated as if it were cut away, which errs on the safe "

@@ -101,7 +101,7 @@ def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tu
     assert spec.elastomer is not None
     modulus = spec.elastomer.material.shear_modulus_sigma
     found = {MODULUS: (pressed(spec, modulus=1.0 - modulus), pressed(spec, modulus=1.0 + modulus))}
-    formula = model_sigma(loaded_face(spec)[0])
+    formula = model_sigma(loaded_face(spec)[0], spec.elastomer.thickness)
     found[BLOCK] = pressed(spec, modulus=1.0 - formula), pressed(spec, modulus=1.0 + formula)
     if sigmas.get(PAD):
         found[PAD] = pressed(spec, thicker=-sigmas[PAD]), pressed(spec, thicker=sigmas[PAD])
