@@ -15,7 +15,17 @@ def as_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     left_out += [line for spec in checked for line in _ignored_text(spec, len(checked) > 1, colour)]
     felt = [line for spec in checked for line in _signal_text(spec, len(checked) > 1)]
     felt += [line for spec in checked for line in _fit_text(spec, len(checked) > 1)]
-    return "\n".join([*blocks, *left_out, *felt, summary(checked, colour)]) + "\n"
+    return "\n".join([*blocks, *left_out, *felt, *_fixes_text(checked), summary(checked, colour)]) + "\n"
+
+
+def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:
+    """How many findings `check --fix` has something for; nothing where it has none."""
+    fixes = [[fix for fix in finding.fixes if not fix.brings] for spec in checked for finding in spec.findings]
+    safe = sum(any(fix.is_safe for fix in found) for found in fixes)
+    unsafe = sum(bool(found) for found in fixes) - safe
+    words = [f"for {_number(safe, 'finding')} by check --fix"] if safe else []
+    words += [f"for {_number(unsafe, 'finding')}{' more' if safe else ''} by --fix --unsafe-fixes"] if unsafe else []
+    return [f"fixes: {', '.join(words)}"] if words else []
 
 
 def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
