@@ -353,7 +353,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     if method is not None:
         _row({row.name: row for row in sitscad.METHODS}, method, "--method")
     try:
-        loaded = sitscad.load(spec)
+        loaded = sitscad.opened(spec, sitscad.policy_for(spec))
     except sitscad.SpecError as error:
         unread = sitscad.unreadable(spec, error)
         _print(show(spec, None, unread, _colour(sys.stdout)))
@@ -451,7 +451,7 @@ def response(
     except sitscad.MotionError as error:
         raise click.UsageError(str(error)) from error
     try:
-        loaded = sitscad.load(spec)
+        loaded = sitscad.opened(spec, sitscad.policy_for(spec))
     except sitscad.SpecError as error:
         _show_findings([sitscad.unreadable(spec, error)])
         return 2

@@ -69,7 +69,7 @@ def inspect_text(text: str, path: str, hints: str = DECISIVE, held: Held = ALL) 
     plain = decoded(text.encode("utf-8"))
     policy = policy_for(path)
     try:
-        spec = load_text(plain, path)
+        spec = load_text(plain, path, policy.profiles)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints, plain))
     return _inspected(spec, hints, policy, held)
@@ -101,7 +101,10 @@ def policy_for(path: str) -> Policy:
 
 def opened(path: str, policy: Policy | None = None) -> SensorSpec:
     """The spec at a path, or of standard input; raises `SpecError` with every finding where it is none."""
-    return load_text(decoded(read_text(path).encode("utf-8")), path) if path == STDIN else load(path)
+    profiles = None if policy is None else policy.profiles
+    if path == STDIN:
+        return load_text(decoded(read_text(path).encode("utf-8")), path, profiles)
+    return load(path, profiles)
 
 
 def specs_in(paths: Sequence[str]) -> list[str]:

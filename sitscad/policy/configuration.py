@@ -86,7 +86,7 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
     severity = table.get("severity", {})
     _require(isinstance(severity, dict), path, "severity is no table of rules and severities")
     profiles = table.get("profiles")
-    _require(profiles is None or isinstance(profiles, str), path, "profiles is no folder's name")
+    _require(profiles is None or _is_below(profiles, path), path, "profiles is no folder beside this file, or below")
     found = Policy(
         _patterns(table.get("select", []), "select", path, rules),
         _patterns(ignored, "ignore", path, rules),
@@ -97,6 +97,13 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
     )
     _patterns(list(severity), "severity", path, rules)
     return found
+
+
+def _is_below(profiles: object, path: Path) -> bool:
+    """Whether a folder lies beside a configuration or below: what is passed on must not read files elsewhere."""
+    if not isinstance(profiles, str) or "\0" in profiles:
+        return False
+    return (path.parent / profiles).resolve().is_relative_to(path.parent.resolve())
 
 
 def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:

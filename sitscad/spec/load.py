@@ -9,6 +9,7 @@ from pathlib import Path
 
 from sitscad.spec.format.diagnosis import finding_from_flaw, finding_from_text
 from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.kinds import is_profile_file
 from sitscad.spec.format.reading import decoded, in_order, read_file, read_section
 from sitscad.spec.format.yaml_text import MAX_BYTES, TextError
 from sitscad.spec.resolver.sensor import resolve
@@ -21,14 +22,17 @@ NO_FILE = "<text>"
 """What a text is called that came from no file: it has no folder, and so no profile files beside it."""
 
 
-def load(path: str | os.PathLike[str]) -> SensorSpec:
-    """The sensor that a YAML file describes; raises `SpecError` with every finding where it describes none."""
+def load(path: str | os.PathLike[str], profiles: str | os.PathLike[str] | None = None) -> SensorSpec:
+    """The sensor that a YAML file describes; raises `SpecError` with every finding where it describes none.
+
+    A fabricator's profile that is named as a file is looked for in the spec's folder, then in the folder `profiles`.
+    """
     try:
         content = read_file(Path(path))
         text = decoded(content)
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
-    spec = load_text(text, path)
+    spec = load_text(text, path, profiles)
     files = {Path(path).name: content, **spec.source.files}
     return spec.known(replace(spec.source, files=files))
 
@@ -46,13 +50,15 @@ def read_text(path: str) -> str:
     return content.decode("utf-8")
 
 
-def load_text(text: str, path: str | os.PathLike[str] = NO_FILE) -> SensorSpec:
+def load_text(
+    text: str, path: str | os.PathLike[str] = NO_FILE, profiles: str | os.PathLike[str] | None = None
+) -> SensorSpec:
     """The sensor that a YAML text describes; `path` is what findings and reports call the text, and in its folder the
-    fabricator's profiles are that the text names as files.
+    fabricator's profiles are that the text names as files; what is not there is looked for in the folder `profiles`.
     """
     name = os.fspath(path)
     document, source = read_section(text.removeprefix("\ufeff"), name, SpecDocument, "sitscad: 1")
-    folder = None if name == NO_FILE else Path(path).parent
+    folder = _folder_of(document.fpc.rules, None if name == NO_FILE else Path(path).parent, profiles)
     spec, remarks = resolve(document, source, folder)
     if remarks.flaws or remarks.findings:
         findings = [finding_from_flaw(flaw, source) for flaw in remarks.flaws]
@@ -60,3 +66,14 @@ def load_text(text: str, path: str | os.PathLike[str] = NO_FILE) -> SensorSpec:
         found = (*in_order(findings), *remarks.findings)
         raise SpecError(found, remarks.texts, spec if lacks_room else None, source)
     return spec.known(replace(spec.source, defaults=tuple(remarks.defaults), files=remarks.files))
+
+
+def _folder_of(rules: object, beside: Path | None, profiles: str | os.PathLike[str] | None) -> Path | None:
+    """The folder in which a spec's profile file is: that of profiles only where it is there and not beside the spec."""
+    if profiles is None or not isinstance(rules, str) or not is_profile_file(rules):
+        return beside
+    try:
+        is_beside = beside is not None and (beside / rules).exists()
+        return Path(profiles) if not is_beside and (Path(profiles) / rules).is_file() else beside
+    except (OSError, ValueError):
+        return beside

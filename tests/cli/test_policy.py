@@ -137,6 +137,8 @@ def test_severities_and_selection_are_the_configurations(run, tmp_path):
         ('[severity]\nSIT103 = "fatal"', "one of error, warning, note"),
         ("select = 3", "no list"),
         ("profiles = 3", "no folder"),
+        ('profiles = "../shops"', "no folder beside"),
+        ('profiles = "/etc"', "no folder beside"),
         ("x = [", "is not TOML"),
         ("\xff\xfe", "is not TOML"),
     ],
@@ -145,6 +147,28 @@ def test_a_faulty_configuration_is_one_sentence_and_exit_2(run, text, said):
     Path("sitscad.toml").write_bytes(text.encode("latin-1"))
     done = run("check", "good.yaml")
     assert (done.code, done.out) == (2, "") and said in done.err and "sitscad.toml" in done.err
+
+
+def test_profiles_stand_in_the_folder_that_the_configuration_names(run, tmp_path):
+    """And the package holds them where the spec finds them: it builds the same again."""
+    (tmp_path / "shops").mkdir()
+    (tmp_path / "sensors").mkdir()
+    (tmp_path / "shops" / "ourshop.yaml").write_text("name: ours\nbased_on: generic-flex\nvia_drill: 0.3 mm\n")
+    text = Path("good.yaml").read_text() + "fpc: {rules: ourshop.yaml}\n"
+    (tmp_path / "sensors" / "a.yaml").write_text(text)
+    assert "SIT011" in run("check", "sensors/a.yaml").out
+    Path("sitscad.toml").write_text('profiles = "shops"\n')
+    assert run("check", "sensors", "--hints", "none").code == 0
+    assert run("estimate", "sensors/a.yaml").code == 0
+    assert run("build", "sensors", "--only", "gerber", "-o", "one").code == 0
+    assert (tmp_path / "one/good-coil/spec/ourshop.yaml").read_text().startswith("name: ours")
+    Path("sitscad.toml").unlink()
+    assert run("build", "one/good-coil/spec/a.yaml", "--only", "gerber", "-o", "two").code == 0
+    for path in (tmp_path / "one/good-coil/fpc").rglob("*.gbr"):
+        assert path.read_bytes() == (tmp_path / "two" / path.relative_to(tmp_path / "one")).read_bytes()
+    (tmp_path / "sensors" / "ourshop.yaml").write_text("name: nearer\nbased_on: nowhere\n")
+    Path("sitscad.toml").write_text('profiles = "shops"\n')
+    assert run("check", "sensors/a.yaml").code == 2, "what lies beside the spec comes first"
 
 
 # --------------------------------------------------------------------------------------------------------- baseline
