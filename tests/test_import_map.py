@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "design": {"spec", "layout", "scene", "parts", "estimates", "readout"},
     "checks": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "mechanics",
-        "design", "remedy",
+        "physics", "design", "remedy",
     },
     "review": {"finding", "spec", "estimates", "design", "remedy", "checks"},
     "fabrication": {"units", "geometry", "spec", "layout"},

@@ -1,4 +1,4 @@
-"""The constants of nature that the kernels need (SI, CODATA 2018)."""
+"""The constants of nature that the kernels need (SI, CODATA 2018), and the length that they make of a metal."""
 
 from __future__ import annotations
 
@@ -9,3 +9,12 @@ MU0 = 4e-7 * math.pi
 
 EPSILON0 = 8.8541878128e-12
 """Vacuum permittivity in F/m."""
+
+
+def skin_depth(frequency: float, conductivity: float, permeability: float = 1.0) -> float:
+    """Depth (m) at which a field has fallen to 1/e: 1 / sqrt(pi f mu sigma), frequency in Hz, conductivity in S/m,
+    permeability relative; endless in what does not conduct.
+    """
+    if conductivity <= 0.0:
+        return math.inf
+    return 1.0 / math.sqrt(math.pi * frequency * MU0 * permeability * conductivity)

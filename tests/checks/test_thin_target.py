@@ -8,8 +8,9 @@ import pytest
 
 import sitscad
 from sitscad.checks.own_limits import own_limits
-from sitscad.checks.reading.thin_target import THICK, skin_depth
+from sitscad.checks.reading.thin_target import THICK
 from sitscad.finding import Severity
+from sitscad.physics.constants import skin_depth
 from sitscad.spec.load import load_text
 
 FOIL = """\

@@ -12,11 +12,12 @@ from windings import MM, UM, bench, coil, four_layers, miniature
 
 import sitscad.physics.loss.proximity as proximity
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.rings import radii_at
 from sitscad.physics.inductance.spirals import spiral_inductance_matrix
-from sitscad.physics.loss.resistance import lone_track_loss, skin_depth, via_resistance
+from sitscad.physics.loss.resistance import lone_track_loss, via_resistance
 from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.physics.metal.current_spectrum import spiral_spectrum
 from sitscad.physics.metal.half_spaces import (

@@ -27,12 +27,13 @@ from filament_reference import (
 )
 from windings import MM, UM, bench, coil, square
 
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.rings import radii_at
 from sitscad.physics.loss import proximity
 from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.loss.current_modes import cut_loss, joined, parallel_tracks_loss
-from sitscad.physics.loss.resistance import bend_squares, skin_depth
+from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.loss.track_modes import Cut, ModeSet, suited_modes
 
 COPPER = 58e6

@@ -25,13 +25,14 @@ from windings import square
 from sitscad.estimates.winding.losses import winding_losses, winding_resistance
 from sitscad.estimates.winding.methods import bent_track, choose_method, winding_geometry
 from sitscad.layout import lay_out
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.tracks import track, winding_inductance
 from sitscad.physics.loss import corner_excess
 from sitscad.physics.loss.bent_tracks import bent_winding_loss
 from sitscad.physics.loss.corner_excess import relaxation
 from sitscad.physics.loss.corners import corner_inductance, with_corners
 from sitscad.physics.loss.proximity import least_gap
-from sitscad.physics.loss.resistance import bend_squares, skin_depth
+from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.loss.track_modes import suited_modes
 from sitscad.spec.load import load_text
 

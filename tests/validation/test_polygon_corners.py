@@ -16,10 +16,11 @@ from corner_grid import impedance
 from corner_windings import bent, changes_by_mirror
 from windings import square
 
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
 from sitscad.physics.loss import proximity
 from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.loss.resistance import bend_squares, skin_depth
+from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.loss.track_modes import suited_modes
 
 UM, MM = 1e-6, 1e-3

@@ -12,6 +12,7 @@ from sitscad.checks.reading.readings import Reading, readings_of, where
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.physics.constants import skin_depth
 from sitscad.record import record
 from sitscad.remedy.moves import thicker_target
 from sitscad.remedy.search import Left, tried
@@ -19,8 +20,6 @@ from sitscad.scene.state import REST
 from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import SensorSpec, Target
 from sitscad.units import show
-
-MU_0 = 4e-7 * math.pi
 
 THICK = 3.0
 """Skin depths from which on a target counts as thick: they stop 95 % of the field (TI SNOA957B)."""
@@ -47,16 +46,6 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
         yield from _poor_conductor(design, depth, frequency)
     elif target.thickness < THICK * depth:
         yield from _thin(design, depth, frequency)
-
-
-def skin_depth(frequency: float, conductivity: float, relative_permeability: float = 1.0) -> float:
-    """Depth (m) at which a field has fallen to 1/e: 1 / sqrt(pi f mu sigma); frequency in Hz, conductivity in S/m.
-
-    Endless in what does not conduct.
-    """
-    if conductivity <= 0.0:
-        return math.inf
-    return 1.0 / math.sqrt(math.pi * frequency * MU_0 * relative_permeability * conductivity)
 
 
 # ------------------------------------------------------------------------------------------------------ a thin target

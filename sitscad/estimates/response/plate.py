@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil
-from sitscad.physics.constants import MU0
+from sitscad.physics import constants
 from sitscad.physics.eddy.box import Box, box
 from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_potential
 from sitscad.physics.eddy.disc import Disc, disc
@@ -149,7 +149,7 @@ def conducting_plate(
 
 def skin_depth(target: Target, frequency: float) -> float:
     """Of its metal (m)."""
-    return 1.0 / math.sqrt(math.pi * frequency * MU0 * _conductivity(target))
+    return constants.skin_depth(frequency, _conductivity(target))
 
 
 def _conductivity(target: Target) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.states.assembly import Surroundings
 from sitscad.geometry.path import Point
-from sitscad.physics.constants import MU0
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.metal.finite_plate import (
     EASED,
     CoaxialRings,
@@ -211,7 +211,7 @@ LEAST_CONDUCTIVITY = 1e-3
 
 def _skin_depth(target: Target) -> float:
     conductivity = max(target.material.conductivity, LEAST_CONDUCTIVITY)
-    return 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * target.material.relative_permeability * conductivity)
+    return skin_depth(FREQUENCY, conductivity, target.material.relative_permeability)
 
 
 def _shape(target: Target) -> str:

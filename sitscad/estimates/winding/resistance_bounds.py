@@ -15,9 +15,9 @@ from sitscad.estimates.values import StateEstimate
 from sitscad.estimates.winding.losses import ALIKE_ROUNDED, POLYGONS_NEAR_METAL
 from sitscad.geometry.shapes import nearest_sides
 from sitscad.layout.board import Coil
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import missed_crossings, suited_resolution
-from sitscad.physics.loss.resistance import skin_depth
 from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 

@@ -16,11 +16,10 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.constants import MU0
+from sitscad.physics.constants import MU0, skin_depth
 from sitscad.physics.inductance.rings import radii_at
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.current_modes import ModeSystem, ProximityLoss, joined, mode_system
-from sitscad.physics.loss.resistance import skin_depth
 from sitscad.physics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of, suited_modes
 from sitscad.physics.special.elliptic import coaxial_rings
 from sitscad.physics.special.legendre import gauss

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sitscad.physics.constants import MU0
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.loss.current_modes import ProximityLoss, parallel_tracks_loss
 from sitscad.physics.loss.track_modes import Cut, suited_modes
 
@@ -55,11 +55,6 @@ def via_resistance(length: float, drill: float, plating: float, conductivity: fl
     """Resistance (ohm) of a plated hole's barrel between two layers: drill is its outer diameter, lengths in metres."""
     plating = min(plating, drill / 2.0)
     return length / (conductivity * math.pi * plating * (drill - plating))
-
-
-def skin_depth(frequency: float, conductivity: float, permeability: float = 1.0) -> float:
-    """Skin depth (m): 1 / sqrt(pi f mu sigma)."""
-    return 1.0 / math.sqrt(math.pi * frequency * MU0 * permeability * conductivity)
 
 
 @lru_cache(maxsize=64)
