@@ -34,12 +34,15 @@ from sitscad.scene.jaws import (
     made_to_measure,
     shield_that_fits,
 )
+from sitscad.scene.printing import print_limit
 from sitscad.spec.sensor import Jaw
 
 MATERIAL, COLOUR = "printed resin", "#dfe6e9"
 CLEARANCE = 0.15e-3
 STOP_THICKNESS = 0.5e-3
 STOP_ROUNDING = 0.2e-3
+HEEL_ROUNDING = 0.3e-3
+GROOVE_WIDTH, GROOVE_DEPTH = 0.4e-3, 0.1e-3
 BENCH_FLOOR = 2.0e-3
 BENCH_BORDER = 6.0e-3
 BENCH_CORNER = 2.0e-3
@@ -60,10 +63,14 @@ def mount(layout: Layout) -> tuple[Solid, ...]:
 
 
 def grasper_pad(layout: Layout, standoff: float) -> tuple[Any, ...]:
-    """The seat under the board's body, with a stop for the board at the jaw's tip where the jaw is long enough."""
+    """The seat under the board's body: a stop for the board at the jaw's tip where the jaw is long enough, grooves for
+    the glue to escape into, and a round edge for the tail to leave over.
+    """
     x0, y0, x1, y1 = layout.body
     spans = seat_spans(board_heights(layout.spec)[0], standoff, shield_that_fits(layout.spec))
     slabs = [box(x0, y0, lower, x1, y1, upper) for lower, upper in spans]
+    if slabs:
+        slabs[-1] = _grooved(layout, _rounded_heel(slabs[-1], spans[-1]), spans[-1])
     stop = _stop(layout, *spans[0]) if spans else None
     if stop is not None:
         slabs[0] = one_solid(slabs[0] + stop, "mount")
@@ -83,6 +90,31 @@ def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     for cut in (*_recess(layout, shield), *_tail_relief(layout, plan, floor), *_holes(layout, plan, bottom)):
         plate = one_solid(plate - cut, "mount")
     return (plate, *_spacer(layout, shield))
+
+
+def _rounded_heel(slab: Any, span: Heights) -> Any:
+    """The slab with its upper edge towards the hinge rounded, so that the tail bends over no sharp edge."""
+    bounds = slab.bounding_box()
+    edges = [
+        edge
+        for edge in slab.edges()
+        if edge.bounding_box().min.X > bounds.max.X - 1e-6 and edge.bounding_box().min.Z > bounds.max.Z - 1e-6
+    ]
+    return slab.fillet(min(HEEL_ROUNDING, 0.6 * (span[1] - span[0])) * MM, edges)
+
+
+def _grooved(layout: Layout, slab: Any, span: Heights) -> Any:
+    """Grooves across the face that the board is glued on; none where they would leave too thin a wall."""
+    mount = layout.spec.mount
+    wall = print_limit(mount.process if mount is not None else "resin", "wall").value
+    if span[1] - span[0] - GROOVE_DEPTH < wall - 1e-9:
+        return slab
+    x0, y0, x1, y1 = layout.body
+    for share in (0.2, 0.4, 0.6, 0.8):
+        x = x0 + share * (x1 - x0)
+        groove = box(x - GROOVE_WIDTH / 2, y0 - 1e-3, span[1] - GROOVE_DEPTH, x + GROOVE_WIDTH / 2, y1 + 1e-3, span[1])
+        slab = one_solid(slab - groove, "mount")
+    return slab
 
 
 def _within_port(layout: Layout, slab: Any) -> Any:

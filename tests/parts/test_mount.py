@@ -30,7 +30,19 @@ def pad(standoff: float, **fitted):
 def test_a_shield_splits_the_seat():
     base, spacer = seats(mount=handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3))
     assert (base.name, spacer.name) == ("mount", "mount-spacer")
-    assert spacer.volume == pytest.approx(9e-3 * 4.4e-3 * 0.6e-3)
+    grooves, heel = 4 * mount.GROOVE_WIDTH * mount.GROOVE_DEPTH, (1 - math.pi / 4) * mount.HEEL_ROUNDING**2
+    assert spacer.volume == pytest.approx(4.4e-3 * (9e-3 * 0.6e-3 - grooves - heel))
+
+
+def test_a_seat_too_thin_for_grooves_has_none_and_its_heel_is_round():
+    thick, thin = (seats(mount=pad(standoff), shield=None)[0].shape for standoff in (0.6e-3, 0.45e-3))
+
+    def radii(shape):
+        return [face.radius for face in shape.faces() if face.geom_type.name == "CYLINDER"]
+
+    assert any(abs(r - 0.3) < 1e-9 for r in radii(thick)) and any(abs(r - 0.27) < 1e-9 for r in radii(thin))
+    floors = [sum(abs(face.center().Z + 0.3) < 1e-6 for face in shape.faces()) for shape in (thick, thin)]
+    assert floors == [4, 0]
 
 
 def test_without_a_shield_the_seat_is_one_piece():
