@@ -1,0 +1,91 @@
+"""Fuzzing in large: ``python tests/fuzz/in_large.py [--loads N] [--checks N] [--kills N] [--seed S] [--seconds S]``.
+
+Prints what was tried, how long the slowest took, and how much memory was in use at most; stops with exit code 1 at the
+first traceback, with the text that made it. Nothing is sent anywhere; files are written into a temporary folder alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
+
+from hostile import mutated  # noqa: E402
+from killed import killed_build  # noqa: E402
+
+import sitscad  # noqa: E402
+
+
+def load(text: str) -> None:
+    """Read a text; what is wrong with it is a `SpecError` with at least one finding."""
+    try:
+        sitscad.load_text(text, "fuzzed.yaml")
+    except sitscad.SpecError as error:
+        assert error.findings, "refused without a word"
+
+
+def check(text: str) -> None:
+    """Read and check a text."""
+    try:
+        spec = sitscad.load_text(text, "fuzzed.yaml")
+    except sitscad.SpecError:
+        return
+    for finding in sitscad.check(spec, hints="none").findings:
+        assert finding.message and finding.severity
+
+
+def told(name: str, work: Callable[[str], None], count: int, texts: Iterator[str], until: float) -> int:
+    """Do some work on many texts and print figures; the number of texts that were tried."""
+    began, slowest, worst, done = time.perf_counter(), 0.0, "", 0
+    for done in range(1, count + 1):
+        text = next(texts)
+        start = time.perf_counter()
+        try:
+            work(text)
+        except Exception as error:
+            print(f"{name} {done}: {type(error).__name__}: {error}\n--- the text:\n{text}\n---", flush=True)
+            raise
+        if (took := time.perf_counter() - start) > slowest:
+            slowest, worst = took, text
+        if time.perf_counter() - began > until:
+            break
+    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    seconds = time.perf_counter() - began
+    print(
+        f"{name}: {done} texts in {seconds:.0f} s, the slowest in {slowest:.2f} s, at most {megabytes:.0f} MB",
+        flush=True,
+    )
+    if slowest > 20.0:
+        print(f"--- the slowest text:\n{worst}\n---")
+    return done
+
+
+def main() -> None:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    for name, default in (("loads", 1_000_000), ("checks", 100_000), ("kills", 100), ("seed", 1), ("seconds", 3600)):
+        parser.add_argument(f"--{name}", type=int, default=default)
+    asked = parser.parse_args()
+    rng = random.Random(asked.seed)
+    texts = iter(lambda: mutated(rng), None)
+    told("loads", load, asked.loads, texts, asked.seconds / 3)
+    told("checks", check, asked.checks, texts, asked.seconds / 3)
+    began, outcomes = time.perf_counter(), []
+    with tempfile.TemporaryDirectory() as folder:
+        for number in range(asked.kills):
+            outcomes.append(killed_build(Path(folder), random.Random(f"{asked.seed} {number}")))
+            if time.perf_counter() - began > asked.seconds / 3:
+                break
+    words = {word: outcomes.count(word) for word in sorted(set(outcomes))}
+    print(f"kills: {len(outcomes)} builds killed, {words}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
