@@ -25,6 +25,8 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 from measure import peak, timed  # noqa: E402
 
 import sitscad  # noqa: E402
+from sitscad.estimates.winding import losses, solved  # noqa: E402
+from sitscad.physics.loss import proximity  # noqa: E402
 
 ROUNDED = 0.3
 SHAPES = (("circle", 0.0), ("square", 0.0), ("rectangle", 0.0), ("hexagon", 0.0), ("octagon", 0.0), ("racetrack", 0.0),
@@ -68,6 +70,14 @@ def spec_of(shape: str, radius: float, turns: int, layers: int) -> sitscad.Senso
     return sitscad.load_text(json.dumps(document))
 
 
+def afresh(layout: sitscad.Layout) -> object:
+    """The estimate of a layout, nothing of which was worked out before."""
+    for module in (solved, losses, proximity):
+        for known in vars(module).values():
+            getattr(known, "cache_clear", lambda: None)()
+    return sitscad.estimate(layout)
+
+
 def costs(sizes: Sequence[tuple[int, int]] = SIZES, memory: bool = False,
           shapes: Sequence[tuple[str, float]] = SHAPES) -> Iterator[Cost]:  # fmt: skip
     """All shapes at every size, the first of them the round one."""
@@ -75,10 +85,10 @@ def costs(sizes: Sequence[tuple[int, int]] = SIZES, memory: bool = False,
         first = 0.0
         for shape, radius in shapes:
             layout = sitscad.lay_out(spec_of(shape, radius, turns, layers))
-            work = partial(sitscad.estimate, layout)
+            work = partial(afresh, layout)
             spent, _ = timed(work)
             first = first or spent
-            usual, fine = work().coils[0], sitscad.estimate(layout, tolerance=FINE).coils[0]
+            usual, fine = sitscad.estimate(layout).coils[0], sitscad.estimate(layout, tolerance=FINE).coils[0]
             yield Cost(
                 f"{shape}{', rounded' if radius else ''}", turns, layers, spent, spent / first,
                 peak(work) if memory else 0.0, usual.inductance_error,
