@@ -35,7 +35,7 @@ def test_json_is_the_contract_s(run, pair):
     assert [point["at"] for point in document["performance"]] == ["rest", "half", "full"]
     assert posed["pose"]["z_m"] == pytest.approx(-2e-4)
     assert posed["strain"] == pytest.approx(0.1)
-    assert posed["force_N"] is None
+    assert posed["force_N"][2] < -0.1 and posed["force_N"][0] < 0.0
     assert loaded["force_N"] == pytest.approx([0.0, 0.0, -2.0])
     assert loaded["moment_Nm"] == pytest.approx([0.0, 0.0, 0.0])
     for point in document["points"]:
@@ -49,10 +49,10 @@ def test_json_is_the_contract_s(run, pair):
 def test_text_says_pose_reading_and_notes(run, pair):
     done = run("response", pair, "--load", "normal=1,shear_x=0.2")
     assert done.code in (0, 1)
-    for word in ("C1", "C2", "counts", "uH", "MHz", "rotation=held"):
+    for word in ("C1", "C2", "counts", "uH", "MHz"):
         assert word in done.out
     assert "What the sensor feels" in run("response", pair, "--performance").out
-    assert "rotation=held" not in run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=held").out
+    assert run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=held").out != done.out
 
 
 def test_csv_has_a_row_a_point(run, pair):

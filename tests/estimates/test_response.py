@@ -124,7 +124,27 @@ def test_loads_move_the_target_as_the_pad_gives_way(plain):
     assert found.strain[0] == pytest.approx(estimates.compression.strain, rel=1e-9)
     assert found.poses[1, 0] > 0.0 > found.poses[1, 1]
     assert found.force[1] == pytest.approx([0.3, -0.1, -2.0], rel=1e-6)
-    assert found.moment[1, 0] < 0.0
+    # a dead load on the outermost face: its lever is the target, so the moment is small and turns with the shear
+    assert found.moment[1, 1] > 0.0 and found.moment[1, 0] > 0.0
+    assert found.poses[1, 4] > 0.0 and found.poses[1, 3] > 0.0
+
+
+def test_a_pose_and_the_load_that_holds_it_are_one(plain):
+    from sitscad.estimates.response.pad import soft_pad
+
+    found = respond(plain, [[0.05e-3, 0.02e-3, -0.1e-3, 0.01, -0.02, 0.03], [0.0, 0.0, -0.9e-3, 0.0, 0.0, 0.0]])
+    assert np.isfinite(found.force).all() and np.isfinite(found.moment).all()
+    pad = soft_pad(plain.spec)
+    assert np.hstack([found.force, found.moment]) == pytest.approx(pad.force(found.poses), rel=1e-12)
+    level = plain.response.under(np.array([[2.0, 0.3, -0.1]]), np.array([True]))
+    free = plain.response.under(np.array([[2.0, 0.3, -0.1]]))
+    assert not level.poses[0, 3:].any() and free.poses[0, 0] > 1.02 * level.poses[0, 0]
+
+
+def test_a_pad_that_gives_way_says_so(plain):
+    found = plain.response.under(np.array([[60.0, 20.0, 0.0]]))
+    assert np.isfinite(found.poses).all()
+    assert any("gives way sideways" in note for note in found.notes[0])
 
 
 def test_a_map_of_many_poses_is_what_each_of_them_is(plain):
@@ -193,7 +213,7 @@ def test_a_document_has_the_contract_s_names(plain):
             "frequency_Hz", "counts", "parallel_resistance_ohm", "strain", "notes", "force_N",
             "moment_Nm"} <= set(document)  # fmt: skip
     assert all(isinstance(count, int) for count in document["counts"])
-    assert document["force_N"] is None
+    assert len(document["force_N"]) == len(document["moment_Nm"]) == 3
 
 
 @pytest.mark.parametrize(("material", "sign"), [("ferrite", 1.0), ("stainless-17-4ph", 0.0)])

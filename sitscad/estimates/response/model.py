@@ -14,7 +14,7 @@ from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.errors import stated_errors
 from sitscad.estimates.response.magnetic import MagneticPlate, magnetic_plate
-from sitscad.estimates.response.pad import HELD, NoResponse, holding, pushed
+from sitscad.estimates.response.pad import NoResponse, holding, pushed
 from sitscad.estimates.response.plate import MAGNETIC, Plate, conducting_plate
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
@@ -159,10 +159,10 @@ class ResponseModel:
     ) -> Response:  # fmt: skip
         """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` or free."""
         loads = np.asarray(loads, dtype=float).reshape(-1, 3)
-        found = self.respond(pushed(self.spec, loads), frequency, tolerance, progress)
-        free = np.ones(len(loads), dtype=bool) if held is None else ~held
-        unsaid = free & np.any(loads[:, 1:] != 0.0, axis=1)
-        notes = tuple((*own, HELD) if tilts else own for own, tilts in zip(found.notes, unsaid, strict=True))
+        level = np.zeros(len(loads), dtype=bool) if held is None else held
+        poses, said = pushed(self.spec, loads, level)
+        found = self.respond(poses, frequency, tolerance, progress)
+        notes = tuple((*own, note) if note else own for own, note in zip(found.notes, said, strict=True))
         return replace(found, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)
 
     @property

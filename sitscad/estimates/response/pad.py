@@ -1,15 +1,14 @@
-"""From loads to poses and back by the pad's closed formulas: a flat press, and shear of a target that stays level."""
+"""From loads to poses of the target and back: the part of the pad that it covers, by the law of `mechanics.pad`."""
 
 from __future__ import annotations
-
-import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.states.pressing import loaded_face, pressed, rests_on_pad
-from sitscad.mechanics.elastomer import force_for_strain, shear_strain
+from sitscad.estimates.states.pressing import loaded_face, rests_on_pad
+from sitscad.mechanics.elastomer import shear_strain
+from sitscad.mechanics.pad import Pad
+from sitscad.scene.bodies import film_thickness
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
@@ -19,52 +18,63 @@ class NoResponse(ValueError):
     """The design has nothing that could respond; the text says what it lacks."""
 
 
-HELD = "rotation=held: the pad's closed formulas know a target that stays level alone"
+GIVES_WAY = "the pad gives way sideways under this load: no tilt holds it, and the pose is that of a target held level"
+TOO_SOFT = "the pad gives way sideways under this load even with the target held level: a straight estimate"
+"""What is said of loads that have no equilibrium of their kind."""
 
 
-def pushed(spec: SensorSpec, loads: Array) -> Array:
-    """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N).
+def soft_pad(spec: SensorSpec) -> Pad:
+    """The part of the pad that the target covers, loads acting on the outermost face.
 
-    The pad gives way as `mechanics.elastomer` says: compression by the loaded part, shear by G A of that part, the
-    target held level. Raises NoResponse where no pad carries the target, ValueError for a pull.
+    As in the states: cut out of the pad, without the film of an encapsulation. Raises NoResponse where no pad carries
+    the target.
     """
     pad = spec.elastomer
     if pad is None or not rests_on_pad(spec):
         raise NoResponse("a load needs an elastomer under the target")
+    above = film_thickness(spec) + (spec.target.thickness if spec.target is not None else 0.0)
+    return Pad(loaded_face(spec)[0], pad.thickness, pad.material.shear_modulus, pad.material.bulk_modulus, height=above)
+
+
+def pushed(spec: SensorSpec, loads: Array, held: NDArray[np.bool_] | None = None) -> tuple[Array, tuple[str, ...]]:
+    """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N);
+    and what there is to say of each, nothing as a rule.
+
+    `held` (n,) tells which targets are kept level; all of them where it is left out. Raises NoResponse where no pad
+    carries the target, ValueError for a pull.
+    """
+    pad = soft_pad(spec)
     loads = np.asarray(loads, dtype=float).reshape(-1, 3)
     if not np.all(np.isfinite(loads)) or np.any(loads[:, 0] < 0.0):
         raise ValueError("a load is three finite forces in newtons, the normal one 0 or more (towards the board)")
-    area, found = loaded_face(spec)[0].area, np.zeros((len(loads), 6))
-    depth = {force: _depth(spec, force) for force in np.unique(loads[:, 0])}
-    found[:, 2] = [-depth[force] for force in loads[:, 0]]
-    found[:, :2] = pad.thickness * shear_strain(1.0, area, pad.material.shear_modulus) * loads[:, 1:]
+    poses, notes = np.full((len(loads), 6), np.nan), np.full(len(loads), "", dtype=object)
+    free = np.zeros(len(loads), dtype=bool) if held is None else ~held
+    if free.any():
+        poses[free] = pad.pose(loads[free])
+    lost = np.isnan(poses[:, 0])
+    notes[lost & free] = GIVES_WAY
+    if lost.any():
+        poses[lost] = pad.pose(loads[lost], is_held=True)
+    lost = np.isnan(poses[:, 0])
+    notes[lost] = TOO_SOFT
+    poses[lost] = _straight(pad, loads[lost])
+    return poses, tuple(str(note) for note in notes)
+
+
+def _straight(pad: Pad, loads: Array) -> Array:
+    # Compression alone, and travel by F / (G A).
+    found = np.zeros((len(loads), 6))
+    found[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
+    found[:, :2] = pad.thickness * shear_strain(1.0, pad.face.area, pad.shear_modulus) * loads[:, 1:]
     return found
-
-
-def _depth(spec: SensorSpec, force: float) -> float:
-    pad = spec.elastomer
-    assert pad is not None
-    asked = replace(spec, requirements=replace(spec.requirements, normal_force=float(force)))
-    return pressed(asked).strain * pad.thickness
 
 
 def holding(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
     """Force (N) and moment (Nm), (n, 3) each, in board axes, that hold the target in (n, 6) poses; None without pad.
 
-    By the same formulas: NaN for turned poses and for pulled or shut pads, which they do not know. The pad's faces are
-    held level, so each has half of the moment of the force over the way from one's middle to the other's.
+    The moment is about the displaced middle of the near face; NaN where the pad would be shut.
     """
-    pad = spec.elastomer
-    if pad is None or not rests_on_pad(spec):
+    if spec.elastomer is None or not rests_on_pad(spec):
         return None
-    face, material = loaded_face(spec)[0], pad.material
-    force = np.full((len(poses), 3), math.nan)
-    stiffness = material.shear_modulus * face.area / pad.thickness
-    for k, (x, y, z, *turn) in enumerate(poses):
-        if any(turn) or not -pad.thickness < z <= 0.0:
-            continue
-        normal = force_for_strain(-z / pad.thickness, face.width_x, face.width_y, pad.thickness,
-                                  material.shear_modulus, material.bulk_modulus, face.round)  # fmt: skip
-        force[k] = stiffness * x, stiffness * y, -normal
-    between = np.array([0.0, 0.0, pad.thickness]) + poses[:, :3]
-    return force, -0.5 * np.cross(between, force)
+    wrench = soft_pad(spec).force(poses)
+    return wrench[:, :3], wrench[:, 3:]

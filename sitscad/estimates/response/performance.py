@@ -44,6 +44,9 @@ SINGULAR = 0.01
 STEPS = 13
 """Loads along an axis that are looked at for range and nonlinearity."""
 
+LEVEL = np.ones(STEPS, dtype=bool)
+"""The target is held level in all working points and ranges."""
+
 LIMITS = 3.0
 """Standard deviations of manufacture between which a coil before assembly counts as sound."""
 
@@ -189,10 +192,10 @@ class _Point:
 def _at(model: ResponseModel, at: str, normal: float, full: float) -> Performance:
     spec, names = model.spec, axes_told_apart(model.spec.array)
     load = np.array([[normal, 0.0, 0.0]])
-    pose = pushed(spec, load)
+    pose = pushed(spec, load)[0]
     reading = model.under(load)
     by_pose = slopes(model, pose)[0]
-    by_load = by_pose @ compliance(model, load)[0]
+    by_load = by_pose @ compliance(model, pose)[0]
     point = _Point(model, load[0], names, reading, by_pose, by_load,
                    _noise(model, reading.frequency[0]), normal / full)  # fmt: skip
     ranges = {name: _range(point, name) for name in names}
@@ -230,7 +233,7 @@ def _along(point: _Point, name: str, last: float) -> tuple[Array, Response]:
     # Loads from the working point along one axis (the normal one from nothing), and what the coils read.
     loads = np.tile(point.load, (STEPS, 1))
     loads[:, AXES.index(name)] = np.linspace(0.0, last, STEPS)
-    return loads, point.model.under(loads)
+    return loads, point.model.under(loads, LEVEL[: len(loads)])
 
 
 def _range(point: _Point, name: str) -> tuple[float, str]:
@@ -259,7 +262,7 @@ def _line(point: _Point, name: str, last: float) -> Array:
     # Errors (N) of all axes by the working point's linear map when one goes from the point to its full scale.
     loads = np.tile(point.load, (2, 1))
     loads[1, AXES.index(name)] = last
-    frequency = point.model.under(loads).frequency
+    frequency = point.model.under(loads, LEVEL[:2]).frequency
     read = point.inverse @ (frequency[1] - frequency[0])
     return np.asarray(np.abs(read - (loads[1] - loads[0])[point.columns]))
 
@@ -343,7 +346,7 @@ def _notes(spec: SensorSpec, names: Sequence[str]) -> tuple[str, ...]:
         "apart from one moment to the next, not how true a force is",
         f"hysteresis is that of Ecoflex 00-30 under 8 mm targets (9.71 and 8.77 % of full scale), whatever "
         f"{pad.material.name} has",
-        "the pad gives way by closed formulas with the target held level: a shear load above the pad tilts a free one",
+        "the target is held level: a shear load above the pad tilts a free one, which goes several times as far",
         "crosstalk is what the straight map at the point leaves; a calibrated, curved one takes most of it",
         "temperature: the modulus of an ideal rubber alone; its expansion, the coil's copper and the capacitor go with "
         "the tare",
