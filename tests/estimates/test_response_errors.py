@@ -11,6 +11,7 @@ import pytest
 
 import sitscad
 from sitscad import Design
+from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "validation"))
@@ -24,6 +25,51 @@ def test_finer_surfaces_change_less_than_is_stated():
     size = np.maximum(np.abs(fine.target_change), 0.01 * model.wound.winding.inductance)
     assert np.all(np.abs(usual.target_change - fine.target_change) < usual.target_change_error * size)
     assert usual.target_resistance == pytest.approx(fine.target_resistance, rel=0.01)
+
+
+JAW = "mount: {kind: grasper-pad, jaw: generic-5mm, standoff: 0.7}\n"
+MAGNETIC_JAW = (
+    "mount: {kind: grasper-pad, jaw: {width: 5, length: 20, height: 2, port_diameter: 9, material: stainless-17-4ph}, "
+    "standoff: 0.3}\n"
+)
+BEHIND = [
+    JAW,
+    MAGNETIC_JAW,
+    JAW + "shield: {material: copper, thickness: 0.1, gap: 0.3}\n",
+    JAW + "shield: {material: ferrite, thickness: 0.1, gap: 0.3}\n",
+]
+
+
+def over_a_jaw(behind, size):
+    return Design(
+        sitscad.load_text(
+            "sitscad: 1\nname: jaw\ncoil: {shape: circle, outer_diameter: 5, turns: 8, layers: 2, trace_width: 100 um, "
+            f"trace_spacing: 100 um}}\ntarget: {{shape: square, size: {size}, thickness: 0.2, material: copper}}\n"
+            f"elastomer: {{shape: square, size: 6, thickness: 1}}\n{behind}"
+        )
+    )
+
+
+def test_air_between_shield_and_jaw_is_no_trouble():
+    found = over_a_jaw(BEHIND[2], 5).response.respond(np.zeros((1, 6)))
+    assert np.all(np.isfinite(found.inductance))
+    assert found.target_change[0, 0, 0] < 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("behind", BEHIND)
+def test_an_endless_sheet_over_any_jaw(behind):
+    design, at = over_a_jaw(behind, 15), 5e6
+    found = design.response.respond(np.array([[0.0] * 6, [0.0, 0.0, -0.7e-3, 0.0, 0.0, 0.0]]), at)
+    wound, jaw = design.response.wound, design.response.behind
+    metal = wound.given.spec.target.material.conductivity
+    for k, height in enumerate((1e-3, 0.3e-3)):
+        with_it, without = (
+            reflected_inductances(wound.winding.spectrum, np.array([at]), above, jaw, (0.0,))[0, 0].real
+            for above in (Reflector(height, (Plate(metal, 1.0, 0.2e-3),)), None)
+        )
+        error = abs(found.target_change[k, 0, 0] / (with_it - without) - 1.0)
+        assert error < found.target_change_error[k, 0, 0]
 
 
 @pytest.mark.slow

@@ -29,7 +29,7 @@ FREQUENCY = 2.4e6
 TURNS = 16
 GRID = (13, 13, 11)
 REACH, GAPS = 14.0 * MM, (0.9 * MM, 13.0 * MM)
-SIZES, FILLS, TARGETS = (10.5, 12.5, 15.0), (0.4, 0.65, 0.9), (12.0, 14.0, 16.0)
+SIZES, FILLS, TARGETS = (13.5, 15.0, 16.5), (0.5, 0.7, 0.9), (12.0, 14.0, 16.0)
 UNIT = 4
 """Numbers of a unit: gap at z = 4 mm, shift along x and y (mm), yaw (degrees)."""
 

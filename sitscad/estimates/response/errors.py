@@ -23,31 +23,31 @@ CLOSE, CLOSE_WIDTHS = 0.01, 1.5
 WIDE, WIDE_FROM = 0.0006, 10.0
 """What a target adds for every length, beyond so many, over which the field at it varies."""
 
-MUTUAL = 0.002
+MUTUAL = 0.0008
 """Error of a mutual inductance's change, of the root of the product of both coils' own changes."""
 
-LOSSY = 0.004
-"""What a mirror adds that loses or returns part of the field, where the target's own image is an approximation."""
+LOSSY = 0.002
+"""What a mirror adds that loses or returns part of the field, beside `Plate.mirror_error`."""
 
 
-def stated_errors(spec: SensorSpec, change: Array, scale: float, lowest: Array, mapping: float, lossy: bool,
+def stated_errors(spec: SensorSpec, change: Array, scale: float, lowest: Array, mapping: float, mirror: float,
                   frequency: float) -> Array:  # fmt: skip
     """Relative errors (poses, coils, coils) of changes (H), each of the larger of it and 1 % of `scale` (H).
 
-    `lowest` (m) is the height of the target's lowest point in each pose, `mapping` what interpolation adds, `lossy`
-    whether what is behind the coils is no good mirror, `frequency` (Hz) that of the changes.
+    `lowest` (m) is the height of the target's lowest point in each pose, `mapping` what interpolation adds, `mirror`
+    what the one behind the coils does, `frequency` (Hz) that of the changes.
     """
     target = spec.target
     assert target is not None
     depth = skin_depth(target, frequency)
     thin = float(np.interp(target.thickness / depth, [1.0, 2.0, 4.0], [FOIL, THIN, USUAL]))
-    found = thin + mapping + LOSSY * lossy + POOR * min(depth, target.thickness) / min(target.size)
+    found = thin + mapping + mirror + POOR * min(depth, target.thickness) / min(target.size)
     near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * spec.coil.trace_width), 0.0, 1.0)
     length = Detail(1.0, max(spec.coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
     wide = WIDE * np.maximum(max(target.size) / length - WIDE_FROM, 0.0)
     relative = (found + CLOSE * near + wide)[:, None, None]
     own = np.sqrt(np.abs(np.einsum("pcc->pc", change)))
-    shared = MUTUAL * (1.0 + relative / USUAL) * own[:, :, None] * own[:, None, :]
+    shared = (MUTUAL + 0.3 * mirror) * own[:, :, None] * own[:, None, :]
     stated = np.maximum(relative, shared / np.maximum(np.abs(change), 0.01 * scale))
     diagonal = np.arange(change.shape[1])
     stated[:, diagonal, diagonal] = np.broadcast_to(relative[:, 0], stated.shape[:2])

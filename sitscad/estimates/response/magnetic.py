@@ -48,6 +48,7 @@ class MagneticPlate:
     which: NDArray[np.intp]
     error: float
     is_over_a_poor_mirror: bool = False
+    mirror_error: float = 0.0
 
     def changes(self, turns: Array, places: Array) -> tuple[ComplexArray, ComplexArray]:
         """See `Plate.changes`; what a lossy mirror loses more or less is left out of neither."""

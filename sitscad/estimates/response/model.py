@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
-from sitscad.estimates.response.errors import stated_errors
+from sitscad.estimates.response.errors import LOSSY, stated_errors
 from sitscad.estimates.response.magnetic import MagneticPlate, magnetic_plate
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
 from sitscad.estimates.response.plate import MAGNETIC, Plate, conducting_plate
@@ -139,8 +139,8 @@ class ResponseModel:
             inductance, resistance = at_frequencies(whole, taken_at, self.tank)
         filled = np.where(np.isfinite(taken_at), taken_at, math.sqrt(self.band[0] * self.band[1]))
         change, lost = shown.at(filled)
-        lossy, at = near.plate.is_over_a_poor_mirror, float(filled.mean())
-        errors = stated_errors(self.spec, change, self._scale, placed.lowest, shown.error, lossy, at)
+        mirror, at = near.plate.mirror_error + LOSSY * near.plate.is_over_a_poor_mirror, float(filled.mean())
+        errors = stated_errors(self.spec, change, self._scale, placed.lowest, shown.error, mirror, at)
         if isinstance(near.plate, MagneticPlate):
             errors = np.maximum(errors, near.plate.errors(placed.turns, placed.places)[:, None, None])
         strain, held = self._strain(poses), holding(self.spec, poses)
