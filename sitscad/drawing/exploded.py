@@ -127,6 +127,7 @@ def _depth(mesh: TriangleMesh, members: list[int], toward: Any, normal: Any) -> 
 
 
 def _face(members: list[int], triangles: list, beside: dict, normals: Any) -> _Face:
+    """The loops and creases of triangles that lie in one plane."""
     inside = set(members)
     rim: dict[int, list[int]] = {}
     creases: list[tuple[int, int]] = []

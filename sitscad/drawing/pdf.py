@@ -85,6 +85,7 @@ def _document(objects: Sequence[bytes], title: str) -> bytes:
 
 
 def _label(label: Label) -> Iterator[bytes]:
+    """What writes a text, its halo before it."""
     width = text_width(label.text, label.size)
     back = {"start": 0.0, "middle": width / 2.0, "end": width}[label.anchor]
     cosine, sine = math.cos(math.radians(label.angle)), math.sin(math.radians(label.angle))
@@ -107,6 +108,7 @@ def _escaped(text: str) -> bytes:
 
 
 def _shape(shape: Shape) -> Iterator[bytes]:
+    """What draws and fills a shape."""
     if shape.opacity != 1.0:
         yield f"q /{_state(shape.opacity)} gs".encode("ascii")
     if shape.fill:
@@ -144,6 +146,7 @@ def _states(sheet: Sheet) -> str:
 
 
 def _path(path: Path) -> Iterator[str]:
+    """What follows a path, arcs as cubic curves."""
     yield f"{_xy(path.start)} m"
     for segment in path:
         if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:

@@ -17,6 +17,7 @@ def drill_text(
 def _lines(
     title: str, function: str, attributes: Iterable[tuple[str, ...]], holes: Sequence[DrilledHole], use: str
 ) -> Iterator[str]:
+    """The lines of the file: header, tools, holes."""
     plating, *_, kind = function.split(",")
     tools = tools_of(holes)
     yield from ("M48", f"; {title}, tool sizes are finished holes")

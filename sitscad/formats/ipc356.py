@@ -27,6 +27,7 @@ def render(layout: Layout) -> dict[str, bytes]:
 
 
 def _header(layout: Layout) -> Iterator[str]:
+    """The records before the first test point."""
     name, issue = layout.spec.name, layout.spec.issue
     yield "C  Bare-board netlist, in the coordinates of the Gerber and drill files"
     yield "C  A net is one coil: its contacts .A and .B are the two ends of one conductor"

@@ -67,6 +67,7 @@ def _section(name: str, content: Iterable[Tag]) -> Iterator[Tag]:
 
 
 def _header(sheet: LaserSheet, next_handle: int) -> Iterator[Tag]:
+    """The header's variables."""
     yield from ((9, "$ACADVER"), (1, "AC1015"), (9, "$DWGCODEPAGE"), (3, "ANSI_1252"))
     yield from ((9, "$INSUNITS"), (70, _MILLIMETRES), (9, "$MEASUREMENT"), (70, 1), (9, "$LUNITS"), (70, 2))
     for name, x, y in (("$EXTMIN", 0.0, 0.0), ("$EXTMAX", sheet.width, sheet.height)):
@@ -92,6 +93,7 @@ def _record(table: str, handle: int, owner: int, subclass: str, *content: Tag) -
 
 
 def _tables(sheet: LaserSheet) -> Iterator[Tag]:
+    """The tables: views, line types, layers, styles, blocks."""
     yield from _table("VPORT", _VIEWPORTS, [_viewport(sheet)])
     linetypes = (("ByBlock", _BY_BLOCK, ""), ("ByLayer", _BY_LAYER, ""), ("Continuous", _CONTINUOUS, "Solid line"))
     rows = [
@@ -114,6 +116,7 @@ def _tables(sheet: LaserSheet) -> Iterator[Tag]:
 
 
 def _viewport(sheet: LaserSheet) -> list[Tag]:
+    """The view that a program opens the file with."""
     width, height = sheet.width * 1e3, sheet.height * 1e3
     shape: tuple[Tag, ...] = (
         (2, "*Active"), (70, 0), (10, 0.0), (20, 0.0), (11, 1.0), (21, 1.0), (12, width / 2), (22, height / 2),
@@ -135,6 +138,7 @@ def _layer(index: int, name: str, colour: int) -> list[Tag]:
 
 
 def _blocks() -> Iterator[Tag]:
+    """The two blocks that every drawing has."""
     for name, owner, block, end in (
         ("*Model_Space", _MODEL, _MODEL_BLOCK, _MODEL_END),
         ("*Paper_Space", _PAPER, _PAPER_BLOCK, _PAPER_END),
@@ -153,6 +157,7 @@ def _objects() -> Iterator[Tag]:
 
 
 def _entities(sheet: LaserSheet) -> Iterator[list[Tag]]:
+    """The contours and notes, each as its tags."""
     handle = _FIRST_ENTITY
     for layer in CutLayer:
         for contour in sheet.on(layer):
@@ -169,6 +174,7 @@ def _entity(kind: str, handle: int, layer: CutLayer, subclass: str) -> list[Tag]
 
 
 def _contour(contour: Contour, handle: int) -> list[Tag]:
+    """A contour as a circle or a polyline."""
     if contour.diameter is not None:
         head = _entity("CIRCLE", handle, contour.layer, "AcDbCircle")
         return [*head, *_at(contour.centre), (30, 0.0), (40, contour.diameter * 5e2)]

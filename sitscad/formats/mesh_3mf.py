@@ -57,6 +57,7 @@ def package(solid: Solid, mesh: TriangleMesh, title: str) -> bytes:
 
 
 def _model(solid: Solid, mesh: TriangleMesh, title: str) -> str:
+    """The XML of the model."""
     vertices = "\n".join(f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in mesh.vertices.tolist())
     triangles = "\n".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles.tolist())
     colour = f"{solid.colour.upper()}FF"

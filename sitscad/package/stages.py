@@ -124,6 +124,7 @@ def _still_true(directory: Path, old: Manifest, stage: str, ingredients: str) ->
 
 
 def _render(contents: Contents, stage: str, files: dict[str, bytes], failures: list[str]) -> dict[str, bytes]:
+    """The files of one stage."""
     if stage == CHECK_STAGE:
         return _checked_files(contents, failures, beside_gerbers=any(name.startswith("fpc/") for name in files))
     try:

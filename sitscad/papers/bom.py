@@ -59,6 +59,7 @@ def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
 
 
 def _circuit(layout: Layout) -> Iterator[Item]:
+    """The flexible circuit and what it plugs into."""
     fpc = layout.spec.fpc
     x0, y0, x1, y1 = bounding_box([layout.outline])
     count = layout.copper_layers
@@ -94,6 +95,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
 
 
 def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
+    """The converter and the capacitors of its tanks."""
     readout, coils = layout.spec.readout, len(layout.coils)
     chosen = estimates.readout.capacitance
     chip = readout.chip.name if layout.capacitors and readout.chip else ""
@@ -122,6 +124,7 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
 
 
 def _soft_parts(layout: Layout) -> Iterator[Item]:
+    """What lies on the board: elastomer, target, film."""
     spec = layout.spec
     if spec.elastomer is not None:
         pad = spec.elastomer
@@ -154,6 +157,7 @@ def _place(plate: Target | ElastomerPad) -> str:
 
 
 def _carriers(layout: Layout) -> Iterator[Item]:
+    """What lies behind the board: shield, mount, jaw."""
     spec = layout.spec
     sheet = shield(layout)
     if spec.shield is not None and sheet is not None:

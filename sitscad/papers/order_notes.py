@@ -119,6 +119,7 @@ def _incomplete(layout: Layout) -> list[str]:
 
 
 def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
+    """The parameters of the order, name and value."""
     fpc = layout.spec.fpc
     x0, y0, x1, y1 = bounding_box([layout.outline])
     copper = fpc.stackup.copper
@@ -201,6 +202,7 @@ def _thin_tail(layout: Layout) -> str:
 
 
 def _holes(layout: Layout) -> str:
+    """The holes by their tools, in words."""
     if not layout.vias:
         return "none"
     sizes = sorted({(round(via.drill, 9), round(via.pad, 9)) for via in layout.vias})
@@ -221,6 +223,7 @@ def _stiffener(layout: Layout) -> str:
 
 
 def _contacts(layout: Layout) -> str:
+    """The contacts and their connector, in words."""
     tail = layout.spec.fpc.tail
     assert tail is not None
     connector = tail.connector
@@ -237,6 +240,7 @@ def _contacts(layout: Layout) -> str:
 
 
 def _rules(layout: Layout) -> str:
+    """The design rules that the board was drawn to, in words."""
     rules = layout.spec.fpc.rules
     checked = f", read on {rules.checked_on}" if rules.checked_on else ""
     return (
@@ -268,6 +272,7 @@ def _beyond(layout: Layout) -> str:
 
 
 def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
+    """The build-up: layers from the top, bonds, plating, coverlay."""
     stackup = layout.spec.fpc.stackup
     for layer, name in zip(stackup.layers, stack_names(layout), strict=True):
         words = layer_text(layer)
@@ -286,6 +291,7 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
 
 
 def _care(layout: Layout) -> Iterator[tuple[str, str]]:
+    """What to look after, by subject."""
     yield (
         "Copper",
         (
@@ -313,6 +319,7 @@ def _test(layout: Layout) -> Iterator[tuple[str, str]]:
 
 
 def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
+    """The files of the order, each with what it is."""
     for file in (*gerber_files(layout), *drill_files(layout)):
         kind = "Excellon, metric" if file.path.endswith(".drl") else f"Gerber X2, {file.function}"
         yield file.name, f"{file.title} ({kind})"

@@ -118,6 +118,7 @@ SMALL_SIGNAL = "small-signal"
 
 
 def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
+    """The name, the verdict and the signal."""
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
     counts = [_counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
@@ -180,6 +181,7 @@ def _ignored(checked: CheckedSpec) -> str:
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
+    """One finding as an article."""
     line = checked.line(finding.line, finding.file)
     quoted = f"<pre>{finding.line:>4} | {escape(line)}</pre>" if line is not None else ""
     hint = f"<p><b>To mend it:</b> {escape(finding.hint)}</p>" if finding.hint else ""
@@ -212,6 +214,7 @@ def _where(finding: Finding, number: int | None) -> str:
 
 
 def _electrical(estimates: Estimates) -> str:
+    """The tables of electrical numbers."""
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
     if not estimates.coils:
@@ -313,6 +316,7 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> 
 
 
 def _range(values: Iterable[float | None], unit: str) -> str:
+    """The least and the largest of some values in one unit."""
     finite = [value for value in values if value is not None and math.isfinite(value)]
     if not finite:
         return NONE

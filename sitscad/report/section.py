@@ -84,6 +84,7 @@ def _slices(spec: SensorSpec) -> Iterator[Slice]:
 
 
 def _board(spec: SensorSpec) -> Iterator[Slice]:
+    """The layers of the board from the top down."""
     depth, copper = 0.0, 0
     for layer in spec.fpc.stackup.layers:
         copper += layer.kind is LayerKind.COPPER

@@ -90,6 +90,7 @@ Aperture = tuple[str, str]
 
 
 def _copper(layout: Layout, layer: int) -> Iterator[str]:
+    """The commands of one copper layer."""
     objects: list[Object] = [
         *layout.on_layer(layer),
         *layout.vias_on(layer),

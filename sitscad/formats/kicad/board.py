@@ -112,6 +112,7 @@ def net_numbers(layout: Layout) -> dict[str, int]:
 
 
 def _title_block(layout: Layout) -> str:
+    """The board's title block as a node."""
     fpc, issue = layout.spec.fpc, layout.spec.issue
     return node(
         "title_block",
@@ -124,6 +125,7 @@ def _title_block(layout: Layout) -> str:
 
 
 def _setup(layout: Layout, sheet: Grid) -> str:
+    """The board's setup as a node."""
     return node(
         "setup",
         stackup_section(layout.spec.fpc.stackup, layout.spec.fpc.finish),
@@ -138,6 +140,7 @@ def _setup(layout: Layout, sheet: Grid) -> str:
 
 
 def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
+    """Outlines and drawn areas as nodes."""
     name = layout.spec.name
     yield from stroked("gr", layout.outline, "Edge.Cuts", _OUTLINE_PEN, (name, "outline"), sheet)
     yield from _free_openings(layout, sheet)
@@ -206,6 +209,7 @@ def _text(text: str, at: Point, sheet: Grid, layer: str, names: tuple[object, ..
 
 
 def _tracks(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
+    """Tracks as nodes, line by line and arc by arc."""
     layers = copper_names(layout.copper_layers)
     for i, trace in enumerate(layout.traces):
         rest = f"(width {length(trace.width)}) (layer {quoted(layers[trace.layer - 1])}) (net {nets[trace.net]})"

@@ -109,6 +109,7 @@ def board_rules(layout: Layout) -> dict[str, Any]:
 
 
 def _net_class(layout: Layout, name: str, track_width: float, clearance: float, priority: int) -> dict[str, Any]:
+    """The project's one class of nets."""
     rules = layout.spec.fpc.rules
     via_pad = max((via.pad for via in layout.vias), default=rules.via_pad)
     via_drill = max((via.drill for via in layout.vias), default=rules.via_drill)

@@ -136,6 +136,7 @@ def _mask(name: str, kind: str, layers: Sequence[StackLayer]) -> list[str]:
 
 
 def _dielectric(number: int, layers: Sequence[StackLayer]) -> str:
+    """What lies between two copper layers, as one node."""
     kind = "prepreg" if any(layer.material == BOND for layer in layers) else "core"
     children = [f"(type {quoted(kind)})", f"(color {quoted(_AMBER)})"]
     if not layers:

@@ -115,6 +115,7 @@ def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
 
 
 def _pin(kind: str, x: float, y: float, angle: int, name: str, number: int) -> str:
+    """A pin as a node."""
     font = "(effects (font (size 1.27 1.27)))"
     return node(
         f"pin {kind} line",

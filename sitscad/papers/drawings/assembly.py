@@ -145,6 +145,7 @@ def _size(piece: Body) -> str:
 
 
 def _notes(layout: Layout, pieces: tuple[Body, ...]) -> Iterator[str]:
+    """Where each piece lies, in words."""
     yield "1. Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
     for i, piece in enumerate(reversed(pieces), 2):
         at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)

@@ -96,6 +96,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
 
 
 def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
+    """Draw the whole board with its dimensions."""
     x0, y0, x1, y1 = bounding_box([layout.outline])
     _zones(sheet, layout, view)
     _bend_taken(sheet, layout, view)

@@ -210,6 +210,7 @@ def _number(sheet: Sheet, pad: Pad, view: View) -> None:
 
 
 def _notes(layout: Layout) -> list[str]:
+    """How the contacts are to be read, in words."""
     connector = layout.spec.fpc.tail.connector if layout.spec.fpc.tail is not None else None
     named = f" of {connector.name}" if connector is not None else ""
     return [

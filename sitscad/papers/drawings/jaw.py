@@ -270,6 +270,7 @@ def _rows(layout: Layout) -> Iterator[tuple[str, ...]]:
 
 
 def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:
+    """How the section is to be read, and where its figures come from."""
     glued = [layer for layer in column(layout) if layer.is_glue]
     yield "1. Millimetres. The red circle is the port about the closed pair's axis; jaws closed without force."
     if glued:

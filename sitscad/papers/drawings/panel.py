@@ -119,6 +119,7 @@ def _frame(sheet: Sheet, panel: Panel, view: View) -> None:
 
 
 def _notes(panel: Panel) -> Iterator[str]:
+    """What the fabricator does with the panel, in words."""
     count = f"{len(panel.parts)} parts ({panel.columns} x {panel.rows})"
     coupons = f" and {len(panel.coupons)} coupons" if panel.coupons else ""
     yield f"1. {count}{coupons}. Coordinates in mm from the panel's lower left corner; crosses: each part's own origin."
@@ -196,6 +197,7 @@ def _files(panel: Panel) -> Iterator[tuple[str, str]]:
 
 
 def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
+    """The lines that name the panel's images by their hash."""
     images = panel_images(panel.layout, files)
     what = (
         "Fingerprint: SHA-256 of the panel's Gerber and drill files one after another, in the order of the line below; "
@@ -228,6 +230,7 @@ def _nubs(panel: Panel) -> Iterator[str]:
 
 
 def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
+    """The notes on the coupon and on what is measured at it."""
     if panel.coupon is None:
         yield f"There is no coupon: {panel.no_coupon}."
         return

@@ -127,6 +127,7 @@ def _barrel(sheet: Sheet, top: float, height: float) -> None:
 
 
 def _notes(layout: Layout) -> Iterator[str]:
+    """What the films are and what their thicknesses count."""
     stackup = layout.spec.fpc.stackup
     yield f"Thicknesses are finished ones; coverlay with its adhesive. Laminates: {laminate_text(layout)}."
     yield from (f"Bond, {where}: {text}." for where, text in bond_texts(layout).items())
