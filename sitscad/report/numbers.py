@@ -306,7 +306,7 @@ def compression_rows(estimates: Estimates) -> list[list[str]]:
         ],
         *([["one sigma of the strain mostly by", scatter.cause]] if scatter else []),
         ["formula within its range", "yes" if pressed.valid else "NO"],
-        ["against finite elements", "one sigma of 2 % where the law was held against them, 4 % beyond"],
+        ["against finite elements", "one sigma of 2.5 % where the law was held against them, 5 % beyond"],
         *([["remark", pressed.note]] if pressed.note else []),
     ]
 

@@ -372,7 +372,7 @@ def test_a_number_and_its_sigma_share_a_unit_where_they_can(value, sigma, shown)
 
 
 def test_a_pad_s_scatter_has_its_law_s_error_in_it():
-    """Finite elements are met within 2 %, one sigma, and twice that where the law was not held against them."""
+    """Finite elements are met within 2.5 %, one sigma, and twice that where the law was not held against them."""
     near = padded(elastomer={"thickness": 2e-3})
     flat = padded(elastomer={"thickness": 0.2e-3})
     shares = {}
@@ -381,6 +381,6 @@ def test_a_pad_s_scatter_has_its_law_s_error_in_it():
         shares[name] = found.compression_scatter.shares[pressing.BLOCK] / found.compression.strain
         assert pressing.BLOCK in found.coils[0].states["pressed"].spread.shifts
         assert pressing.BLOCK not in found.coils[0].states["rest"].spread.shifts
-    stiffer = pressing.pressed(near, modulus=1.02).strain / pressing.pressed(near).strain
+    stiffer = pressing.pressed(near, modulus=1.025).strain / pressing.pressed(near).strain
     assert shares["near"] == pytest.approx(1.0 - stiffer, rel=0.1)
     assert shares["flat"] > 1.5 * shares["near"]
