@@ -66,6 +66,10 @@ def test_pictures_are_the_ones_that_the_tool_makes():
     layout = sitscad.lay_out(sitscad.load(ROOT / "templates/grasper_4layer.yaml"))
     drawn = render(layout)["fpc/grasper-4layer-body.svg"]
     assert (ROOT / "docs/grasper-4layer-body.svg").read_bytes() == drawn
+    from sitscad.papers.drawings import jaw
+
+    drawn = jaw.render(layout, "")["mount/grasper-4layer-jaw-drawing.svg"]
+    assert (ROOT / "docs/grasper-4layer-jaw-drawing.svg").read_bytes() == drawn
 
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
