@@ -213,9 +213,10 @@ def _jaw_corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> It
         for depth in (side, Toleranced(0.0)):
             yield Corner(name, half, faces[inner] + depth * inward - middle)
     if rim(jaw) is not jaw:
-        edge, above = section(rim(jaw)).face / 2, Toleranced(jaw.recess)
-        yield Corner("jaw", Toleranced.of(edge, 0.5 * jaw_tolerance(layout.spec, edge).band, "jaw across"),
-                     at["jaw"][1] + above - middle)  # fmt: skip
+        tall = section(rim(jaw))
+        edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec, tall.face).band, "jaw across")
+        for below in (0.0, tall.side):
+            yield Corner("jaw", edge, at["jaw"][1] + Toleranced(jaw.recess - below) - middle)
 
 
 def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:

@@ -36,7 +36,9 @@ def random_sensor(seed):
     return replace(layout, spec=replace(layout.spec, assembly=replace(GLUED, glue_line=chance.uniform(0.0, 1e-4))))
 
 
-@pytest.mark.parametrize("seed", [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 40))])
+@pytest.mark.parametrize(
+    "seed", [0, 1, 93, 118, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 40))]
+)
 def test_figures_and_solids_agree(seed):
     layout = random_sensor(seed)
     proof, plane = prove(layout), closed_section(layout)
