@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from sitscad.package.folder import (
     PackageError,
     explained,
+    has_leftovers,
     opened_for_building,
     put_in_place,
     require_package_name,
@@ -173,6 +174,8 @@ def _unchanged(asked: Asked, old: Manifest, key: str) -> BuildResult | None:
     """
     directory = asked.directory
     try:
+        if has_leftovers(directory.parent, directory.name):
+            return None  # a killed build's: the next one that is made cleans up
         is_same = old.built_from == key and not old.forced and asked.wanted <= set(old.built_for)
         contents = intact(directory, old.files) if is_same else None
         if contents is None or FINDINGS not in contents or foreign_files(directory, old):

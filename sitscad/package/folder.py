@@ -172,10 +172,22 @@ def _is_same_file(descriptor: int, path: Path) -> bool:
         return False
 
 
+def has_leftovers(parent: Path, name: str) -> bool:
+    """Whether a killed build, or one that is at work, has left something beside a package."""
+    if not parent.is_dir():
+        return False
+    ours = _leftovers_of(name)
+    return any(entry.name == f".{name}.lock" or ours.fullmatch(entry.name) for entry in parent.iterdir())
+
+
+def _leftovers_of(name: str) -> re.Pattern[str]:
+    return re.compile(re.escape(f".{name}.") + "(new|old)-[0-9a-f]{12}")
+
+
 def _recover(parent: Path, name: str) -> None:
     """Put right what a killed build left behind; the lock is held, so nobody else uses these folders."""
     target = parent / name
-    ours = re.compile(re.escape(f".{name}.") + "(new|old)-[0-9a-f]{12}")
+    ours = _leftovers_of(name)
     for leftover in sorted(path for path in parent.iterdir() if ours.fullmatch(path.name)):
         if leftover.name.startswith(f".{name}.old-") and not target.exists():
             os.rename(leftover, target)

@@ -150,6 +150,15 @@ def test_anything_else_is_built(built, monkeypatch, harm):
     assert sitscad.build(spec, out, only).is_unchanged
 
 
+def test_what_a_killed_build_left_is_cleaned_though_nothing_has_changed(built):
+    spec, _, out = built
+    (out / ".grasper-4layer.new-0123456789ab").mkdir()
+    (out / ".grasper-4layer.lock").touch()
+    assert not sitscad.build(spec, out, ("report",)).is_unchanged
+    assert [path.name for path in out.iterdir()] == ["grasper-4layer"]
+    assert sitscad.build(spec, out, ("report",)).is_unchanged
+
+
 def test_stages_that_were_built_one_after_the_other_count_together(built):
     spec, _, out = built
     assert not sitscad.build(spec, out, ("laser",)).is_unchanged
