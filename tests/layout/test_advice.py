@@ -43,16 +43,16 @@ def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers
 
 
 def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
-    spec = sensor(pitch=4.05e-3, coils=3)
+    spec = sensor(pitch=4.09e-3, coils=3)
     (finding,) = advised(spec)
     assert finding.rule == "SIT113" and finding.key == "array.pitch"
     more = micrometres(finding)
-    assert f"array.pitch: {4.05 + more * 1e3:.6g} ({more * 1e6:.0f} um more)" in finding.hint
+    assert f"array.pitch: {4.09 + more * 1e3:.6g} ({more * 1e6:.0f} um more)" in finding.hint
     assert lay_out(room.coils_apart(spec, more).spec).shortfalls == ()
 
 
 def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
-    spec = sensor(centres=[(-2.02e-3, 0.0), (2.02e-3, 0.0), (6.06e-3, 0.0)], coils=3)
+    spec = sensor(centres=[(-2.05e-3, 0.0), (2.05e-3, 0.0), (6.15e-3, 0.0)], coils=3)
     spec = replace(spec, array=replace(spec.array, pattern="explicit", pitch=None))
     (finding,) = advised(spec)
     factor = float(re.search(r"centres ([\d.]+) times", finding.hint).group(1))
@@ -131,4 +131,4 @@ def test_a_layout_tries_no_other_board(sensor, monkeypatch):
     """The verdict does not wait for hints: what a finding says of the board as it stands costs one attempt."""
     tried = []
     monkeypatch.setattr("sitscad.layout.arrangement._attempt", lambda *given: tried.append(given) or _attempt(*given))
-    assert lay_out(sensor(pitch=4.05e-3, coils=3)).shortfalls and len(tried) == 1
+    assert lay_out(sensor(pitch=4.09e-3, coils=3)).shortfalls and len(tried) == 1

@@ -257,5 +257,5 @@ def test_metals_are_drawn_in_colours_of_their_own():
     ):
         text = f"sitscad: 1\nname: metal\ncoil: {coil}\ntarget: {{material: {material}, size: 8}}\n"
         drawn = section(load_text(text))
-        assert f'fill="{colour}"' in drawn
-        assert (f'fill="{colours["copper"]}"' in drawn) == (material == "copper")
+        assert f"fill='{colour}'" in drawn
+        assert (f"fill='{colours['copper']}'" in drawn) == (material == "copper")

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitscad.geometry.path import Arc
-from sitscad.geometry.spiral import SpiralDimensions, rounded_corners, wind
+from sitscad.geometry.shapes import SHAPES
+from sitscad.geometry.spiral import SpiralDimensions
 from sitscad.physics.inductance import tracks
 from sitscad.physics.inductance.heights import height_nodes, nodes_enough
 from sitscad.physics.inductance.repeats import distinct_pairs, kinds
 from sitscad.physics.inductance.track_strands import track
 from sitscad.physics.inductance.tracks import tracks_mutual_inductance, winding_inductance
 
-CORNERS = {"square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8}
 PITCH, WIDTH, COPPER = 0.2e-3, 0.1e-3, 18e-6
 
 
@@ -28,8 +28,8 @@ def layers(shape, turns, count, radius=0.0, gap=60e-6, angle=0.0):
     size = (8e-3, 6e-3) if shape in ("rectangle", "racetrack") else (6e-3, 6e-3)
     found = []
     for k in range(count):
-        path = wind(shape, SpiralDimensions(size, WIDTH, PITCH, turns), angle + 0.9 * k, -1 if k % 2 else 1)
-        path = rounded_corners(path, radius, CORNERS.get(shape, 4), PITCH)
+        dimensions = SpiralDimensions(size, WIDTH, PITCH, turns)
+        path = SHAPES[shape].wind(dimensions, angle + 0.9 * k, -1 if k % 2 else 1, radius)
         found.append(track([_piece(segment) for segment in path], WIDTH, COPPER, -gap * k * (1.0 + 0.3 * (k % 2))))
     return found
 

@@ -24,6 +24,7 @@ from windings import square
 
 from sitscad.estimates.winding.losses import winding_losses, winding_resistance
 from sitscad.estimates.winding.methods import bent_track, choose_method, winding_geometry
+from sitscad.geometry.shapes import SHAPES
 from sitscad.layout import lay_out
 from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.tracks import track, winding_inductance
@@ -281,7 +282,7 @@ def test_rounded_corners(name, sides, turns, radius, cells, direct, alternating,
     size = (2.0 * apothem + width,) * 2
     spec = SimpleNamespace(
         shape=name, size=size, turns=turns, pitch=pitch, trace_spacing=pitch - width, trace_width=width,
-        layer_turns=(turns,), most_turns=turns,
+        layer_turns=(turns,), most_turns=turns, outline=SHAPES[name],
     )  # fmt: skip
     loss = winding_losses(spec, coil, (), COPPER, tolerance)
     even, true_direct, resistance, *found = triangles_of_rounded(sides, turns, radius, cells)
