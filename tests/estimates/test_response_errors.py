@@ -88,17 +88,3 @@ def test_a_few_random_poses(shape, size, thickness):
     assert over < 1.0
     assert left < 0.5 * max(error, 1e-3)
     assert lost < 0.02
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["grasper_4layer", "bench_7mm", "three_axis_triangle", "square_bench"])
-def test_many_random_poses(name):
-    from random_poses import compared, poses, targets
-
-    spec, generator = sitscad.load(ROOT / "templates" / f"{name}.yaml"), np.random.default_rng(3)
-    layout = sitscad.lay_out(spec)
-    for _, target in zip(range(12), targets(spec, generator), strict=False):
-        changed = replace(spec, target=target)
-        design = Design(changed, replace(layout, spec=changed))
-        some = poses(changed, float(design.response.rest[2]), 12, generator)
-        assert compared(design, some)[0] < 1.0, target

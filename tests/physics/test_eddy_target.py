@@ -19,29 +19,12 @@ from sitscad.physics.eddy.skin import skin
 from sitscad.physics.eddy.target import solve, turned
 from sitscad.physics.eddy.toroidal import toroidal
 from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.special.elliptic import coaxial_rings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
+from finite_discs import EIGHT, Rings, check_disc
 
 COPPER, LOSSLESS, FREQUENCY = 5.8e7, 5.8e17, 5e6
 OMEGA = 2.0 * math.pi * FREQUENCY
-
-
-class Rings:
-    """The potential of coaxial rings, by the flux through circles; with a mirror's image."""
-
-    def __init__(self, radii, heights, floor=-math.inf):
-        self.rings = [(radii, heights, 1.0)]
-        if math.isfinite(floor):
-            self.rings.append((radii, 2.0 * floor - heights, -1.0))
-
-    def __call__(self, points):
-        rho = np.maximum(np.hypot(points[:, 0], points[:, 1]), 1e-9)
-        total = np.zeros(len(points))
-        for radii, heights, sign in self.rings:
-            square = (rho[:, None] - radii) ** 2 + (points[:, 2, None] - heights) ** 2
-            total += sign * coaxial_rings(rho[:, None], radii, square).sum(axis=1) / (2.0 * math.pi * rho)
-        return 1j * total * (points[:, 0] + 1j * points[:, 1]) / rho
 
 
 def coil(outer, turns, pitch, width, heights):
@@ -126,22 +109,8 @@ def test_an_endless_disc_off_centre_is_the_image():
     assert ours == pytest.approx(endless_change(*JAW, 1.5e-3), rel=3e-3)
 
 
-EIGHT = ((8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5), np.zeros(8))
 # gap, diameter, thickness (m), conductivity (S/m): aluminium, brass, copper; foils
 DISCS = [(1e-3, 8e-3, 0.2e-3, 5.8e7), (0.5e-3, 4e-3, 0.035e-3, 5.8e7), (1e-3, 8e-3, 1e-3, 3.5e7)]
-MORE_DISCS = [(gap, diameter, thickness, conductivity) for gap in (0.15e-3, 0.5e-3, 2e-3)
-              for diameter in (2e-3, 5e-3, 12e-3) for thickness, conductivity in
-              ((9e-6, 5.8e7), (18e-6, 3.5e7), (70e-6, 5.8e7), (0.2e-3, 1.6e7), (0.4e-3, 5.8e7),
-               (3e-3, 1.6e7))]  # fmt: skip
-
-
-def check_disc(gap, diameter, thickness, conductivity, reference, rel, rel_loss):
-    depth = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * conductivity)
-    surface = disc(diameter, thickness, min(depth / 3.0, thickness / 4.0), 0.4e-3, (40, 4), 0)
-    target = solve(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness))
-    ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], EIGHT, np.zeros((1, 2)))[0, 0, 0]
-    assert ours.real == pytest.approx(reference[0], rel=rel)
-    assert -OMEGA * ours.imag == pytest.approx(reference[1], rel=rel_loss)
 
 
 @pytest.mark.needs("scipy")
@@ -151,16 +120,6 @@ def test_a_disc_of_any_thickness_is_one_of_finite_elements(case):
 
     reference = disc_change(EIGHT[0], *case[:3], case[3], cells=1.0)
     check_disc(*case, reference, 4e-3, 0.02)
-
-
-@pytest.mark.slow
-@pytest.mark.needs("scipy")
-@pytest.mark.parametrize("case", MORE_DISCS, ids=str)
-def test_many_discs_are_those_of_finite_elements(case):
-    from disc_of_elements import disc_change
-
-    coarse, fine = (np.array(disc_change(EIGHT[0], *case[:3], case[3], cells=cells)) for cells in (0.8, 1.2))
-    check_disc(*case, fine + (fine - coarse) / (1.5**2 - 1.0), 4e-3, 0.03)
 
 
 def test_a_target_far_away_does_nothing(plate):

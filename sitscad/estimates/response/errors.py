@@ -10,7 +10,7 @@ from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 
-USUAL, THIN, FOIL = 0.005, 0.008, 0.012
+USUAL, THIN, FOIL = 0.006, 0.009, 0.013
 """Relative error of a change: of a target of four skin depths and more, of two, and of a foil. The laws of edges and
 walls are right to 0.4 % (discs of finite elements); the rest is what they were not fitted to, and the resolution."""
 
@@ -20,7 +20,7 @@ POOR = 0.1
 CLOSE, CLOSE_WIDTHS = 0.01, 1.5
 """What nearness adds: all of it at the copper, none from so many track widths on (a track is two filaments there)."""
 
-WIDE, WIDE_FROM = 0.0006, 10.0
+WIDE, WIDE_FROM = 0.001, 8.0
 """What a target adds for every length, beyond so many, over which the field at it varies."""
 
 MUTUAL = 0.0008

@@ -1,0 +1,44 @@
+"""Discs under the middle of eight rings: the surface solution, to be held against finite elements about the axis."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.disc import disc
+from sitscad.physics.eddy.skin import skin
+from sitscad.physics.eddy.target import solve, turned
+from sitscad.physics.special.elliptic import coaxial_rings
+
+FREQUENCY = 5e6
+EIGHT = ((8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5), np.zeros(8))
+
+
+class Rings:
+    """The potential of coaxial rings, by the flux through circles; with a mirror's image."""
+
+    def __init__(self, radii, heights, floor=-math.inf):
+        self.rings = [(radii, heights, 1.0)]
+        if math.isfinite(floor):
+            self.rings.append((radii, 2.0 * floor - heights, -1.0))
+
+    def __call__(self, points):
+        rho = np.maximum(np.hypot(points[:, 0], points[:, 1]), 1e-9)
+        total = np.zeros(len(points))
+        for radii, heights, sign in self.rings:
+            square = (rho[:, None] - radii) ** 2 + (points[:, 2, None] - heights) ** 2
+            total += sign * coaxial_rings(rho[:, None], radii, square).sum(axis=1) / (2.0 * math.pi * rho)
+        return 1j * total * (points[:, 0] + 1j * points[:, 1]) / rho
+
+
+def check_disc(gap, diameter, thickness, conductivity, reference, rel, rel_loss):
+    depth = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * conductivity)
+    surface = disc(diameter, thickness, min(depth / 3.0, thickness / 4.0), 0.4e-3, (40, 4), 0)
+    target = solve(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness))
+    flat, below = turned(np.zeros((1, 3))), np.array([[0.0, 0.0, gap]])
+    ours = target.changes(flat, below, [Rings(*EIGHT)], np.zeros((1, 2)))[0, 0, 0]
+    assert ours.real == pytest.approx(reference[0], rel=rel)
+    assert -2.0 * math.pi * FREQUENCY * ours.imag == pytest.approx(reference[1], rel=rel_loss)
