@@ -1,8 +1,9 @@
 """STEP files (AP214) of mount and jaw, and of the whole assembly with names and colours, as repeatable bytes.
 
-OpenCASCADE writes three things that change from run to run: the time in the header, a process-wide counter in
-``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, and the order of the colours (a hash of addresses). So shapes and names come from
-OpenCASCADE (parts through build123d, the assembly through cadquery); header, counter and colours are written here.
+OpenCASCADE writes four things that change from run to run: the time in the header, a process-wide counter in
+``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, the order of the colours (a hash of addresses), and what rounding leaves of a
+zero. So shapes and names come from OpenCASCADE (parts through build123d, the assembly through cadquery); header,
+counter and colours are written here.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ _USAGE = re.compile(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('\d+',(.*?)\);", re.DOTALL
 _BREP = re.compile(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('[^']*',\(([#\d,\s]*)\),\s*(#\d+)\)")
 _SOLID = re.compile(r"(#\d+) = MANIFOLD_SOLID_BREP\(")
 _ENTITY = re.compile(r"^#(\d+) = ", re.MULTILINE)
+_DUST = re.compile(r"(?<=[(,])-?\d\.\d*E-(?:1[4-9]|[2-9]\d)(?=[,)])")
+"""Numbers (millimetres, parts of a direction) that are zero but for rounding."""
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
@@ -74,7 +77,7 @@ def _timestamp() -> str:
 def _finished(text: str, title: str, solids: tuple[Solid, ...]) -> bytes:
     """The file with our header, occurrences counted from 1, and colours."""
     name = f"FILE_NAME('{title}','{_timestamp()}',(''),(''),'Open CASCADE Technology','sitscad','');"
-    text = _HEADER.sub(lambda _: name, text, count=1)
+    text = _DUST.sub("0.", _HEADER.sub(lambda _: name, text, count=1))
     text = _recounted(text)
     body, end, tail = text.rpartition("ENDSEC;")
     return (body + _colours(body, solids) + end + tail).encode("ascii")
