@@ -155,12 +155,12 @@ def test_a_writer_that_goes_wrong_leaves_the_package_as_it_was(plugin, spec, tmp
     assert before == {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("path", ["../outside.txt", "/tmp/x", "manifest.json", "firmware/ldc1614_config.h"])
+@pytest.mark.parametrize("path", ["../outside.txt", "/outside.txt", "manifest.json", "firmware/ldc1614_config.h"])
 def test_a_writer_writes_into_the_package_and_over_nothing(plugin, spec, tmp_path, path):
     sitscad.use_plugin(plugin(WRITER, body=f"return {{'{path}': b'x'}}"))
     with pytest.raises(sitscad.PackageError):
         sitscad.build(sitscad.load(spec), tmp_path / "out", only=["firmware"])
-    assert not (tmp_path / "outside.txt").exists()
+    assert not (tmp_path / "outside.txt").exists() and not Path("/outside.txt").exists()
 
 
 def test_an_installed_package_is_used_without_being_named(tmp_path):

@@ -8,6 +8,7 @@ row. Lengths are metres, angles radians; a coil's size is [x, y] across its oute
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from itertools import pairwise
 
@@ -23,7 +24,7 @@ _ORIGIN = Point(0.0, 0.0)
 
 
 @record
-class Outline:
+class Outline(ABC):
     """What all outlines have: a name, the adjective for people, and the features that others go by.
 
     ``sides`` are the straight sides of a polygon, 0 for the others; ``is_long`` says that x and y may differ.
@@ -59,25 +60,25 @@ class Outline:
         """How much shorter a turn gets for each metre that it lies further inside."""
         return TWO_PI
 
+    @abstractmethod
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
         """A layer wound counter-clockwise about the origin, from the outside in."""
-        raise NotImplementedError
 
     def start(self, angle: float, sense: int) -> float:
         """The angle at which a layer asked to begin at `angle` does begin."""
         return angle
 
+    @abstractmethod
     def boundary(self, size: Size, offset: float) -> Path:
         """The closed counter-clockwise curve at `offset` (m) outside the outer copper edge, beginning at +x, y = 0."""
-        raise NotImplementedError
 
+    @abstractmethod
     def edge(self, size: Size, radius: float) -> Path:
         """The closed curve that the outer copper edges lie on, the corners of a polygon rounded by `radius` (m)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
         """The convex core of points, and the radius round it (m), that make the outer copper edge."""
-        raise NotImplementedError
 
     def corner_radius(self, size: Size, asked: float) -> float:
         """Radius (m) of what rounds the outer edge of a polygon of that corner radius, or of what ends another."""
@@ -112,9 +113,9 @@ class Outline:
         room = (min(size) / 2 - trace_width) / pitch - _SLACK
         return self._most_in(room) if room > 0 else 0.0
 
+    @abstractmethod
     def _most_in(self, room: float) -> float:
         """The most turns in so many pitches from the outermost track to the centre."""
-        raise NotImplementedError
 
 
 @record
