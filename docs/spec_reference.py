@@ -11,22 +11,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from sitscad.spec.format.document import SpecDocument
-from sitscad.spec.format.kinds import (
-    Choice,
-    Either,
-    Kind,
-    Layers,
-    Number,
-    NumberOrList,
-    Pair,
-    Preset,
-    ProfileName,
-    Quantity,
-    Sourced,
-    Special,
-    Text,
-    Truth,
-)
+from sitscad.spec.format.kinds.figure import Sourced
+from sitscad.spec.format.kinds.kind import Either, Kind, Special
+from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList, Truth
+from sitscad.spec.format.kinds.preset import Preset, ProfileName
+from sitscad.spec.format.kinds.quantity import Pair, Quantity
+from sitscad.spec.format.kinds.word import Choice, Text
 from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
 from sitscad.spec.profiles import presets
 from sitscad.spec.stackup import LayerKind, Stackup
@@ -56,8 +46,9 @@ def _presets_in_figures() -> Iterator[str]:
         "Silicones with a preset",
         "The mean of data sheet and measurement where both were found, the softest first. For `elastomer.material` and "
         "`encapsulation.material`.",
-        ("name", "shear modulus", "one sigma", "Shore hardness"),
-        [(m.name, show(m.shear_modulus, "Pa", 3), f"{100.0 * m.shear_modulus_sigma:.0f} %", m.hardness)
+        ("name", "shear modulus", "one sigma", "Ogden exponent", "Shore hardness"),
+        [(m.name, show(m.shear_modulus, "Pa", 3), f"{100.0 * m.shear_modulus_sigma:.0f} %",
+          f"{m.ogden_exponent:.2f}", m.hardness)
          for m in sorted(silicones, key=lambda m: (m.shear_modulus, m.name))],
     )  # fmt: skip
     stackups = [presets.stackup(name) for name in presets.names("stackup")]
@@ -161,9 +152,13 @@ def _value(kind: Kind, places: Places) -> str:
     if isinstance(kind, Either):
         return f"`{kind.word}`, or {_value(kind.other, places)}"
     if isinstance(kind, Special):
-        constant = kind.schema().get("const")
+        constant, told = kind.schema().get("const"), kind.schema()
+        if told.get("type") == "string":
+            return "the name of a file in the spec's folder or below"
+        if any("maxLength" in each for each in told.get("anyOf", ())):
+            return "`[x, y, z]`, or a name"
         if kind.schema().get("type") == "array":
-            return "`[columns, rows]`"
+            return "`[columns, rows]`" if "number" not in str(kind.schema()) else "`[lowest, highest]`"
         return f"`{constant}`" if constant is not None else "whole number, or `[nx, ny]`"
     return _section_value(kind, places)
 

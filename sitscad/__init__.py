@@ -27,11 +27,20 @@ _HOMES = {
     "respond": "sitscad.design",
     "respond_to": "sitscad.design",
     "read_motions": "sitscad.scene.motions",
+    "LOAD_METHODS": "sitscad.scene.motions",
     "frequency_of": "sitscad.scene.motions",
     "MotionError": "sitscad.scene.motions",
     "Motions": "sitscad.scene.motions",
     "Response": "sitscad.estimates.response.values",
     "NoResponse": "sitscad.estimates.response.pad",
+    "Calibration": "sitscad.calibration",
+    "InverseMap": "sitscad.calibration",
+    "calibrate": "sitscad.calibration",
+    "map_of": "sitscad.calibration",
+    "BenchError": "sitscad.calibration.bench_data",
+    "calibration_files": "sitscad.package.calibration_files",
+    "write_calibration": "sitscad.package.calibration_files",
+    "calibration_text": "sitscad.report.calibration",
     "Review": "sitscad.review",
     "check": "sitscad.checks",
     "CheckResult": "sitscad.checks",
@@ -107,6 +116,7 @@ __all__ = [
     "ESTIMATE_FORMATS",
     "FINDING_FORMATS",
     "HINTS",
+    "LOAD_METHODS",
     "METHODS",
     "RESPONSE_FILES",
     "RESPONSE_FORMATS",
@@ -116,7 +126,9 @@ __all__ = [
     "STAGES",
     "Area",
     "Baseline",
+    "BenchError",
     "BuildResult",
+    "Calibration",
     "CentreLine",
     "CheckResult",
     "CheckedSpec",
@@ -127,6 +139,7 @@ __all__ = [
     "Finding",
     "Held",
     "Inspection",
+    "InverseMap",
     "Layout",
     "Manner",
     "MendedSpec",
@@ -156,6 +169,9 @@ __all__ = [
     "as_cadquery",
     "as_configured",
     "build",
+    "calibrate",
+    "calibration_files",
+    "calibration_text",
     "centre_lines",
     "check",
     "checked_spec",
@@ -171,6 +187,7 @@ __all__ = [
     "list_templates",
     "load",
     "load_text",
+    "map_of",
     "mend",
     "mended",
     "nearest_policy",
@@ -190,12 +207,15 @@ __all__ = [
     "use_installed_plugins",
     "use_plugin",
     "verify",
+    "write_calibration",
     "write_file",
     "write_schema",
     "write_template",
 ]
 
 if TYPE_CHECKING:
+    from sitscad.calibration import Calibration, InverseMap, calibrate, map_of
+    from sitscad.calibration.bench_data import BenchError
     from sitscad.checks import HINTS, RULES, CheckResult, all_rules, check, mended
     from sitscad.checks.rules import Complaint, Rule, Undecided
     from sitscad.design import Design, respond, respond_to
@@ -240,17 +260,19 @@ if TYPE_CHECKING:
         write_schema,
         write_template,
     )
+    from sitscad.package.calibration_files import calibration_files, write_calibration
     from sitscad.parts import MissingExtra, PartsError, Solid, solids
     from sitscad.plugins import Plugin, PluginError, use_installed_plugins, use_plugin
     from sitscad.policy import Baseline, Policy, PolicyError, nearest_policy, read_baseline, stands_for
     from sitscad.processes import each_of
+    from sitscad.report.calibration import calibration_text
     from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner, checked_spec
     from sitscad.report.findings.github import job_summary
     from sitscad.report.numbers import ESTIMATE_FORMATS
     from sitscad.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
     from sitscad.report.rules import RULE_FORMATS
     from sitscad.review import Review
-    from sitscad.scene.motions import MotionError, Motions, frequency_of, read_motions
+    from sitscad.scene.motions import LOAD_METHODS, MotionError, Motions, frequency_of, read_motions
     from sitscad.schemas import SCHEMAS
     from sitscad.spec.format.schema import json_schema
     from sitscad.spec.load import SpecError, load, load_text

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from sitscad.estimates import Estimates
+    from sitscad.estimates.performance.scatter import Scatter
+    from sitscad.estimates.performance.values import Performance
     from sitscad.estimates.response.model import ResponseModel
-    from sitscad.estimates.response.performance import Performance
     from sitscad.estimates.response.values import Response
     from sitscad.layout.board import Layout
     from sitscad.layout.cutting.panel import Panel
@@ -104,13 +105,20 @@ class Design:
         """What the sensor feels, in newtons, at rest, half and full load; nothing where it has no target that conducts,
         no pad under it, or no tank that oscillates.
         """
+        from sitscad.estimates.performance.points import performance
         from sitscad.estimates.response.pad import NoResponse
-        from sitscad.estimates.response.performance import performance
 
         try:
             return performance(self.response)
         except NoResponse:
             return ()
+
+    @cached_property
+    def scatter(self) -> tuple[Scatter, ...]:
+        """By how much one unit differs from the next, cause by cause."""
+        from sitscad.estimates.performance.scatter import manufacturing_scatter
+
+        return manufacturing_scatter(self.spec, self.estimates)
 
     @cached_property
     def at_room_temperature(self) -> Design:
@@ -120,6 +128,11 @@ class Design:
         from sitscad.estimates import estimated
 
         return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE))
+
+    @property
+    def bench_estimates(self) -> Estimates:
+        """The electrical numbers at 20 degrees Celsius, at which boards are tested."""
+        return self.at_room_temperature.estimates
 
     @cached_property
     def panel(self) -> Panel | None:
@@ -143,6 +156,13 @@ class Design:
         from sitscad.parts import solids
 
         return solids(self.layout)
+
+    @cached_property
+    def whole(self) -> tuple[Any, ...]:
+        """Every piece of the assembly as it is glued and closed (importing a CAD kernel)."""
+        from sitscad.parts.whole import whole
+
+        return whole(self.layout, self.solids)
 
     @property
     def aids(self) -> tuple[Any, ...]:
@@ -188,22 +208,28 @@ def respond(
     poses: ArrayLike | None = None,
     *,
     loads: ArrayLike | None = None,
+    case: str | Sequence[str] | None = None,
     frequency: float | None = None,
     tolerance: float | None = None,
 ) -> Response:
     """What the coils read with the target at `poses` (n, 6: x, y, z in metres, rx, ry, rz in radians, from rest; axes
-    as in `sitscad.scene.pose.Pose`), or under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons).
+    as in `sitscad.scene.pose.Pose`), under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons), or
+    in a load case that the spec's section `loads` names, or several; "all" is every one of them.
 
     `frequency` (Hz) is what inductances and resistances are taken at, each coil's own tank frequency where None;
     `tolerance` limits what interpolation between many poses may be off by. A `Design` keeps what it solved. Raises
-    ValueError for other shapes and numbers, for neither or both of poses and loads, and `NoResponse` (a ValueError)
-    where the design has nothing that could respond.
+    ValueError for other shapes and numbers, for none or several of poses, loads and case, and `NoResponse` (a
+    ValueError) where the design has nothing that could respond, or no such load case.
     """
     import numpy as np
 
-    if (poses is None) == (loads is None):
-        raise ValueError("give either poses or loads")
+    if sum(given is not None for given in (poses, loads, case)) != 1:
+        raise ValueError("give either poses or loads or a case")
     model = (design if isinstance(design, Design) else Design(design)).response
+    if case is not None:
+        from sitscad.estimates.response.cases import in_cases
+
+        return in_cases(model, (case,) if isinstance(case, str) else tuple(case), frequency, tolerance)
     rows = np.asarray(loads if poses is None else poses, dtype=float)
     wanted = 3 if poses is None else 6
     if rows.ndim == 0 or rows.shape[-1] != wanted:
@@ -216,21 +242,25 @@ def respond(
 
 def respond_to(
     design: Design, motions: Motions, frequency: float | None = None, tolerance: float | None = None,
-    progress: Callable[[int, int], None] | None = None, derivatives: bool = False,
+    progress: Callable[[int, int], None] | None = None, derivatives: bool = False, by_elements: bool = False,
 ) -> Response:  # fmt: skip
-    """The same for poses and loads together, poses first; with the `derivatives` of the frequencies where wanted."""
-    from sitscad.estimates.response.values import joined
+    """The same for poses, loads and load cases together, in this order; with the `derivatives` of the frequencies where
+    wanted, and the poses of loads by finite elements rather than the pad's law where wanted.
+    """
+    from sitscad.estimates.response.cases import in_cases, with_cases
 
     model, parts = design.response, []
     if len(motions.poses):
         parts.append(model.respond(motions.poses, frequency, tolerance, progress))
     if len(motions.loads):
-        parts.append(model.under(motions.loads, motions.held, frequency, tolerance, progress))
+        parts.append(model.under(motions.loads, motions.held, frequency, tolerance, progress, by_elements))
+    if motions.cases:
+        parts.append(in_cases(model, motions.cases, frequency, tolerance, progress))
     if not derivatives:
-        return joined(parts)
+        return with_cases(parts)
     from sitscad.estimates.response.derivatives import with_derivatives
 
-    return joined([with_derivatives(model, part) for part in parts])
+    return with_cases([with_derivatives(model, part) for part in parts])
 
 
 def _board(spec: SensorSpec) -> tuple[object, ...]:

@@ -42,22 +42,56 @@ class Missing(StrEnum):
 
 @record
 class Shortfall:
-    """Something that found no room on a board: what, in words, how much there is of what it takes, and where.
+    """Something that found no room on a board: what, how much there is of what it takes, and where.
 
-    ``have`` and ``need`` are in ``unit``; None where nobody can say how much it takes.
+    ``have`` and ``need`` are in ``unit``; None where nobody can say how much it takes. ``facts`` are what else its
+    words name (`_WORDS`).
     """
 
     what: Missing
-    message: str
     have: float | None = None
     need: float | None = None
     unit: str | None = None
     place: Place | None = None
+    facts: tuple[tuple[str, str | float], ...] = ()
 
     @property
     def missing(self) -> float | None:
         """How much is missing, as far as it is known."""
         return None if self.have is None or self.need is None else self.need - self.have
+
+    @property
+    def message(self) -> str:
+        """What found no room, in words."""
+        facts = dict(self.facts)
+        words = _WORDS_OF_ONE.get(self.what, "") if facts.get("count") == 1 else ""
+        asked = _WORDS_OF_NEED.get(self.what, "") if self.need is not None else ""
+        return ((words or _WORDS[self.what]) + asked).format(**facts)
+
+
+_WORDS = {
+    Missing.WAY_OUT: "a coil of {count} layers ends inside its turns, and the stack-up {stackup} has no copper layer "
+    "left on which it could come out",
+    Missing.INNER_ROOM: "no room for {count} vias and the stubs to them inside the innermost turn, where {clear:.3f} "
+    "mm are clear",
+    Missing.LEAD_ROOM: "the coils' leads and outer vias find no way out of the windings",
+    Missing.TAIL_LAYERS: "the pairs of a {pattern} array are led out above each other on two copper layers, and here "
+    "the tail has only one: the coils are drawn and estimated, but not led out",
+    Missing.TAIL_ROOM: "the tracks of {coils} coils come too near each other on their way to the contacts of "
+    "{connector} (pitch {pitch:g} mm, {tail:.1f} mm of tail)",
+}
+"""What is said of a shortfall, with its facts in their places; lengths there are in millimetres."""
+
+_WORDS_OF_ONE = {
+    Missing.WAY_OUT: "a coil of {count} layer ends inside its turns, and the stack-up {stackup} has no copper layer "
+    "left on which it could come out",
+    Missing.INNER_ROOM: "no room for the via and the stubs to it inside the innermost turn, where {clear:.3f} mm are "
+    "clear",
+}
+"""The same of a single one."""
+
+_WORDS_OF_NEED = {Missing.TAIL_ROOM: ": {rules} asks {track:g} um from track to track"}
+"""What is added where it is known how much it takes."""
 
 
 @record

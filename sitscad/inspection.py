@@ -76,6 +76,7 @@ def inspect_text(text: str, path: str, hints: str = DECISIVE, held: Held = ALL) 
 
 
 def _inspected(spec: SensorSpec, hints: str, policy: Policy, held: Held, draws: bool = False) -> Inspection:
+    """One spec checked under a policy, with its picture where one is wanted."""
     design = Design(spec)
     checked = _checked(spec, Review(design, hints).result)
     wanted = chosen_rules(all_rules(), held.select, held.ignore)

@@ -115,6 +115,7 @@ def _entry_points_in(folder: str) -> Iterator[bytes]:
 
 
 def _in_force(name: str, module: ModuleType, digest: str) -> Plugin:
+    """A plugin whose rules and writers are now in force; PluginError where it does not fit."""
     rules = _listed(name, module, "RULES", Rule)
     writers = _listed(name, module, "WRITERS", Writer)
     if not rules and not writers:
@@ -161,9 +162,10 @@ def _require_writable(name: str, writer: Writer) -> None:
     for is_wrong, why in (
         (not isinstance(writer.name, str) or not writer.name or writer.name in known, "its name is missing or taken"),
         (writer.stage not in STAGES, f"its stage is none of {', '.join(STAGES)}"),
-        (not set(writer.takes) <= set(TAKES), f"it takes others than {', '.join(TAKES)}"),
+        (not isinstance(writer.takes, tuple) or not set(writer.takes) <= set(TAKES),
+         f"it takes others than {', '.join(TAKES)}"),
         (not callable(writer.function), "function is none"),
-    ):
+    ):  # fmt: skip
         if is_wrong:
             raise PluginError(f"plugin {name}: writer {writer.name}: {why}")
 
@@ -172,6 +174,7 @@ def _guarded(name: str, rule: Rule) -> Callable[[Design], Iterator[Verdict]]:
     """A rule's function; what goes wrong in it is told as the plugin's."""
 
     def apply(design: Design) -> Iterator[Verdict]:
+        """The rule's verdicts, without searches; PluginError for whatever goes wrong in it."""
         try:
             for verdict in (rule.apply(design) if rule.apply else None) or ():
                 if not isinstance(verdict, (Complaint, Undecided)):

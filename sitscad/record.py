@@ -32,6 +32,7 @@ def record(cls: Any = None, /, *, eq: bool = True) -> Any:
     """
 
     def made(cls: type) -> type:
+        """The class as a record, made with as little as that takes."""
         cls.__doc__ = cls.__doc__ or cls.__name__  # a dataclass without a docstring is given one, at some cost
         dataclass(init=False, repr=False, eq=False)(cls)
         own = fields(cls)
@@ -47,6 +48,8 @@ def record(cls: Any = None, /, *, eq: bool = True) -> Any:
 
 
 def _init_on_first_use(cls: type) -> Callable[..., None]:
+    """A constructor that compiles the real one when it is first called."""
+
     def __init__(self: Any, /, *values: Any, **named: Any) -> None:
         compiled = _compiled_init(cls)
         setattr(cls, "__init__", compiled)  # noqa: B010 - an assignment is no business of a type checker
@@ -56,6 +59,7 @@ def _init_on_first_use(cls: type) -> Callable[..., None]:
 
 
 def _compiled_init(cls: type) -> Callable[..., None]:
+    """The constructor of a record, as a dataclass would write it."""
     parameters, lines = ["self"], ["__dict__ = self.__dict__"]  # a name that no field has
     scope: dict[str, Any] = {"missing": MISSING}
     for one in fields(cls):
@@ -75,6 +79,7 @@ def _compiled_init(cls: type) -> Callable[..., None]:
 
 
 def _comparing(own: tuple[Field[Any], ...]) -> dict[str, Callable[..., Any]]:
+    """Equality and hash of a record by its fields."""
     compared = _values_of([one.name for one in own if one.compare])
     hashed = _values_of([one.name for one in own if (one.compare if one.hash is None else one.hash)])
 

@@ -89,6 +89,7 @@ def parse_quantity(value: str | int | float, dimension: str) -> float:
 
 
 def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
+    """The number and the unit of a written quantity; UnitError where there is no number."""
     if not isinstance(value, str):
         if (isinstance(value, int) and abs(value) >= 10**30) or not math.isfinite(value):
             raise UnitError(
@@ -107,6 +108,7 @@ def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
 
 
 def _bare_factor(number: Decimal, dimension: str) -> Decimal:
+    """What a number without a unit is multiplied by; UnitError where a unit is needed."""
     if dimension == "length":
         return Decimal("1e-3")
     if dimension == "angle" and number == 0:
@@ -128,6 +130,7 @@ _SCALES: dict[str, tuple[Decimal, Decimal]] = {
 
 
 def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
+    """The error for a unit that is not known, with the one that may be meant."""
     allowed = ", ".join(name for name in UNITS[dimension] if name.isascii())
     if dimension == "temperature" and unit in _SCALES:
         offset, factor = _SCALES[unit]

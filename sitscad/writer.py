@@ -8,10 +8,11 @@ from importlib import import_module
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
-STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "firmware", "report")
+STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "assembly", "firmware", "datasheet", "report")
 """What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
 
-TAKES = ("layout", "solids", "aids", "spec", "estimates", "panel", "coupon_estimates", "forced", "files")
+TAKES = ("layout", "solids", "whole", "aids", "spec", "estimates", "panel", "coupon_estimates",
+         "bench_estimates", "response", "performance", "forced", "files")  # fmt: skip
 """What a writer may ask for."""
 
 
@@ -19,11 +20,14 @@ TAKES = ("layout", "solids", "aids", "spec", "estimates", "panel", "coupon_estim
 class Writer:
     """One format or paper: its name for people, the module that renders it, the stage of `build` it belongs to.
 
-    ``module`` counts from ``sitscad``; it is imported when it renders, not before; a plugin's writer has a ``function``
-    instead, that gives files by their paths inside the package. ``takes`` names the arguments of its ``render`` in
-    their order, out of ``layout``, ``solids``, ``aids`` (jig and mould), ``spec``, ``estimates``, ``panel`` (None where
-    none is wanted), ``coupon_estimates``, ``forced`` (why the package ought not to be ordered from, mostly empty) and
-    ``files`` (those that the same stage made before); ``applies`` says whether a spec has anything to write.
+    ``module`` counts from ``sitscad``, with its function after a colon where that is not ``render``; it is imported
+    when it renders, not before; a plugin's writer has a ``function`` instead, that gives files by their paths inside
+    the package. ``takes`` names the arguments of its ``render`` in their order, out of ``layout``, ``solids``,
+    ``whole`` (the assembly film by film), ``aids`` (jig and mould), ``spec``, ``estimates``, ``panel`` (None where none
+    is wanted), ``coupon_estimates``, ``bench_estimates`` (the estimates at 20 degrees Celsius, at which boards are
+    tested), ``response`` (the model that is asked), ``performance`` (what the sensor feels; empty where nothing),
+    ``forced`` (why the package ought not to be ordered from, mostly empty) and ``files`` (those
+    that the same stage made before); ``applies`` says whether a spec has anything to write.
     """
 
     name: str
@@ -37,7 +41,9 @@ class Writer:
         """The finished files by their paths inside the package."""
         if self.function is not None:
             return self.function(*values)
-        return import_module(f"sitscad.{self.module}").render(*values)
+        module, _, name = self.module.partition(":")
+        made: dict[str, bytes] = getattr(import_module(f"sitscad.{module}"), name or "render")(*values)
+        return made
 
 
 def is_cut(spec: SensorSpec) -> bool:
@@ -48,6 +54,11 @@ def is_cut(spec: SensorSpec) -> bool:
 def is_mounted(spec: SensorSpec) -> bool:
     """Whether the sensor has a mount."""
     return spec.mount is not None
+
+
+def is_felt(spec: SensorSpec) -> bool:
+    """Whether forces move something that the coils see."""
+    return spec.target is not None and spec.elastomer is not None
 
 
 _added: tuple[Writer, ...] = ()

@@ -6,6 +6,9 @@ import importlib
 import importlib.util
 import os
 import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import pytest
@@ -51,6 +54,32 @@ if os.environ.get("SITSCAD_SKIP_NOTHING"):  # what a test asks for in its own wo
 
 def _importable(name: str) -> bool:
     return importlib.util.find_spec(name) is not None
+
+
+@contextmanager
+def as_nobody() -> Iterator[None]:
+    """Root gives up its right to write anything, for a while; others have none to give up."""
+    if os.geteuid() == 0:
+        os.setresuid(65534, 65534, 0)
+    try:
+        yield
+    finally:
+        if os.getresuid()[2] == 0:
+            os.setresuid(0, 0, 0)
+
+
+@pytest.fixture
+def as_a_user() -> Callable[[], AbstractContextManager[None]]:
+    """What makes the code under it run without root's rights."""
+    return as_nobody
+
+
+@pytest.fixture
+def open_folder() -> Iterator[Path]:
+    """A folder that others may enter and read; pytest's own are closed to them."""
+    with tempfile.TemporaryDirectory() as name:
+        Path(name).chmod(0o755)
+        yield Path(name)
 
 
 @pytest.fixture(scope="session")

@@ -26,6 +26,7 @@ MAY_IMPORT = {
     "parts": {"units", "finding", "geometry", "spec", "layout", "scene"},
     "estimates": {"units", "spec", "geometry", "layout", "scene", "physics", "readout", "mechanics"},
     "remedy": {"units", "finding", "geometry", "spec", "layout"},
+    "calibration": {"estimates", "scene", "mechanics", "readout", "spec", "design"},
     "design": {"spec", "layout", "scene", "parts", "estimates", "readout"},
     "checks": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "mechanics",
@@ -36,16 +37,19 @@ MAY_IMPORT = {
     "interchange": {"geometry", "spec", "layout", "scene", "parts"},
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
     "writer": {"spec"},
-    "formats": {"units", "geometry", "spec", "layout", "scene", "parts", "fabrication", "drawing", "writer"},
+    "formats": {"units", "geometry", "spec", "layout", "scene", "parts", "fabrication", "drawing", "writer",
+                "calibration"},
     "papers": {
         "units", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "fabrication", "drawing",
-        "writer",
+        "writer", "calibration",
     },
-    "report": {"units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "drawing"},
+    "report": {
+        "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "drawing", "calibration",
+    },
     "extraction": {"units", "finding"},
     "package": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design", "review",
-        "drawing", "formats", "papers", "writer", "report", "extraction", "checks", "policy",
+        "drawing", "formats", "papers", "writer", "report", "extraction", "checks", "policy", "calibration",
     },
     "policy": {"finding", "spec", "report"},
     "processes": set(),
@@ -56,7 +60,7 @@ MAY_IMPORT = {
     "__main__": {"cli"},
     "__init__": {
         "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks", "review",
-        "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer",
+        "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer", "calibration",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.

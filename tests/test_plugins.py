@@ -119,6 +119,7 @@ def test_a_file_is_used_once_however_often_it_is_named(spec):
         (RULE, {"needs": ("wings",)}, "it may need"),
         (WRITER, {"stage": "soup"}, "its stage"),
         (WRITER, {"takes": ("world",)}, "it takes others"),
+        (WRITER, {"takes": 7}, "it takes others"),
         (WRITER, {"name": ""}, "its name"),
     ],
 )

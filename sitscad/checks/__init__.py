@@ -5,9 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sitscad.checks.assembly.fit import FIT_RULES
+from sitscad.checks.assembly.joints import JOINT_RULES
+from sitscad.checks.assembly.mount_walls import MOUNT_WALL_RULES
 from sitscad.checks.assembly.overhang import OVERHANG_RULES
+from sitscad.checks.assembly.pair_in_port import PAIR_IN_PORT_RULES
 from sitscad.checks.assembly.plates import PLATE_RULES
 from sitscad.checks.assembly.room_in_jaw import ROOM_IN_JAW_RULES
+from sitscad.checks.assembly.solid_fit import SOLID_FIT_RULES
 from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
 from sitscad.checks.board.bend import BEND_RULES
 from sitscad.checks.board.clearances import CLEARANCE_RULES
@@ -18,6 +22,8 @@ from sitscad.checks.board.plug import PLUG_RULES
 from sitscad.checks.board.room import ROOM_RULES
 from sitscad.checks.board.step import STEP_RULES
 from sitscad.checks.board.track_lines import TRACK_RULES
+from sitscad.checks.feeling.maps import MAP_RULES
+from sitscad.checks.feeling.requirements import REQUIREMENT_RULES
 from sitscad.checks.reading.drive import DRIVE_RULES
 from sitscad.checks.reading.electrical import ELECTRICAL_RULES
 from sitscad.checks.reading.leads import LEAD_RULES
@@ -52,7 +58,9 @@ _LOADING = tuple(
 _TABLES = (
     _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, COVERLAY_RULES, ROOM_RULES, DRAWN_FORM_RULES,
     BEND_RULES, PLUG_RULES, STEP_RULES, ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES,
-    ROOM_IN_JAW_RULES,    SHEAR_RULES, TRANSDUCTION_RULES, THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES,
+    ROOM_IN_JAW_RULES, PAIR_IN_PORT_RULES, MOUNT_WALL_RULES, JOINT_RULES, SHEAR_RULES, TRANSDUCTION_RULES,
+    THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES, REQUIREMENT_RULES, MAP_RULES,
+    SOLID_FIT_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))

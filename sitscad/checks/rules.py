@@ -98,6 +98,27 @@ SEVERITIES: dict[str, str] = {
 }
 """The rules whose findings differ in severity, in words; all others have one."""
 
+_FEELING = {
+    "normal resolution": ("normal_resolution",),
+    "shear resolution": ("shear_resolution",),
+    "crosstalk": ("crosstalk",),
+    "tilt error": ("tilt", "tilt_error"),
+    "friction error": ("friction_error",),
+    "temperature error": ("temperature_range", "temperature_error"),
+}
+"""Needs of SIT4xx, and the requirements that each takes."""
+
+
+def _states(spec: SensorSpec, keys: tuple[str, ...]) -> bool:
+    return all(getattr(spec.requirements, key) is not None for key in keys)
+
+
+def _stating(keys: tuple[str, ...]) -> tuple[Callable[[SensorSpec], bool], str]:
+    """What tells whether a spec has all of some requirements, and the reason where it has not."""
+    missing = " or ".join(f"requirements.{key}" for key in keys)
+    return (lambda spec: _states(spec, keys)), f"no {missing} in the spec"
+
+
 NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "target": (lambda s: s.target is not None, "no target in the spec"),
     "elastomer": (lambda s: s.elastomer is not None, "no elastomer in the spec"),
@@ -109,13 +130,18 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "normal force": (lambda s: s.requirements.normal_force is not None, "no requirements.normal_force in the spec"),
     "shear force": (lambda s: s.requirements.shear_force is not None, "no requirements.shear_force in the spec"),
     "bandwidth": (lambda s: s.requirements.bandwidth is not None, "no requirements.bandwidth in the spec"),
+    **{need: _stating(keys) for need, keys in _FEELING.items()},
+    "feeling": (
+        lambda s: any(_states(s, keys) for keys in _FEELING.values()),
+        "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)",
+    ),
 }
 """What a rule may need of the spec: how to tell, and the reason given when it is missing."""
 
 
 @record
 class Outcome:
-    """One finding, located in the spec's text, and what writes its hint where changes are to be tried for it."""
+    """One finding, without its place in the text, and what writes its hint where changes are to be tried for it."""
 
     finding: Finding
     advice: Advice | None = None
@@ -124,22 +150,35 @@ class Outcome:
 def apply_rule(rule: Rule, design: Design) -> tuple[list[Finding], list[NotChecked]]:
     """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints."""
     found, undecided = outcomes(rule, design)
-    return [outcome.finding for outcome in found], undecided
+    return [located(outcome.finding, design.spec) for outcome in found], undecided
 
 
 def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked]]:
     """What one rule finds, and what it could not check."""
-    missing = next((NEEDS[need][1] for need in rule.needs if not NEEDS[need][0](design.spec)), None)
+    missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
-        return [], [NotChecked(rule.id, missing)]
+        return [], [NotChecked(rule.id, _reason(missing, design.spec))]
     found: list[Outcome] = []
     undecided: list[NotChecked] = []
     for verdict in rule.apply(design) if rule.apply else ():
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
         else:
-            found.append(Outcome(located(named(rule, verdict), design.spec), verdict.advice))
+            found.append(Outcome(named(rule, verdict), verdict.advice))
     return found, undecided
+
+
+JAW_BY_FILE_ALONE = (
+    "the jaw is a STEP file, whose dimensions are not in the spec: write mount.jaw.width, length and height; the build "
+    "measures the file's solid"
+)
+
+
+def _reason(need: str, spec: SensorSpec) -> str:
+    """Why a rule is not applied whose need is not met."""
+    if need == "jaw" and spec.mount is not None and spec.mount.is_jaw_unmeasured:
+        return JAW_BY_FILE_ALONE
+    return NEEDS[need][1]
 
 
 def named(rule: Rule, complaint: Complaint) -> Finding:
@@ -165,13 +204,11 @@ def located(finding: Finding, spec: SensorSpec) -> Finding:
 
     One in a section that the spec leaves out points at the spec's end, where the section can be added.
     """
-    if finding.line is not None:
-        return finding
     section, source = (finding.key or "").partition(".")[0], spec.source
     is_left_out = source.text and section and section not in source.keys
     line, column = (len(source.text.rstrip().splitlines()), 1) if is_left_out else source.locate(finding.key)
     missing = spec.source.absent(finding.key)
-    if missing is None or f"add {missing}" in finding.hint:
+    if missing is None:
         return replace(finding, line=line, column=column)
     added = f"(the spec leaves {missing} out: add {missing} to change it)"
     return replace(finding, hint=f"{finding.hint} {added}".strip(), line=line, column=column)

@@ -63,9 +63,10 @@ class Trials:
         return _Left(self, finding)
 
     def _advised(self, outcome: Outcome) -> Finding:
+        """One finding with the hint and the fixes that were found for it, and its place in the text."""
         finding, advice = outcome.finding, outcome.advice
         if advice is None:
-            return finding
+            return located(finding, self._design.spec)
         left = self.left(finding)
         advised = advice(left) if self.budget.left > 0.0 else ""
         if isinstance(advised, Complaint):
@@ -76,7 +77,7 @@ class Trials:
         if left.is_cut_short or self.budget.left <= 0.0:
             finding = replace(finding, hint=f"{finding.hint} ({NOT_FURTHER})")
         fixes = as_written(left.mending, self._design.spec)
-        return located(replace(finding, line=None, column=None, fixes=fixes), self._design.spec)
+        return located(replace(finding, fixes=fixes), self._design.spec)
 
     def broken(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...] | None:
         """What a changed design breaks: the rule itself if it still complains of the same key or cannot be applied any
@@ -106,6 +107,7 @@ class Trials:
         return design
 
     def _draw(self, changed: SensorSpec) -> Design | None:
+        """A changed design as far as the budget goes in drawing it; None where it ends before."""
         if self._design.has_board_of(changed):
             return self._design.drawn(changed)
         if not self.budget.spend(layout_work(changed)):

@@ -27,6 +27,7 @@ def tried(error: SpecError, findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 
 def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterable[Remedy]:
+    """Of a finding's fixes those with which the text can be read, or is read further than before."""
     for remedy in finding.fixes:
         try:
             edits = completed(source.text, remedy.edits)

@@ -38,6 +38,7 @@ def signals(estimates: Estimates) -> tuple[Signal, ...]:
 
 
 def _signal(coil: CoilEstimate, force: float | None) -> Signal | None:
+    """What one coil's reading does under a force (N); None where it has no such reading."""
     change = coil.sensitivity(force)
     if change is None or not force or not all(map(math.isfinite, change)):
         return None

@@ -164,7 +164,7 @@ def tell(done: Read) -> Estimates:
 
 
 def _notes(done: Read) -> Iterator[str]:
-    # What whoever reads the numbers has to know, of the design and of the first of its alike coils.
+    """What whoever reads the numbers has to know, of the design and of the first of its alike coils."""
     wound, coil = done.tuned.wound, done.coils[0]
     layout, spec, assembly = wound.given.layout, wound.given.spec, wound.given.assembly
     if incomplete := missing_leads(layout):
@@ -178,7 +178,7 @@ def _notes(done: Read) -> Iterator[str]:
 
 
 def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
-    # By coil and state, each with its one sigma.
+    """By coil and state, each with its one sigma."""
     wound, tank = tuned.wound, tuned.tank
     layout, spec, winding = wound.given.layout, wound.given.spec, wound.winding
     deviations = sigmas(spec)
@@ -200,6 +200,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
 
 
 def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:
+    """One coil's numbers in one record."""
     free, winding = states.get(FREE, NO_STATE), tuned.wound.winding
     return CoilEstimate(
         name=coil.name,

@@ -88,6 +88,14 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
     return found
 
 
+def direct_resistance_sigma(spec: SensorSpec) -> float:
+    """One sigma of a resistance to direct current, relative: it goes with the tracks' length over width and
+    thickness.
+    """
+    found = sigmas(spec)
+    return math.hypot(found[WIDTH], found[THICKNESS], found[DIAMETER])
+
+
 def _family(spec: SensorSpec) -> Family:
     return FAMILIES[spec.readout.device.family]
 
@@ -119,7 +127,7 @@ def inductance_slopes(
         by_thickness -= MU0 / (2.0 * math.pi) * winding.path.length * up
     by_distance = 0.0
     if len(layers) > 1:
-        slope = _distance_slopes(layers)
+        slope = distance_slopes(layers)
         whole, copper = _distances(coil, spec)
         by_distance = float(np.sum(slope * (whole - copper)))
         by_thickness += float(np.sum(slope * copper))
@@ -128,7 +136,9 @@ def inductance_slopes(
 
 @lru_cache(maxsize=64)
 def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
-    # d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its first two neighbours.
+    """Slopes d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its first two
+    neighbours.
+    """
     across: Array = pitch * np.arange(min(3, math.ceil(turns)), dtype=np.float64)
     weights = np.where(across > 0.0, 2.0, 1.0) * np.maximum(0.0, 1.0 - np.arange(across.size) / turns)
     step = 1e-3
@@ -141,7 +151,8 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
     return along / (2.0 * step), up / (2.0 * step)
 
 
-def _distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
+def distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
+    """Slopes of the inductance (H/m) by the layers' heights, (layers, layers), by the waves of their currents."""
     heights, first = sorted(layer.z for layer in layers), layers[0]
     # Waves much shorter than the winding is wide hold little of it: for many turns the nearest layer's are not needed.
     wide = first.radius - first.inner_radius + first.pitch
@@ -152,7 +163,7 @@ def _distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
 
 
 def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:
-    # Mid-plane distances of every two layers, and how much of each is copper.
+    """Mid-plane distances of every two layers, and how much of each is copper."""
     copper = spec.fpc.stackup.copper
     size = len(coil.windings)
     whole, part = np.zeros((size, size)), np.zeros((size, size))
@@ -241,7 +252,7 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
 def _moves(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
-    # What one sigma of each tolerance does to inductance (H), resistance (ohm) and capacitance (F) of the tank.
+    """What one sigma of each tolerance does to inductance (H), resistance (ohm) and capacitance (F) of the tank."""
     sigma, by_l = slopes.sigmas, slopes.inductance
     by_r = resistance_slopes(circuit, state.frequency, state.state)
     loss = loss_inductance_slopes(circuit, state.frequency, state.state)
@@ -307,7 +318,7 @@ def depths_moved(coil: Coil, spec: SensorSpec, sigma: Mapping[str, float]) -> di
 
 
 def _over(coil: Coil, spec: SensorSpec, kind: LayerKind) -> tuple[float, float]:
-    # Thickness (m) of one kind of layer over the coil's mid-planes, their mean, and in all.
+    """Thickness (m) of one kind of layer over the coil's mid-planes, their mean, and in all."""
     numbers, depths, whole, number = {w.layer for w in coil.windings}, [], 0.0, 0
     for layer in spec.fpc.stackup.layers:
         thickness = layer.thickness if layer.kind is kind else 0.0
@@ -325,7 +336,7 @@ def _further(reflector: Reflector | None, by: float) -> Reflector | None:
 
 def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
              factors: tuple[float, float]) -> tuple[float, float]:  # fmt: skip
-    # Like `Reflection`: the first factor is of everything but the target's own loss, the second of that.
+    """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as in `Reflection`."""
     one, other = (_impedance(spectrum, frequency, around) for around in pair)
     lost, other_lost = (
         _impedance(spectrum, frequency, replace(around, below=mirror(around.below)))[1] for around in pair

@@ -269,6 +269,7 @@ class Estimates:
 
 
 def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
+    """One coil as it stands in JSON."""
     return {
         "name": coil.name,
         "centre_m": [_number(coil.centre[0]), _number(coil.centre[1])],
@@ -304,6 +305,7 @@ def _place_document(index: int, device: Converter) -> dict[str, Any]:
 
 
 def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
+    """A coil's sensitivities to force as they stand in JSON."""
     inductance, frequency = coil.sensitivity(force) or (None, None)
     of_inductance, of_frequency = coil.sensitivity_sigma(force) or (None, None)
     formula, of_formula = coil.converter_sensitivity(force) or (None, None)
@@ -318,6 +320,7 @@ def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, 
 
 
 def _compression_document(pressed: Compression | None, scatter: PressingScatter | None) -> dict[str, Any] | None:
+    """The pressed pad as it stands in JSON; None without one."""
     if pressed is None:
         return None
     return {
@@ -343,6 +346,7 @@ def _compression_document(pressed: Compression | None, scatter: PressingScatter 
 
 
 def _state_document(state: StateEstimate) -> dict[str, Any]:
+    """One state as it stands in JSON."""
     return {
         "inductance_H": _number(state.inductance),
         "resistance_ohm": _number(state.resistance),
@@ -361,6 +365,7 @@ def _state_document(state: StateEstimate) -> dict[str, Any]:
 
 
 def _spread_document(spread: Spread | None) -> dict[str, Any] | None:
+    """One sigma of a state as it stands in JSON; None where it is not known."""
     if spread is None:
         return None
     return {
@@ -374,6 +379,7 @@ def _spread_document(spread: Spread | None) -> dict[str, Any] | None:
 
 
 def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
+    """The converter's settings as they stand in JSON."""
     return {
         "capacitance_F": _number(readout.capacitance),
         "capacitance_reason": readout.capacitance_reason,

@@ -129,6 +129,7 @@ def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
 
 
 def _copper_files(directory: Path, functions: dict[Path, list[str]]) -> tuple[Path, ...]:
+    """The copper layers' files from the top; ExtractionError where one is missing or there twice."""
     layers: dict[int, Path] = {}
     for path, fields in functions.items():
         if fields[0] == "Copper":
@@ -165,6 +166,7 @@ def _read(path: Path, opener: Any) -> Any:
 
 
 def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[Hole]:
+    """The holes of a drill file, with the layers that they go through."""
     plated = fields[0] == "Plated"
     try:
         first, last = int(fields[1]), int(fields[2])
@@ -204,6 +206,7 @@ def _shape(thing: Any) -> BaseGeometry:
 
 
 def _primitive(p: Any) -> BaseGeometry:
+    """A graphic as a shape in metres."""
     match p:
         case primitives.Circle():
             return Point(1e-3 * p.x, 1e-3 * p.y).buffer(1e-3 * p.r, quad_segs=QUARTER_SEGMENTS)
@@ -233,6 +236,7 @@ def _rectangle(p: Any) -> BaseGeometry:
 
 
 def _contour(p: Any) -> BaseGeometry:
+    """A filled contour of lines and arcs as a shape in metres."""
     points: list[np.ndarray] = []
     for start, end, (clockwise, centre) in p.segments:
         if clockwise is None:

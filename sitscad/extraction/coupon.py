@@ -50,6 +50,7 @@ def shown(objects: Plotted, apertures: Sequence[str]) -> BaseGeometry:
 
 
 def _flashed(aperture: str, at: tuple[float, float]) -> BaseGeometry:
+    """The shape (m) of a flashed aperture at a place."""
     kind, _, sizes = aperture.partition(",")
     x, y = at
     if kind == "R":
@@ -59,6 +60,7 @@ def _flashed(aperture: str, at: tuple[float, float]) -> BaseGeometry:
 
 
 def _holes(objects: Mapping[str, Plotted], layers: int) -> Iterator[Hole]:
+    """The coupon's holes out of its drill files."""
     for function in objects:
         if not function.startswith(("Plated", "NonPlated")):
             continue

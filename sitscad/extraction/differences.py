@@ -87,6 +87,7 @@ def _without_intent(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _shorts_and_loops(board: ExtractedBoard) -> Iterator[Difference]:
+    """Nets that are joined, copper without a net, and closed loops."""
     for net in board.nets:
         x, y, layer = _somewhere(net)
         if len(net.names) > 1:
@@ -101,6 +102,7 @@ def _shorts_and_loops(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _opens(board: ExtractedBoard) -> Iterator[Difference]:
+    """Nets that fall into several parts."""
     for name in sorted({mark.net for mark in board.marks}):
         parts = [net for net in board.nets if name in net.names]
         if len(parts) > 1:
@@ -134,6 +136,7 @@ def _off_pad(hole: Hole, copper: BaseGeometry) -> str:
 
 
 def _vias_without_hole(board: ExtractedBoard) -> Iterator[Difference]:
+    """Vias that the netlist names and no drill file makes."""
     plated = [hole for hole in board.artwork.holes if hole.is_plated]
     # every layer and the netlist mark the same via, this one to a micrometre
     vias = {(mark.net, round(mark.x, 6), round(mark.y, 6)): (mark.x, mark.y) for mark in board.marks if mark.is_via}
@@ -144,6 +147,7 @@ def _vias_without_hole(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
+    """Nets that only one of the netlists names."""
     by_source: dict[Source, set[str]] = {}
     for mark in board.marks:
         by_source.setdefault(mark.source, set()).add(mark.net)
@@ -163,6 +167,7 @@ def _openings(board: ExtractedBoard) -> Iterator[tuple[int, BaseGeometry, list[C
 
 
 def _covered(board: ExtractedBoard) -> Iterator[Difference]:
+    """Contacts that the coverlay covers in part or altogether."""
     for layer, opening, contacts in _openings(board):
         for contact in contacts:
             open_share = shapely.intersection(opening, contact.shape).area / contact.shape.area

@@ -76,6 +76,7 @@ def marks_of_gerber(text: str, layer: int) -> tuple[Mark, ...]:
 
 
 def _obey(state: _GerberState, command: str) -> None:
+    """What a Gerber command changes of the state."""
     if found := _FORMAT.match(command):
         state.decimals = int(found[1])
     elif command in ("MOMM", "MOIN"):
@@ -93,6 +94,7 @@ def _obey(state: _GerberState, command: str) -> None:
 
 
 def _operate(state: _GerberState, word: str, layer: int) -> Iterator[Mark]:
+    """The marks that one word of the Gerber file makes, and how it moves on."""
     if word.startswith("G04"):
         return
     if re.fullmatch(r"D[1-9]\d+", word):
@@ -113,6 +115,7 @@ def _operate(state: _GerberState, word: str, layer: int) -> Iterator[Mark]:
 
 
 def _mark(state: _GerberState, x: float, y: float, layer: int, *, is_via: bool) -> Iterator[Mark]:
+    """The mark of the net in force at a place; none where no net is named."""
     net = state.attributes.get("TO.N", [""])[0]
     reference, number, function = ([*state.attributes.get("TO.P", []), "", "", ""])[:3]
     pin = f"{reference}-{number}" if reference else None
@@ -176,6 +179,7 @@ def _ipc_unit(line: str, number: int) -> float:
 
 
 def _ipc_mark(record: re.Match[str], unit: float, aliases: dict[str, str]) -> Mark:
+    """The mark of one record of the IPC-D-356 netlist."""
     net = record["net"].strip()
     reference, pin = record["reference"].strip(), record["pin"].strip()
     is_via = reference == "VIA"

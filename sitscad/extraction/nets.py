@@ -171,6 +171,7 @@ def _windows(piece: Piece) -> list[Loop]:
 
 
 def _pieces_under(marks: Sequence[Mark], trees: dict[int, _LayerTree]) -> list[list[int]]:
+    """By mark the pieces of copper that lie under it."""
     found: list[list[int]] = [[] for _ in marks]
     for layer, tree in trees.items():
         here = [k for k, mark in enumerate(marks) if mark.layer in (None, layer)]

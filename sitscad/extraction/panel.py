@@ -69,6 +69,7 @@ def compare_panel(board: Path, panel: Path) -> tuple[int, tuple[str, ...]]:
 
 
 def _read(folder: Path, apertures: dict[str, int]) -> _Folder:
+    """A folder's files by what they call themselves; ExtractionError where two are the same."""
     objects: dict[str, Plotted] = {}
     names: dict[str, str] = {}
     for path, fields in sorted(file_functions(folder)):
@@ -82,6 +83,7 @@ def _read(folder: Path, apertures: dict[str, int]) -> _Folder:
 
 
 def _copies(listed: PanelList, single: _Folder, whole: _Folder) -> _Copies:
+    """Where the panel's boards and coupons stand, by what the list says and what is cut out."""
     board = _box([objects.boxes_of_ends() for objects in single.objects.values()])
     cuts, taken = whole.of(CUTS), np.zeros(len(whole.of(CUTS).objects), bool)
     for move in listed.boards:
@@ -98,6 +100,7 @@ def _copies(listed: PanelList, single: _Folder, whole: _Folder) -> _Copies:
 
 
 def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: list[str]) -> Iterator[str]:
+    """What differs between the panel and so many copies of the single board, in words."""
     listed, coupon = copies.listed, dict[str, Plotted]()
     yield from _size_difference(whole.of(OUTLINE), listed)
     for function in sorted({*single.objects, *whole.objects} - {OUTLINE}):

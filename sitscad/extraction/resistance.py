@@ -102,6 +102,7 @@ class _Nodes:
         self.barrels: list[tuple[Hole, int]] = [(hole, layer) for hole in net.holes for layer in hole.layers]
 
     def _shapes(self, layer: int) -> Iterator[tuple[int, BaseGeometry]]:
+        """The shapes of holes and contacts on a layer, each with its node's number."""
         for number, (hole, own) in enumerate(self.barrels, start=2):
             if own == layer:
                 yield self._merged(number), hole.shape

@@ -264,6 +264,7 @@ def bond_texts(layout: Layout) -> dict[str, str]:
 
 
 def _bond_text(films: Sequence[StackLayer]) -> str:
+    """What lies between two copper layers, in words."""
     whole = show(sum(film.thickness for film in films), "m")
     parts = ", ".join(f"{show(film.thickness, 'm')} {layer_text(film)}" for film in films)
     text = f"{whole} from copper to copper: {parts}"

@@ -17,6 +17,9 @@ WRITERS: tuple[Writer, ...] = (
     Writer("step", "formats.step", "mount", ("solids", "spec", "aids"), is_mounted),
     Writer("stl", "formats.mesh_stl", "mesh", ("solids", "spec", "aids"), is_mounted),
     Writer("3mf", "formats.mesh_3mf", "mesh", ("solids", "spec", "aids"), is_mounted),
+    Writer("assembly step", "formats.step:render_whole", "assembly", ("whole", "spec"), is_mounted),
+    Writer("assembly 3mf", "formats.mesh_3mf:render_whole", "assembly", ("whole", "spec"), is_mounted),
+    Writer("assembly glb", "formats.glb", "assembly", ("whole", "spec"), is_mounted),
     Writer("volume mesh", "formats.volume_mesh", "mesh", ("solids", "spec"), lambda spec: spec.elastomer is not None),
 )
 """Every format, in the order in which a package is made; the papers come after them."""

@@ -33,7 +33,7 @@ def render(layout: Layout) -> dict[str, bytes]:
     Raises ValueError for a kerf that cannot be compensated.
     """
     name = layout.spec.name
-    return {f"laser/{name}-{sheet.part}.dxf": drawing(sheet).encode("ascii") for sheet in laser_sheets(layout)}
+    return {f"laser/{name}-{sheet.name}.dxf": drawing(sheet).encode("ascii") for sheet in laser_sheets(layout)}
 
 
 def drawing(sheet: LaserSheet) -> str:
@@ -78,6 +78,7 @@ def _header(sheet: LaserSheet, next_handle: int) -> Iterator[Tag]:
 
 
 def _table(name: str, handle: int, rows: list[list[Tag]]) -> Iterator[Tag]:
+    """The tags of one table of symbols."""
     yield from ((0, "TABLE"), (2, name), (5, f"{handle:X}"), (330, "0"), (100, "AcDbSymbolTable"), (70, len(rows)))
     if name == "DIMSTYLE":
         yield (100, "AcDbDimStyleTable")
@@ -179,13 +180,13 @@ def _contour(contour: Contour, handle: int) -> list[Tag]:
         head = _entity("CIRCLE", handle, contour.layer, "AcDbCircle")
         return [*head, *_at(contour.centre), (30, 0.0), (40, contour.diameter * 5e2)]
     head = _entity("LWPOLYLINE", handle, contour.layer, "AcDbPolyline")
-    vertices = list(_vertices(contour.path))
+    vertices = list(bulged_vertices(contour.path))
     closed = contour.path.is_closed
     content = [tag for point, bulge in vertices for tag in (*_at(point), *([(42, bulge)] if bulge else []))]
     return [*head, (90, len(vertices)), (70, int(closed)), (43, 0.0), *content]
 
 
-def _vertices(path: Path) -> Iterator[tuple[Point, float]]:
+def bulged_vertices(path: Path) -> Iterator[tuple[Point, float]]:
     """The corners of a path, each with the bulge of the segment that leaves it."""
     for segment in path:
         yield segment.start, math.tan(segment.sweep / 4) if isinstance(segment, Arc) else 0.0

@@ -19,7 +19,7 @@ def render(layout: Layout) -> dict[str, bytes]:
     Raises ValueError for a kerf that cannot be compensated.
     """
     name = layout.spec.name
-    return {f"laser/{name}-{sheet.part}.svg": drawing(sheet, name).encode("utf-8") for sheet in laser_sheets(layout)}
+    return {f"laser/{name}-{sheet.name}.svg": drawing(sheet, name).encode("utf-8") for sheet in laser_sheets(layout)}
 
 
 def drawing(cut: LaserSheet, name: str) -> str:

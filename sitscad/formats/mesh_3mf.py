@@ -10,7 +10,9 @@ import zipfile
 from io import BytesIO
 from xml.sax.saxutils import quoteattr
 
-from sitscad.parts.mesh import TriangleMesh, tessellate
+import numpy as np
+
+from sitscad.parts.mesh import TriangleMesh, seen, tessellate
 from sitscad.parts.solid import Solid, of_role
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
@@ -39,12 +41,25 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] 
     }
 
 
+def render_whole(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
+    """``mount/assembly.3mf``: every piece of the assembly in place, named and coloured, for viewers."""
+    meshes = list(zip(solids, seen(solids), strict=True))
+    low = np.min([mesh.vertices.min(axis=0) for _, mesh in meshes], axis=0)
+    placed = [(s, TriangleMesh(m.name, m.vertices - low, m.triangles)) for s, m in meshes]
+    return {"mount/assembly.3mf": _archive(_model(placed, f"{spec.name} assembly"))}
+
+
 def package(solid: Solid, mesh: TriangleMesh, title: str) -> bytes:
     """The zip archive that a 3MF file is: content types, relations, model."""
+    return _archive(_model([(solid, mesh)], title))
+
+
+def _archive(model: str) -> bytes:
+    """A model with what belongs round it, as a zip archive."""
     members = {
         "[Content_Types].xml": _CONTENT_TYPES,
         "_rels/.rels": _RELATIONS,
-        "3D/3dmodel.model": _model(solid, mesh, title),
+        "3D/3dmodel.model": model,
     }
     memory = BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as archive:
@@ -56,17 +71,27 @@ def package(solid: Solid, mesh: TriangleMesh, title: str) -> bytes:
     return memory.getvalue()
 
 
-def _model(solid: Solid, mesh: TriangleMesh, title: str) -> str:
-    """The XML of the model."""
-    vertices = "\n".join(f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in mesh.vertices.tolist())
-    triangles = "\n".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles.tolist())
-    colour = f"{solid.colour.upper()}FF"
+def _model(meshes: list[tuple[Solid, TriangleMesh]], title: str) -> str:
+    """The XML of the model: a material and an object a mesh."""
+    bases = "".join(
+        f'<base name={quoteattr(solid.material)} displaycolor="{solid.colour.upper()}FF"/>' for solid, _ in meshes
+    )
+    objects = "".join(_object(index, solid, mesh) for index, (solid, mesh) in enumerate(meshes))
+    items = "".join(f'<item objectid="{index + 2}"/>' for index in range(len(meshes)))
     return (
         f'{_XML}<model unit="millimeter" xml:lang="en-US"'
         ' xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">\n'
         f'<metadata name="Title">{title}</metadata>\n<metadata name="Application">sitscad</metadata>\n<resources>\n'
-        f'<basematerials id="1"><base name={quoteattr(solid.material)} displaycolor="{colour}"/></basematerials>\n'
-        f'<object id="2" name={quoteattr(solid.name)} type="model" pid="1" pindex="0">\n<mesh>\n'
-        f"<vertices>\n{vertices}\n</vertices>\n<triangles>\n{triangles}\n</triangles>\n"
-        '</mesh>\n</object>\n</resources>\n<build><item objectid="2"/></build>\n</model>\n'
+        f'<basematerials id="1">{bases}</basematerials>\n'
+        f"{objects}</resources>\n<build>{items}</build>\n</model>\n"
+    )
+
+
+def _object(index: int, solid: Solid, mesh: TriangleMesh) -> str:
+    """One mesh with its name and the material of that index."""
+    vertices = "\n".join(f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in mesh.vertices.tolist())
+    triangles = "\n".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles.tolist())
+    return (
+        f'<object id="{index + 2}" name={quoteattr(solid.name)} type="model" pid="1" pindex="{index}">\n<mesh>\n'
+        f"<vertices>\n{vertices}\n</vertices>\n<triangles>\n{triangles}\n</triangles>\n</mesh>\n</object>\n"
     )

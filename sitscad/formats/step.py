@@ -31,15 +31,16 @@ _DUST = re.compile(r"(?<=[(,])-?\d\.\d*E-(?:1[4-9]|[2-9]\d)(?=[,)])")
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
-    """``mount/NAME-<solid>.step`` of each piece of mount, jaw, jig and mould, ``mount/assembly.step``; nothing without
-    a mount.
-    """
-    pieces = of_role(solids, BodyRole.MOUNT, BodyRole.JAW)
-    if not pieces:
+    """``mount/NAME-<solid>.step`` of each piece of mount, jaw, jig and mould; nothing without a mount."""
+    if spec.mount is None:
         return {}
-    pieces = (*pieces, *aids)
-    files = {f"mount/{spec.name}-{piece.name}.step": part(piece, f"{spec.name}-{piece.name}") for piece in pieces}
-    return {**files, "mount/assembly.step": assembly(solids, spec.name)}
+    pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
+    return {f"mount/{spec.name}-{piece.name}.step": part(piece, f"{spec.name}-{piece.name}") for piece in pieces}
+
+
+def render_whole(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
+    """``mount/assembly.step``: every piece as it is glued and closed, in place."""
+    return {"mount/assembly.step": assembly(solids, spec.name)}
 
 
 def part(solid: Solid, title: str) -> bytes:
@@ -109,6 +110,7 @@ def _colours(text: str, solids: tuple[Solid, ...]) -> str:
 
 
 def _styled(n: int, brep: str, context: str, rgb: tuple[float, float, float]) -> list[str]:
+    """The lines that give a solid its colour."""
     colour = ",".join(f"{value:.6f}" for value in rgb)
     return [
         f"#{n} = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#{n + 1}),{context});",

@@ -7,6 +7,7 @@ along the edges of board and target, so that bonded and free areas are exact.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path as FilePath
@@ -49,14 +50,22 @@ _OPTIONS = {
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mesh/NAME-elastomer.msh``; nothing without an elastomer."""
+    """``mesh/NAME-elastomer.msh`` of straight tetrahedra, the same in second order as ``.inp`` (Abaqus, CalculiX) with
+    its named faces, and their quality as ``.json``; nothing without an elastomer.
+    """
     if not of_role(solids, BodyRole.ELASTOMER):
         return {}
-    return {f"mesh/{spec.name}-elastomer.msh": elastomer_mesh(solids)}
+    made = elastomer_meshes(solids)
+    return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
 
 
 def elastomer_mesh(solids: tuple[Solid, ...], size: float | None = None) -> bytes:
     """The pad's mesh; `size` is the element size in metres (by default five through its thickness, ten across it)."""
+    return elastomer_meshes(solids, size)["msh"]
+
+
+def elastomer_meshes(solids: tuple[Solid, ...], size: float | None = None) -> dict[str, bytes]:
+    """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth."""
     with TemporaryDirectory() as folder, _session() as gmsh:
         pad, board, target = _imported(gmsh, solids, FilePath(folder))
         gmsh.model.occ.fragment(pad, board + target)
@@ -66,9 +75,33 @@ def elastomer_mesh(solids: tuple[Solid, ...], size: float | None = None) -> byte
         gmsh.option.setNumber("Mesh.MeshSizeMin", edge)
         gmsh.option.setNumber("Mesh.MeshSizeMax", edge)
         gmsh.model.mesh.generate(3)
-        path = FilePath(folder) / "elastomer.msh"
-        gmsh.write(str(path))
-        return path.read_bytes()
+        found = {"msh": _written(gmsh, FilePath(folder) / "elastomer.msh")}
+        first = _quality(gmsh)
+        gmsh.model.mesh.setOrder(2)
+        text = _written(gmsh, FilePath(folder) / "elastomer.inp")
+        found["inp"] = b"*Heading\n elastomer, metres\n" + text.split(b"\n", 2)[2]  # gmsh names a folder of ours there
+        document = {"element_size_m": edge * 1e-3, "first_order": first, "second_order": _quality(gmsh)}
+        return {**found, "json": (json.dumps(document, indent=1) + "\n").encode("ascii")}
+
+
+def _written(gmsh: Any, path: FilePath) -> bytes:
+    gmsh.write(str(path))
+    return path.read_bytes()
+
+
+def _quality(gmsh: Any) -> dict[str, float]:
+    """How many nodes and tetrahedra there are, and how good these are: 1 is regular, 0 flat, less than 0 inside out
+    (the signed inverse condition number, SICN).
+    """
+    tags = [int(tag) for each in gmsh.model.mesh.getElements(3)[1] for tag in each]
+    worth = sorted(float(value) for value in gmsh.model.mesh.getElementQualities(tags, "minSICN"))
+    return {
+        "nodes": len(gmsh.model.mesh.getNodes()[0]),
+        "tetrahedra": len(tags),
+        "least_quality": round(worth[0], 4),
+        "median_quality": round(worth[len(worth) // 2], 4),
+        "share_below_0.1": round(sum(value < 0.1 for value in worth) / len(worth), 6),
+    }
 
 
 @contextmanager

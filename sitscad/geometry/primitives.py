@@ -154,6 +154,7 @@ def _lines_to_points(lines: Primitives, points: Floats) -> Floats:
 
 
 def _arcs_to_points(arcs: Primitives, points: Floats) -> Floats:
+    """Distances (n,; m) of points from arcs, one to one."""
     out = points - arcs.centre
     on = _faces(arcs, out)
     result = np.abs(np.hypot(out[:, 0], out[:, 1]) - arcs.radius)

@@ -16,6 +16,7 @@ from sitscad.geometry import path as curves
 from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, polar, rectangle, rounded
 from sitscad.geometry.spiral import SpiralDimensions, archimedean, corner, crossing, racetrack, regular, rounded_corners
 from sitscad.record import record
+from sitscad.units import in_mm
 
 Size = tuple[float, float]
 
@@ -49,6 +50,10 @@ class Outline(ABC):
     def across(self) -> str:
         """What a drawing says of how its size is measured; empty where that is plain."""
         return ""
+
+    def size_in_words(self, size: Size) -> str:
+        """A size for people, in millimetres without the unit: a diameter, or both sides."""
+        return f"diameter {in_mm(size[0])}" if self.is_round else f"{in_mm(size[0])} x {in_mm(size[1])}"
 
     @property
     def area(self) -> float:
@@ -300,6 +305,17 @@ SHAPES: dict[str, Outline] = {
     )
 }
 """Every outline by the name that a spec gives it; a new one is a row."""
+
+PLATES: dict[str, Outline] = {name: SHAPES[name] for name in ("square", "circle", "rectangle")}
+"""Those of them that plates are cut in: target and elastomer."""
+
+LONG_PLATE = next(name for name, outline in PLATES.items() if outline.is_long)
+"""The plate whose two sides may differ."""
+
+
+def plate_shape(size: Size) -> str:
+    """The shape of a plate of which only the size is said: a square where both sides are alike."""
+    return "square" if size[0] == size[1] else LONG_PLATE
 
 
 def nearest_sides(known: Iterable[int], sides: int) -> tuple[int, ...]:

@@ -50,6 +50,7 @@ def _arc_step(slope: float) -> float:
 
 
 def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
+    """The arc through three points; a line where they lie on one."""
     ax, ay = middle.x - start.x, middle.y - start.y
     bx, by = end.x - start.x, end.y - start.y
     cross = 2.0 * (ax * by - ay * bx)

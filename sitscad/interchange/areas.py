@@ -60,6 +60,7 @@ def areas(layout: Layout, tolerance: float = TOLERANCE) -> tuple[Area, ...]:
 
 
 def _copper(layout: Layout, tolerance: float, shapely: Any) -> Iterator[Area]:
+    """The copper of every layer as areas, one a net, holes drilled out."""
     for layer in layout.spec.fpc.stackup.copper:
         pieces = sorted(_pieces(layout, layer.number, tolerance, shapely), key=lambda piece: piece[0])
         drills = [
@@ -74,6 +75,7 @@ def _copper(layout: Layout, tolerance: float, shapely: Any) -> Iterator[Area]:
 
 
 def _pieces(layout: Layout, number: int, tolerance: float, shapely: Any) -> Iterator[tuple[str, Any]]:
+    """Every piece of copper of a layer with its net, as shapes."""
     for trace in layout.on_layer(number):
         line = shapely.LineString(trace.path.flattened(tolerance))
         yield trace.net, line.buffer(trace.width / 2, _quarter(trace.width / 2, tolerance))

@@ -95,6 +95,7 @@ def current_paths(
 
 
 def _circuit(coil: Coil, layout: Layout, tolerance: float) -> Array:
+    """A coil's whole circuit, leads included, as points (n, 3; m); ValueError where it is open."""
     if not coil.is_closed_circuit:
         raise ValueError(f"the leads of {coil.name} found no room: its circuit is open (leads=False gives its layers)")
     heights = {layer.number: layer.z for layer in layout.spec.fpc.stackup.copper}

@@ -59,6 +59,7 @@ class _Attempt:
 
 
 def _attempt(spec: SensorSpec, patience: Patience) -> _Attempt:
+    """Windings, routing, tail and body as far as there is room, and what found none."""
     bus = bus_for(spec)
     wound = wind_all(spec, bus)
     shortfalls = list(wound[0].shortfalls)
@@ -95,6 +96,7 @@ def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
 
 
 def _assemble(spec: SensorSpec, found: _Attempt, shortfalls: tuple[Shortfall, ...]) -> Layout:
+    """The layout of what was found, its tail turned where the spec asks for it."""
     bus, wound, routing, tail, body = found.bus, found.wound, found.routing, found.tail, found.body
     coils: list[Coil] = []
     pads, capacitors = [], []
@@ -183,6 +185,7 @@ def _series(
 
 
 def _inner_pieces(spec: SensorSpec, net: str, coil: WoundCoil, join: int) -> list[Trace | Via]:
+    """Via and stubs that join two layers inside a coil; none where there is no such join."""
     if join >= len(coil.inner):
         return []
     inner = coil.inner[join]

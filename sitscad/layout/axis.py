@@ -40,6 +40,8 @@ def placed(layout: Layout, spec: SensorSpec) -> Layout:
 
 
 def _moved(layout: Layout, spec: SensorSpec, height: float) -> Layout:
+    """The whole layout so much (m) higher in y, with the spec whose coils stand there."""
+
     def path(one: Path) -> Path:
         return one.shifted(0.0, height)
 

@@ -76,6 +76,11 @@ class Track:
         """Bounding boxes (n, 4) of the segments' centre lines."""
         return self.pieces.boxes
 
+    @cached_property
+    def copper(self) -> Copper:
+        """The track as a table of its own, remembered: the same way is held against much else."""
+        return Copper.of([self])
+
 
 @record
 class Hole:
@@ -87,14 +92,16 @@ class Hole:
 
 
 @record
-class _Copper:
-    # The pieces of many tracks as one table: boxes of their centre lines, and half their widths.
+class Copper:
+    """The pieces of many tracks as one table: boxes (n, 4; m) of their centre lines, and half their widths (n; m)."""
+
     pieces: Primitives
     boxes: Floats
     half_width: Floats
 
     @classmethod
-    def of(cls, tracks: Sequence[Track]) -> _Copper:
+    def of(cls, tracks: Sequence[Track]) -> Copper:
+        """That of some tracks."""
         widths = np.repeat([track.width / 2 for track in tracks], [len(track.boxes) for track in tracks])
         boxes = np.concatenate([np.empty((0, 4)), *(track.boxes for track in tracks)])
         return cls(joined([track.pieces for track in tracks]), boxes, widths)
@@ -109,7 +116,7 @@ class Obstacles:
         self._breadth = breadth
         self._tracks: dict[int, list[Track]] = {}
         self._holes: list[Hole] = []
-        self._copper: dict[int, _Copper] = {}
+        self._copper: dict[int, Copper] = {}
 
     def add(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> None:
         """Put tracks and holes on the board."""
@@ -139,16 +146,17 @@ class Obstacles:
             free[_met(self._on(layer), centres, keep)] = False
         return [hole for hole, stays in zip(holes, free.tolist(), strict=True) if stays]
 
-    def _on(self, layer: int) -> _Copper:
+    def _on(self, layer: int) -> Copper:
         if layer not in self._copper:
-            self._copper[layer] = _Copper.of(self._tracks[layer])
+            self._copper[layer] = Copper.of(self._tracks[layer])
         return self._copper[layer]
 
     def _admits_track(self, track: Track) -> bool:
+        """Whether a track keeps its distances from edge, holes and tracks."""
         from_edge = self._rules.copper_to_edge + track.width / 2 - 2 * SLACK
         if not self._breadth.holds(track.boxes[:, 1].min(), track.boxes[:, 3].max(), from_edge):
             return False
-        own = _Copper.of([track])
+        own = track.copper
         if self._holes:
             centres = np.array([hole.centre for hole in self._holes])
             keep = np.array([hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes])
@@ -156,7 +164,8 @@ class Obstacles:
                 return False
         return track.layer not in self._tracks or not self._touches(own, self._on(track.layer))
 
-    def _touches(self, track: _Copper, other: _Copper) -> bool:
+    def _touches(self, track: Copper, other: Copper) -> bool:
+        """Whether copper comes nearer to other copper than the spacing."""
         reach = track.half_width + self._spacing
         pairs = nearest_pairs(track.boxes, reach, other.boxes, other.half_width)
         if not len(pairs):
@@ -174,7 +183,7 @@ class Obstacles:
         )
 
 
-def _met(copper: _Copper, centres: Floats, keep: Floats) -> Indices:
+def _met(copper: Copper, centres: Floats, keep: Floats) -> Indices:
     """Which of some centres (n, 2) the copper comes nearer to than their `keep` (n) (m)."""
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
     piece, hole = pairs[:, 0], pairs[:, 1]

@@ -249,6 +249,7 @@ class _Surroundings:
         return first, last
 
     def _is_joined(self, piece: int, index: int, leg: Segment) -> bool:
+        """Whether a piece of copper is joined to the track at that leg, and so may be touched."""
         (kind, number), trace = self._owner[piece], self._layout.traces[index]
         if kind == "edge" or self._net[piece] != trace.net:
             return False

@@ -38,7 +38,7 @@ the far edge of a level block would then give way by 6 % more (1 + 6 e / a, as i
 SOURCE = (
     "pressure between bonded plates by the torsion function (Gent & Lindley 1959, Gent & Meinecke 1970), large strain "
     "F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory), what they leave open fitted to our own finite elements "
-    "(tests/validation/bonded_pad.py); a pad loaded over part of its area: the loaded part cut out, a lower bound of "
+    "(sitscad/mechanics/elements); a pad loaded over part of its area: the loaded part cut out, a lower bound of "
     "the stiffness by minimum potential energy (textbook; held by our finite elements)"
 )
 
@@ -75,13 +75,46 @@ class Face:
                     self.round)  # fmt: skip
 
 
-def model_sigma(face: Face, thickness: float) -> float:
-    """One sigma of the bonded block's stiffness, relative, for a loaded face and a thickness (m)."""
-    return pad_law.sigma(_block(face.width_x, face.width_y, thickness, face.round))
+@record
+class Surround:
+    """What is around a loaded face: by how much the pad reaches beyond it (m; see `even_rim`), and the thickness (m)
+    and shear modulus (Pa) of a film that is bonded round pad and target.
+    """
+
+    rim: float = 0.0
+    film: float = 0.0
+    film_modulus: float = 0.0
+
+    def block(self, face: Face, thickness: float, shear_modulus: float) -> pad_law.Block:
+        """The face with its surround in thicknesses (m) and shear moduli (Pa), as it looks along x."""
+        widths, rim = (face.width_x / thickness, face.width_y / thickness), self.rim / thickness
+        return pad_law.Block(*widths, float(face.round), rim, self.film / thickness, self.film_modulus / shear_modulus)
 
 
-def _block(width_x: float, width_y: float, thickness: float, circular: float) -> pad_law.Block:
-    return pad_law.Block(width_x / thickness, width_y / thickness, float(circular))
+BARE = Surround()
+
+EVEN = 0.2
+"""Thicknesses by which the rims of a pad to the four sides of its target may differ, as far as the law was held."""
+
+
+def even_rim(pad: Face, face: Face, aside: tuple[float, float], thickness: float) -> float | None:
+    """By how much (m) a pad reaches beyond a face whose middle lies `aside` (m; x, y) from its own; None where that is
+    not nearly the same on all sides, so that no law was held against it. Rims wider than the thickness count as alike.
+    """
+    spare = 0.5 * (pad.width_x - face.width_x), 0.5 * (pad.width_y - face.width_y)
+    rims = [
+        min(max(0.0, room + way * off), thickness) for room, off in zip(spare, aside, strict=True) for way in (-1, 1)
+    ]
+    if max(rims) - min(rims) > EVEN * thickness:
+        return None
+    return max(0.0, 0.5 * sum(spare)) if min(rims) >= thickness else sum(rims) / 4.0
+
+
+def model_sigma(face: Face, thickness: float, around: Surround = BARE, shear_modulus: float = 1.0) -> float:
+    """One sigma of the bonded block's stiffness, relative, for a loaded face, a thickness (m), what is around it, and
+    the pad's shear modulus (Pa), to which a film's is compared.
+    """
+    return pad_law.sigma(around.block(face, thickness, shear_modulus))
 
 
 @record
@@ -138,7 +171,7 @@ def apparent_modulus(
     circular: float = False,
 ) -> float:
     """Compression modulus (Pa) of a bonded block at small strain, 1/Ea = 1/[mu k] + 1/B: k as `pad_law` has it."""
-    block = _block(width_x, width_y, thickness, circular)
+    block = BARE.block(Face(width_x, width_y, circular), thickness, shear_modulus)
     return shear_modulus * pad_law.compression(block, bulk_modulus / shear_modulus).modulus
 
 
@@ -150,8 +183,9 @@ def compress(
     bulk_modulus: float,
     force: float,
     circular: float = False,
+    around: Surround = BARE,
 ) -> Compression:
-    """How far a bonded pad gives way under a normal force.
+    """How far a bonded pad gives way under a normal force, with what is `around` the loaded face.
 
     Widths and thickness in metres, moduli in pascals, force in newtons (0 or more, compressive). `pad_law.compression`:
     F = Ea A e for small strains e, and the neo-Hookean bar for slender pads. Raises ValueError for sizes or
@@ -161,8 +195,8 @@ def compress(
         raise ValueError("a pad needs positive widths, thickness and moduli")
     if not force >= 0.0:
         raise ValueError("the compressive force must be 0 or more")
-    law = pad_law.compression(_block(width_x, width_y, thickness, circular), bulk_modulus / shear_modulus)
     face = Face(width_x, width_y, circular)
+    law = pad_law.compression(around.block(face, thickness, shear_modulus), bulk_modulus / shear_modulus)
     strain = law.strain(force / (shear_modulus * face.area))
     reasons = _beyond(strain, face, thickness)
     shape = shape_factor(width_x, width_y, thickness, circular)
@@ -170,7 +204,7 @@ def compress(
         strain,
         thickness * (1.0 - strain),
         shape,
-        shear_modulus * law.modulus,
+        shear_modulus * law.at_rest,
         not reasons,
         _note(reasons),
         strain,
@@ -188,7 +222,7 @@ def loaded_face(pad: Face, target: Face | None) -> Face:
 
 
 def _common_area(one: Face, other: Face) -> float:
-    # Area (m2) that two faces, each a rectangle or an ellipse, have in common.
+    """Area (m2) that two faces, each a rectangle or an ellipse, have in common."""
     if not one.round and not other.round:
         return min(one.width_x, other.width_x) * min(one.width_y, other.width_y)
     if one.round and other.round:
@@ -208,6 +242,7 @@ def _under_arc(x: float) -> float:
 
 
 def _common_to_ellipses(one: Face, other: Face) -> float:
+    """Area (m2) that two ellipses about one centre have in common, from their crossing in each quadrant."""
     narrow, wide = sorted((one, other), key=lambda face: (face.width_x, face.width_y))
     if narrow.width_y <= wide.width_y:
         return narrow.area
@@ -237,30 +272,43 @@ def press_part(
     bulk_modulus: float,
     force: float,
     beside: float = 0.0,
+    around: Surround | None = None,
 ) -> Compression:
     """How far the loaded part of a pad gives way, `face` being that part and `beside` how far (m) the force acts from
     its middle; units as in `compress`.
 
-    The stated strain is that of the loaded part cut out of the pad: an upper bound, as far as the bonded-block formula
-    holds. The whole pad under a rigid plate gives `least_strain`.
+    With what is `around` the face the law says the strain. Where that is not known (None), the stated strain is that of
+    the loaded part cut out of the pad, an upper bound as far as the law holds, and the whole pad under a rigid plate
+    gives `least_strain`.
     """
     moduli = shear_modulus, bulk_modulus
-    found = compress(face.width_x, face.width_y, thickness, *moduli, force, face.round)
-    whole = compress(pad.width_x, pad.width_y, thickness, *moduli, force, pad.round)
-    least, share = min(found.strain, whole.strain), min(1.0, face.area / pad.area)
+    found = compress(face.width_x, face.width_y, thickness, *moduli, force, face.round, around or BARE)
+    share = min(1.0, face.area / pad.area)
     reasons = _beyond(found.strain, face, thickness)
+    if around is None:
+        found, more = _bounded(found, pad, share, thickness, *moduli, force)
+        reasons += more
+    if beside > BESIDE * max(face.width_x, face.width_y):
+        reasons.append(
+            f"the target's middle stands {1e3 * beside:.3g} mm beside the middle of what it loads of the pad: it "
+            "tilts, and this is the strain of a target that is held level"
+        )
+    return replace(found, valid=not reasons, note=_note(reasons), loaded_share=share)
+
+
+def _bounded(
+    found: Compression, pad: Face, share: float, thickness: float, shear: float, bulk: float, force: float
+) -> tuple[Compression, list[str]]:
+    """A cut-out part's compression with the least strain that the rest of the pad could leave, and what to say."""
+    whole = compress(pad.width_x, pad.width_y, thickness, shear, bulk, force, pad.round)
+    least, reasons = min(found.strain, whole.strain), []
     if found.strain - least > DOUBTED * found.strain:
         reasons.append(
             f"the target loads {100.0 * share:.0f} % of the pad: the strain lies between {100.0 * least:.1f} % (all of "
             f"it loaded) and {100.0 * found.strain:.1f} % (the loaded part cut out); the larger is stated, and "
             "the change per newton that follows from it is the largest, too"
         )
-    if beside > BESIDE * max(face.width_x, face.width_y):
-        reasons.append(
-            f"the target's middle stands {1e3 * beside:.3g} mm beside the middle of what it loads of the pad: it "
-            "tilts, and this is the strain of a target that is held level"
-        )
-    return replace(found, valid=not reasons, note=_note(reasons), least_strain=least, loaded_share=share)
+    return replace(found, least_strain=least), reasons
 
 
 def shear_strain(force: float, area: float, shear_modulus: float) -> float:
@@ -276,12 +324,14 @@ def force_for_strain(
     shear_modulus: float,
     bulk_modulus: float,
     circular: float = False,
+    around: Surround = BARE,
 ) -> float:
     """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`."""
     if not 0.0 <= strain < 1.0:
         raise ValueError("a compressive strain lies from 0 to below 1")
-    law = pad_law.compression(_block(width_x, width_y, thickness, circular), bulk_modulus / shear_modulus)
-    return shear_modulus * loaded_area(width_x, width_y, circular) * law.at(strain)
+    face = Face(width_x, width_y, circular)
+    law = pad_law.compression(around.block(face, thickness, shear_modulus), bulk_modulus / shear_modulus)
+    return shear_modulus * face.area * law.at(strain)
 
 
 def _beyond(strain: float, face: Face, thickness: float) -> list[str]:
@@ -297,7 +347,7 @@ def _beyond(strain: float, face: Face, thickness: float) -> list[str]:
             f"the loaded face is {face.oblongness:.2g} times as long as wide: beyond {pad_law.OBLONG:g} the pad's law "
             "was not held against finite elements"
         )
-    if _block(face.width_x, face.width_y, thickness, face.round).shape_factor > pad_law.FLATTEST:
+    if BARE.block(face, thickness, 1.0).shape_factor > pad_law.FLATTEST:
         reasons.append(
             f"the loaded face is so wide against the {1e3 * thickness:.3g} mm below it that the pad's law was not held "
             "against finite elements"

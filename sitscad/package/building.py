@@ -115,6 +115,9 @@ def build(
     with opened_for_building(directory.parent, directory.name) as staged:
         old = _require_ours(directory)
         made = stages.make_all(contents, directory, old, asked.wanted, report)
+        contents = made.contents
+        if not contents.checked.ok and not force:  # what the solids have shown
+            return BuildResult(directory, contents.checked, written=False)
         manifest = stages.manifest_of(contents, made, old, key, asked.wanted)
         is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)
         if manifest == old and is_whole:
@@ -151,7 +154,7 @@ def stale(
     contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
     made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None)
     differing = _differing(asked.directory, old, made.files)
-    return BuildResult(asked.directory, contents.checked, False, made.results, stale=differing)
+    return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=differing)
 
 
 def _asked(
@@ -236,7 +239,8 @@ def _require_stages(only: Iterable[str] | None) -> frozenset[str]:
     unknown = sorted(wanted - set(STAGES))
     if unknown or not wanted:
         raise PackageError(f"{', '.join(unknown) or 'nothing'} is not a stage; there are: {', '.join(STAGES)}")
-    return wanted | {CHECK_STAGE}
+    implied = {"assembly"} if "mount" in wanted else set()
+    return wanted | implied | {CHECK_STAGE}
 
 
 def _require_ours(directory: Path) -> Manifest:

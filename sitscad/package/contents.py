@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sitscad.checks import all_rules
+from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.policy import Baseline, Policy, judged
@@ -33,6 +35,8 @@ class Contents:
     review: Review
     policy: Policy = field(default_factory=Policy)
     baseline: Baseline | None = None
+    measured: str = ""
+    """What was measured on the solids: the text of ``mount/fit.json``, empty where there is none."""
 
     @cached_property
     def spec(self) -> SensorSpec:
@@ -64,8 +68,15 @@ class Contents:
         """The findings, each with its place in the spec's text."""
         review, source = self.review, self.design.spec.source
         result = review.result
+        document = json.loads(self.measured) if self.measured else {}
+        decided = settles(document)
         found = checked_spec(
-            self.design.spec, result.findings, result.not_checked, result.signals, result.fit, result.closing
+            self.design.spec,
+            (*result.findings, *judged_on_solids(document, self.design.spec)),
+            tuple(each for each in result.not_checked if each.rule not in decided),
+            result.signals,
+            result.fit,
+            result.closing,
         )
         return judged(found, source, all_rules(), self.policy, self.baseline)
 

@@ -12,10 +12,10 @@ from typing import Any
 from sitscad.design import Design
 from sitscad.formats import WRITERS
 from sitscad.package.contents import FORCED_NOTE, Contents
-from sitscad.package.dependence import read_by
+from sitscad.package.dependence import BESIDE_TAIL, read_by, read_of_board
 from sitscad.package.folder import FILE_NAME, PackageError, require_inside
 from sitscad.package.manifest import MANIFEST, Entry, Manifest, intact, made_from, sha256
-from sitscad.package.values import CHECK_STAGE, KERNELS, SOLID_STAGES, Progress, StageResult, version_of
+from sitscad.package.values import CHECK_STAGE, EXTRA_STAGES, KERNELS, SOLID_STAGES, Progress, StageResult, version_of
 from sitscad.papers import PAPERS
 from sitscad.parts import MissingExtra
 from sitscad.policy import Baseline, Policy
@@ -24,6 +24,9 @@ from sitscad.report.findings import as_json, numbered_places, to_json
 from sitscad.review import Review
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writer import STAGES, Writer, added_writers, marks
+
+FIT = "mount/fit.json"
+"""What was measured on the solids, which findings are made of."""
 
 SPEC_FOLDER = "spec"
 """Where a package keeps the files that it was made from."""
@@ -36,6 +39,7 @@ class Made:
     results: tuple[StageResult, ...]
     files: Mapping[str, bytes]
     entries: Mapping[str, Entry]
+    contents: Contents
 
 
 def contents_of(spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None) -> Contents:
@@ -83,26 +87,32 @@ def make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozens
             outcome = "made" if new else "none"
         else:
             outcome, new = ("dropped" if old.of_stage(stage) else "none"), {}
+        if FIT in new:
+            contents = dataclasses.replace(contents, measured=new[FIT].decode("ascii"))
         files |= new
         entries |= {name: Entry(sha256(content), stage, ingredients) for name, content in new.items()}
         seconds = time.perf_counter() - began
         if stage != CHECK_STAGE:
             progress(stage, outcome, seconds)
         results.append(StageResult(stage, outcome, len(new), seconds))
-    return Made(tuple(results), files, entries)
+    return Made(tuple(results), files, entries, contents)
 
 
 def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], failures: list[str]) -> tuple[object, ...]:
     """Everything that the files of a stage depend on, besides sitscad itself."""
     judged_by = (contents.policy.as_json(), contents.baseline_entries)
-    text = (contents.spec, contents.design.spec.source.text, contents.file_name, judged_by)
+    text = (contents.spec, contents.design.spec.source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
         read = {name: sha256(content) for name, content in contents.design.spec.source.files.items()}
         return (*text, read, failures, any(name.startswith("fpc/") for name in entries))
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
+    if stage in BESIDE_TAIL:
+        return *read_of_board(stage, contents.layout), {package: version_of(package) for package in KERNELS}
     if stage in SOLID_STAGES:
         return *read_by(stage, contents.spec), {package: version_of(package) for package in KERNELS}
+    if stage == "datasheet":
+        return *read_by(stage, contents.spec), contents.forced, version_of("matplotlib")
     if stage == "gerber":
         return contents.spec, contents.forced
     if stage == "laser":  # its drawing carries the mark of a forced package
@@ -131,7 +141,7 @@ def _render(contents: Contents, stage: str, files: dict[str, bytes], failures: l
         writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers()) if writer.stage == stage]
         new = _written(contents, writers, failures)
     except MissingExtra as error:
-        rest = ",".join(name for name in STAGES if name not in SOLID_STAGES)
+        rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
     if stage == "report":
         new |= _report(contents, files | new)
@@ -210,7 +220,7 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
     from sitscad.drawing.board_picture import Mark, picture
     from sitscad.drawing.svg import svg
-    from sitscad.papers.drawings import assembly as assembly_drawing
+    from sitscad.papers.drawings import plan_view
     from sitscad.papers.drawings import stackup as stackup_drawing
 
     layout = contents.layout
@@ -231,7 +241,7 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
     }
     if (jaws := _jaws(contents)) is not None:
         drawn["The closed pair in its port, with dimensions, and the jaws closed and open."] = jaws
-    if (over := assembly_drawing.drawing(layout, not contents.checked.is_orderable)) is not None:
+    if (over := plan_view.drawing(layout, not contents.checked.is_orderable)) is not None:
         drawn["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
     solids = (name for name in sorted(files) if name == "mount/assembly.svg")  # the jaw drawing is shown above
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}

@@ -11,8 +11,11 @@ from sitscad.report.findings import CheckedSpec
 CHECK_STAGE = "check"
 """The stage of what every build writes: its checks always run."""
 
-SOLID_STAGES = ("mount", "mesh")
+SOLID_STAGES = ("mount", "mesh", "assembly")
 """The stages that need the packages of the extra."""
+
+EXTRA_STAGES = (*SOLID_STAGES, "datasheet")
+"""The stages that need packages of the extra: solids, and the plotting library."""
 
 KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
 """Packages whose version can change the bytes of solids and meshes."""

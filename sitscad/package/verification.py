@@ -45,6 +45,7 @@ class Verification:
         return tuple(self._words())
 
     def _words(self) -> Iterator[str]:
+        """What was looked at and what came of it."""
         wrong = ((self.missing, "missing"), (self.changed, "changed"), (self.foreign, "not in the manifest"))
         words = ", ".join(f"{count} {word}" for count, word in wrong if count)
         yield f"{self.files} files against the manifest{f' ({words})' if words else ''}"

@@ -5,7 +5,7 @@ A new paper is one module here, and one row of PAPERS.
 
 from __future__ import annotations
 
-from sitscad.writer import Writer, is_cut, is_mounted
+from sitscad.writer import Writer, is_cut, is_felt, is_mounted
 
 PAPERS: tuple[Writer, ...] = (
     Writer(
@@ -18,11 +18,27 @@ PAPERS: tuple[Writer, ...] = (
     Writer("panel drawing", "papers.drawings.panel", "gerber", ("panel", "coupon_estimates", "forced", "files")),
     Writer("order archive", "papers.order_archive", "gerber", ("layout", "panel", "forced", "files")),
     Writer("assembly drawing", "papers.drawings.assembly", "laser", ("layout", "forced"), is_cut),
-    Writer("fit proof", "papers.fit_proof", "mount", ("layout",), is_mounted),
-    Writer("assembly notes", "papers.assembly_notes", "mount", ("layout",), is_mounted),
+    Writer("laser notes", "papers.laser_notes", "laser", ("layout",), is_cut),
+    Writer("fit proof", "papers.fit_proof", "assembly", ("layout", "whole"), is_mounted),
+    Writer("weights", "papers.weights", "assembly", ("layout", "whole"), is_mounted),
+    Writer(
+        "assembly notes",
+        "papers.assembly_notes",
+        "assembly",
+        ("layout", "estimates", "bench_estimates", "files"),
+        is_mounted,
+    ),
+    Writer("print report", "papers.print_report", "mount", ("solids", "aids", "spec"), is_mounted),
     Writer("jaw drawing", "papers.drawings.jaw", "mount", ("layout", "forced"), is_mounted),
-    Writer("assembly picture", "papers.assembly_picture", "mount", ("solids", "spec"), is_mounted),
+    Writer("assembly picture", "papers.assembly_picture", "assembly", ("solids", "spec"), is_mounted),
     Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates")),
+    Writer(
+        "data sheet",
+        "papers.datasheet.sheets",
+        "datasheet",
+        ("layout", "estimates", "response", "performance", "forced"),
+        is_felt,
+    ),
     Writer("bom", "papers.bom", "report", ("layout", "estimates")),
 )
 """Every paper, in the order in which a package is made, after the formats: they name, archive and hash the files."""

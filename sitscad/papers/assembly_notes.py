@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import textwrap
 from collections.abc import Iterator
 
+from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
-from sitscad.parts.mould import LEAST_MIX, Pour, pour
+from sitscad.papers.bench_steps import assembled, bare_board, plugged
+from sitscad.papers.mounting_notes import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
+from sitscad.parts.mould import pour
+from sitscad.parts.skin_mould import skin_pour
 from sitscad.scene.column import Levels, column, levels, plate_thickness
 from sitscad.scene.fit import measures
 from sitscad.scene.toleranced import Toleranced
@@ -15,17 +20,22 @@ from sitscad.units import in_mm
 WIDTH = 96
 
 
-def render(layout: Layout) -> dict[str, bytes]:
-    """The text, numbered; nothing for a sensor without a mount."""
-    return {} if layout.spec.mount is None else {"mount/assembly.txt": text(layout).encode("utf-8")}
+def render(layout: Layout, estimates: Estimates, bench: Estimates, files: dict[str, bytes]) -> dict[str, bytes]:
+    """The text, numbered, and what the pieces weigh (out of ``mount/assembly.json``); nothing without a mount."""
+    if layout.spec.mount is None:
+        return {}
+    content = files.get("mount/assembly.json")  # not there where pieces of a forced package cannot be put together
+    weighed = "\n".join(["", *_weights(content), ""]) if content is not None else ""
+    return {"mount/assembly.txt": (text(layout, estimates, bench) + weighed).encode("utf-8")}
 
 
-def text(layout: Layout) -> str:
-    """The whole page."""
+def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
+    """The whole page; ``bench`` are the estimates at 20 degrees Celsius, at which boards and sensors are tested."""
     spec = layout.spec
     parts = [f"{spec.name}: how it is put together", "", *_wrapped("", _head(layout)), ""]
-    for number, step in enumerate(_steps(layout), 1):
-        parts += [*_wrapped(f"{number:>2}. ", step), ""]
+    for number, step in enumerate(_steps(layout, estimates, bench), 1):
+        said, *lines = step.split("\n")
+        parts += [*_wrapped(f"{number:>2}. ", said), *(row for line in lines for row in _wrapped("    ", line)), ""]
     return "\n".join([*parts, *_checks(layout)]).rstrip("\n") + "\n"
 
 
@@ -40,21 +50,24 @@ def _head(layout: Layout) -> str:
     )
 
 
-def _steps(layout: Layout) -> Iterator[str]:
+def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
+    """The steps from the jig to the finished sensor; lines of figures follow a step's words after line breaks."""
     spec, at = layout.spec, levels(column(layout))
     yield from _prepared(layout)
+    yield bare_board(layout, estimates, bench)
+    yield from _primed(layout)
     yield "Lay the board, face with the coils up and tail in the slot, into the jig's base (jig-base)."
     if spec.elastomer is not None:
         yield _glued(layout, "elastomer", "the board", _above_board(at, "elastomer"))
     if spec.target is not None:
         under = "the elastomer" if spec.elastomer is not None else "the board"
         yield _glued(layout, "target", under, _above_board(at, "target"))
-    yield (
-        "Push the board out of the base from below, by the hole. Measure each coil's inductance and compare it with "
-        "estimate.json before going on: a sensor that is wrong here is not mended in the jaw."
-    )
+    yield "Push the board out of the base from below, by the hole."
     yield from _into_jaw(layout, at)
     yield from _sealed(layout)
+    if said := plugged(layout):
+        yield said
+    yield assembled(bench, _closing(layout))
 
 
 def _prepared(layout: Layout) -> Iterator[str]:
@@ -69,38 +82,46 @@ def _prepared(layout: Layout) -> Iterator[str]:
         )
     )
     yield f"Make the mount and the jig from mount/ ({mount.process}).{counts}"
+    if cures_badly(layout) and (poured is not None or skin_pour(layout) is not None):
+        yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
         yield (
             "Cut the elastomer by laser/, or cast it: mix "
-            f"{spec.elastomer.material.name} ({_amount(poured)}), take the air out of it, fill the cavities of "
+            f"{spec.elastomer.material.name} ({amount(poured)}), take the air out of it, fill the cavities of "
             "mould-tray a little over, draw mould-lid over it from one side, weigh it down and let it cure as its "
             "maker says. "
             f"Choose a pad that is {_length(plate_thickness(spec, 'elastomer'))} thick."
         )
 
 
-def _amount(poured: Pour) -> str:
-    """How much is mixed, and how much of it the pads are."""
-    pads = f"{1e6 * poured.pads * poured.pad:.2g} ml are the pads'"
-    if poured.mixed < LEAST_MIX:
-        return f"{1e6 * LEAST_MIX:g} ml, for less cannot be weighed out well; {pads}"
-    return f"{1e6 * poured.mixed:.2g} ml; {pads}"
+def _primed(layout: Layout) -> Iterator[str]:
+    """Which faces get a primer; nothing where none is needed."""
+    glue = layout.spec.assembly.adhesive
+    if glue is None or not glue.primer or layout.spec.elastomer is None:
+        return
+    yield (
+        f"Wipe {glue.primer.partition(' on ')[0]} on the elastomer's upper and lower face, on nothing else (board, "
+        f"target and metal need none), and let it dry before gluing. How long it dries and how long {glue.product} "
+        "sets stands on their data sheets."
+    )
 
 
 def _glued(layout: Layout, part: str, under: str, height: Toleranced | None) -> str:
     """One piece glued on another in the jig."""
     assembly = layout.spec.assembly
-    glue = assembly.adhesive
-    dries = glue is not None and glue.primer and layout.spec.elastomer is not None
-    primer = f", once {glue.primer.partition(' on ')[0]} has dried on the silicone" if glue and dries else ""
-    name = glue.product if glue is not None else "glue"
     line = f"{in_mm(assembly.glue_line)} +-{in_mm(assembly.glue_tolerance)} mm"
     measured = "" if height is None else f" From the board's top face to its upper face are {_length(height)} then."
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only. Wet {under} with a thin film of "
-        f"{name}{primer}, drop the {part} into the well, and press with jig-{part}-press until its collar lies on the "
+        f"{_glue(layout)}, drop the {part} into the well, and press with jig-{part}-press until its collar lies on the "
         f"frame: the glue line is {line}. Let it set, lift press and frame.{measured}"
     )
+
+
+def _glue(layout: Layout) -> str:
+    """What the pieces are glued with."""
+    glue = layout.spec.assembly.adhesive
+    return glue.product if glue is not None else "glue"
 
 
 def _above_board(at: Levels, part: str) -> Toleranced | None:
@@ -109,40 +130,38 @@ def _above_board(at: Levels, part: str) -> Toleranced | None:
 
 
 def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
+    """The steps on the jaw or the bench plate."""
     mount = layout.spec.mount
     assert mount is not None
     glued = [layer for layer in column(layout) if layer.is_glue]
     below = [layer.part.removeprefix("glue under the ") for layer in glued]
     order = below[: below.index("board") + 1] if "board" in below else []
     if not order:
-        if mount.kind == "bench-plate":
-            yield "Screw the mount down with four M2 screws and lay the board into its recess, tail in the slot."
+        yield from fastened(layout)
         return
+    yield from jaw_cut(layout)
     metal = at["jaw"][1]
     heights = ", ".join(f"{part} {_length(at[part][1] - metal)}" for part in order)
     yield (
-        f"Degrease the jaw's face. Glue on it, in this order: {', '.join(order)}, the board against the stop at the "
-        f"tip; press each until it is as high above the jaw's metal as this: {heights}."
+        f"Degrease the jaw's face. Glue on it with {_glue(layout)}, in this order: {', '.join(order)}, the board "
+        f"against the stop at the tip; press each until it is as high above the jaw's metal as this: {heights}."
     )
-    yield (
-        "Bend the tail only where the drawing of the board has its bend zone, and fix it to the jaw behind the body, "
-        "so that a pull on it does not reach the glue."
-    )
+    yield tail_held(layout, _glue(layout))
 
 
 def _sealed(layout: Layout) -> Iterator[str]:
-    film, mount = layout.spec.encapsulation, layout.spec.mount
+    """The film, where there is one."""
+    film = layout.spec.encapsulation
     if film is not None:
-        yield (
-            f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, the contacts "
-            "masked; no copper may be left open. Let it cure."
-        )
-    closes = (
-        ""
-        if mount is None or mount.jaw is None
-        else (" Close the jaws: they must close without force, and pass a gauge as wide as the port.")
-    )
-    yield f"Measure each coil again.{closes}"
+        yield skin(layout, film)
+
+
+def _closing(layout: Layout) -> str:
+    """What the jaws are tried for, before the figures; empty without jaws."""
+    mount = layout.spec.mount
+    if mount is None or mount.jaw is None:
+        return ""
+    return "Close the jaws: they must close without force, and pass a gauge as wide as the port. Open them. "
 
 
 def _checks(layout: Layout) -> list[str]:
@@ -161,3 +180,20 @@ def _checks(layout: Layout) -> list[str]:
 
 def _length(size: Toleranced) -> str:
     return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
+
+
+def _weights(content: bytes) -> list[str]:
+    """Lines of text out of ``mount/assembly.json``: what the sensor weighs, its centre, and its heaviest pieces."""
+    document = json.loads(content)
+    found, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
+    x, y, z = (round(value * 1e3, 2) + 0.0 for value in found["centre_m"])
+    mass = found["mass_kg"] * 1e6
+    lines = [
+        f"The sensor without jaws weighs {mass:.3g} mg; its centre is at x {x:.2f}, y {y:.2f}, z {z:.2f}",
+        "(mm, axes of mount/assembly.step; every piece is in mount/assembly.json, densities with their sources).",
+    ]
+    for each in sorted(pieces, key=lambda piece: (-(piece["mass_kg"] or 0.0), piece["name"]))[:6]:
+        lines.append(f"   {each['name']:<18} {each['material']:<18} {(each['mass_kg'] or 0.0) * 1e6:8.2f} mg")
+    if found["not_weighed"]:
+        lines.append(f"Not weighed, no density being known: {', '.join(found['not_weighed'])}.")
+    return lines

@@ -5,26 +5,38 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator
-from dataclasses import astuple, fields
+from dataclasses import astuple, fields, replace
 
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication.notes import contact_text, stiffener_text
 from sitscad.geometry.path import bounding_box
+from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.papers.capacitor import capacitance_text
+from sitscad.papers.mounting_notes import cures_badly
+from sitscad.papers.order_codes import Order, capacitor, order_of
 from sitscad.parts.mould import pour
+from sitscad.parts.mounts.screws import adapter_needed
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
 from sitscad.scene.column import column
 from sitscad.scene.stack import shield
+from sitscad.spec.pieces.mounting import HolePattern
 from sitscad.spec.places import place_in_words
 from sitscad.spec.sensor import ElastomerPad, Mount, SensorSpec, Target
 from sitscad.units import in_mm, show
 
+USUAL_CHIP = "chip-0603"
+"""What a tank capacitor is where the spec names no package: it can still be soldered by hand."""
+
+LIQUIDS = "two liquids"
+
 
 @record
 class Item:
-    """One row."""
+    """One row: what is needed for one sensor, and (``for_boards``) for as many as `fpc.boards` asks; maker and order
+    code where the data have them.
+    """
 
     item: str
     quantity: int
@@ -32,10 +44,13 @@ class Item:
     material: str
     size: str
     note: str
+    maker: str = ""
+    order_code: str = ""
+    for_boards: int = 0
 
 
 def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
-    """``bom.csv``: UTF-8, comma separated, one header row, quantities for one sensor."""
+    """``bom.csv``: UTF-8, comma separated, one header row, quantities for one sensor and for all."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow([field.name for field in fields(Item)])
@@ -45,7 +60,24 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
 
 def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     """The rows, in the order in which the sensor is put together; only what the spec contains."""
-    return (*_circuit(layout), *_converter(layout, estimates), *_soft_parts(layout), *_carriers(layout))
+    boards = layout.spec.fpc.boards or 1
+    found = (*_circuit(layout), *_converter(layout, estimates), *_soft_parts(layout), *_carriers(layout))
+    return tuple(
+        replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in found
+    )
+
+
+SHARED = ("adhesive", "primer", "jig", "mould")
+"""What one of serves for many sensors."""
+
+
+def _ordered(item: Item, order: Order | None) -> Item:
+    """A row with maker and code, and in its note what is not sure of them."""
+    if order is None:
+        return item
+    size = "; ".join(part for part in (item.size, order.words) if part and part not in item.note)
+    doubt = "; order code unverified: compare with the maker's list" if order.source.startswith("unverified") else ""
+    return replace(item, maker=order.maker, order_code=order.code, size=size, note=item.note + doubt)
 
 
 def _inert(cell: str) -> str:
@@ -54,8 +86,7 @@ def _inert(cell: str) -> str:
 
 
 def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
-    across = f"diameter {in_mm(size[0])}" if shape == "circle" else f"{in_mm(size[0])} x {in_mm(size[1])}"
-    return f"{across} x {in_mm(thickness)} mm"
+    return f"{PLATES[shape].size_in_words(size)} x {in_mm(thickness)} mm"
 
 
 def _circuit(layout: Layout) -> Iterator[Item]:
@@ -82,9 +113,10 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         yield Item("wires", len(layout.pads), "", "", "", "soldered to the contacts of the circuit")
         return
     connector = fpc.tail.connector
+    order = order_of("connector", connector.name, contacts=len(layout.pads))
     width = in_mm(connector.width(len(layout.pads)))
     thickness = f"{in_mm(connector.insertion_thickness)} +-{in_mm(connector.insertion_thickness_tolerance)} mm"
-    yield Item(
+    item = Item(
         "connector",
         1,
         f"{connector.name}, {len(layout.pads)} contacts",
@@ -92,6 +124,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         f"pitch {in_mm(connector.pitch)} mm, for a tail {width} mm wide and {thickness} thick",
         "on the converter's board; compare its drawing with the tail before ordering",
     )
+    yield _ordered(item, order)
 
 
 def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
@@ -105,7 +138,7 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
     else:
         place = "at the coil" if readout.capacitor_at == "coil" else "at the converter, across INxA and INxB"
     reason = estimates.readout.capacitance_reason
-    yield Item(
+    item = Item(
         "capacitor",
         coils,
         capacitance_text(chosen),
@@ -113,9 +146,11 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
         chip,
         f"one a coil, {place}" + (f"; {reason}" if reason else ""),
     )
+    yield _ordered(item, capacitor(chip or USUAL_CHIP, chosen) if chosen else None)
     device = readout.device
     used = f"{device.channels} channels each, {coils} used"
-    yield Item("converter", device.needed(coils), device.part, "", device.package, used)
+    item = Item("converter", device.needed(coils), device.part, "", device.package, used)
+    yield _ordered(item, order_of("converter", device.name))
     oscillator = f"{show(readout.clock, 'Hz')} oscillator"
     yield Item("clock", 1, oscillator, "", "", "to CLKIN: it is what frequencies are measured by")
     if readout.cable is not None:
@@ -127,7 +162,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
     """What lies on the board: elastomer, target, film."""
     spec = layout.spec
     if spec.elastomer is not None:
-        pad = spec.elastomer
+        pad, name = spec.elastomer, spec.elastomer.material.name
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
         size = _plate_size(pad.shape, pad.size, pad.thickness)
         note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf"
@@ -135,7 +170,9 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         if mixed is not None and spec.mount is not None:
             taken = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
             note += f"; or cast, {mixed.pads} at a time in mount/{spec.name}-mould-tray, which takes {taken}"
-        yield Item("elastomer", 1, pad.shape, pad.material.name, size, note + _place(pad))
+            note += ", sealed first (mount/assembly.txt)" if cures_badly(layout) else ""
+        item = Item("elastomer", 1, pad.shape, name, size, note + _bought_as(name) + _place(pad))
+        yield _ordered(item, order_of("elastomer", name))
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
@@ -148,6 +185,14 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         yield Item(
             "encapsulation", 1, "film", film.material.name, size, "cast or coated over board, elastomer and target"
         )
+
+
+def _bought_as(material: str) -> str:
+    """How a silicone is bought; nothing where the data do not say."""
+    order = order_of("elastomer", material)
+    if order is None or order.words != LIQUIDS:
+        return ""
+    return f"; sold as {LIQUIDS}: cast it, or order cured sheet of this thickness from a maker of silicone sheet"
 
 
 def _place(plate: Target | ElastomerPad) -> str:
@@ -169,7 +214,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     yield from _glue(layout)
     if spec.mount is None:
         return
-    yield from _mount(spec, spec.mount)
+    yield from _mount(layout, spec, spec.mount)
     if spec.mount.jaw is not None:
         jaw = spec.mount.jaw
         size = f"{in_mm(jaw.width)} x {in_mm(jaw.length)} x {in_mm(jaw.height)} mm"
@@ -195,14 +240,44 @@ def _glue(layout: Layout) -> Iterator[Item]:
         yield Item("primer", 1, adhesive.primer, "", "", "wiped on the elastomer's faces before they are glued")
 
 
-def _mount(spec: SensorSpec, mount: Mount) -> Iterator[Item]:
+def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
     """The printed pieces, named and measured as in the drawing of the assembly."""
     note = "print from mount/"
     if mount.kind != "grasper-pad":
-        yield Item("mount", 1, mount.kind, "printed", f"standoff {in_mm(mount.standoff)} mm", note)
+        yield from _not_in_a_jaw(layout, mount, note)
         return
     sheet = shield_heights(spec)
     whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
     spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")
+
+
+def _not_in_a_jaw(layout: Layout, mount: Mount, note: str) -> Iterator[Item]:
+    """A plate, a cap or a part of the user's own, and the screws for it."""
+    standoff = f"standoff {in_mm(mount.standoff)} mm"
+    if mount.kind == "custom":
+        if mount.step is not None:
+            yield Item("mount", 1, mount.step.file, "", standoff, "a part of your own")
+        return
+    yield Item("mount", 1, mount.kind, "printed", standoff, note)
+    if mount.finger is not None:
+        thread = f"M{in_mm(mount.finger.screw)}"
+        yield Item("set screw", 2, thread, "plastic or brass", "", "tap the cap's holes for them; clamp the finger")
+    if mount.holes is not None:
+        yield from _screws(layout, mount.holes)
+
+
+def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
+    """What a plate is screwed down by."""
+    corner, below = "M2", adapter_needed(layout)
+    if below:
+        yield Item("adapter", 1, "mount-adapter", "printed", "", f"print from mount/; screwed on {pattern.name} first")
+        words = f"heads sunk in the adapter ({pattern.name})"
+        yield Item("screw", len(below), pattern.thread or f"for {in_mm(below[0].diameter)} mm holes", "", "", words)
+        yield Item("screw and nut", 4, corner, "", "", "plate on adapter; nuts let in from below")
+        return
+    own = [hole for hole in pattern.holes if pattern.name not in ("corners-m2",)]
+    count = 4 if pattern.grid is not None or not own else len(own)
+    thread = pattern.thread or f"for {in_mm(pattern.holes[0].diameter)} mm holes"
+    yield Item("screw", count, thread, "", "", f"of the plate ({pattern.name})")

@@ -137,39 +137,43 @@ def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device]) -> st
             "read_back_time_s": estimates.readout.read_back_time,
         },
         "supply_current_A": estimates.readout.supply_current,
-        "coils": [
-            {
-                "name": coil.name,
-                "converter": converter.channel_of(index).converter,
-                "channel": converter.channel_of(index).number,
-                "i2c_address": converter.channel_of(index).address,
-                "centre_m": list(coil.centre),
-                "expected": {
-                    name: {
-                        "force_N": spec.requirements.normal_force if name == PRESSED else 0.0,
-                        "frequency_Hz": state.frequency,
-                        "inductance_H": state.converter_inductance,
-                    }
-                    for name, state in coil.states.items()
-                },
-                **force_document(coil, spec.requirements.normal_force),
-            }
-            for index, coil in enumerate(estimates.coils)
-        ],
-        "converters": [
-            {
-                "i2c_address": device.address,
-                "addr_pin": addr_pin(converter, device.address),
-                "channels": list(device.coils),
-                "registers": [
-                    {"address": r.address, "name": r.name, "value": r.value, "meaning": r.meaning}
-                    for r in device.registers
-                ],
-            }
-            for device in found
-        ],
+        "coils": [_coil_document(spec, coil, index) for index, coil in enumerate(estimates.coils)],
+        "converters": [_device_document(converter, device) for device in found],
     }
     return json.dumps(value, indent=2) + "\n"
+
+
+def _coil_document(spec: SensorSpec, coil: CoilEstimate, index: int) -> dict[str, Any]:
+    """One coil as it stands in the JSON: its channel and place, and what is expected of it."""
+    channel, force = spec.readout.device.channel_of(index), spec.requirements.normal_force
+    return {
+        "name": coil.name,
+        "converter": channel.converter,
+        "channel": channel.number,
+        "i2c_address": channel.address,
+        "centre_m": list(coil.centre),
+        "expected": {
+            name: {
+                "force_N": force if name == PRESSED else 0.0,
+                "frequency_Hz": state.frequency,
+                "inductance_H": state.converter_inductance,
+            }
+            for name, state in coil.states.items()
+        },
+        **force_document(coil, force),
+    }
+
+
+def _device_document(converter: Converter, device: Device) -> dict[str, Any]:
+    """One converter as it stands in the JSON: its address and its registers."""
+    return {
+        "i2c_address": device.address,
+        "addr_pin": addr_pin(converter, device.address),
+        "channels": list(device.coils),
+        "registers": [
+            {"address": r.address, "name": r.name, "value": r.value, "meaning": r.meaning} for r in device.registers
+        ],
+    }
 
 
 def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device]) -> str:
@@ -211,27 +215,8 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device]) -> s
 
 def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
-    readout, force, part = estimates.readout, spec.requirements.normal_force, spec.readout.device.part
-    times = (readout.settle_time, readout.conversion_time, readout.switch_time)
-    lines = []
-    if None not in times:
-        settling, conversion, switch = (_shown(time, "s", 3) for time in times)
-        lines += (
-            [
-                f"The one coil is converted over and over: conversion {conversion}, then a pause, taken as {switch}.",
-                f"It settles once, {settling}, before the first conversion.",
-            ]
-            if len(estimates.coils) == 1
-            else [f"Every coil takes of each scan: settling {settling}, conversion {conversion}, switch {switch}."]
-        )
-    if readout.scan_rate is not None:
-        lines.append(
-            f"{readout.scan_rate:.1f} scans a second; reading the results over I2C at 400 kHz takes "
-            f"{_shown(readout.read_back_time, 's', 3)} of each."
-        )
-    if readout.supply_current is not None:
-        lines.append(f"Supply current about {_shown(readout.supply_current, 'A', 3)}.")
-    lines += ["", "Expected (estimates; compare with what the first board gives):"]
+    force, part = spec.requirements.normal_force, spec.readout.device.part
+    lines = [*_timing(estimates), "", "Expected (estimates; compare with what the first board gives):"]
     for coil in estimates.coils:
         for name, state in coil.states.items():
             lines.append(
@@ -255,6 +240,30 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
         "it does. The losses and the 5 ns of the drive make L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q; a cable",
         "between coil and capacitor adds its own. `sitscad estimate` prints the same L beside the one at the contacts.",
     ]
+
+
+def _timing(estimates: Estimates) -> list[str]:
+    """What a scan takes, and the supply's current."""
+    readout, lines = estimates.readout, list[str]()
+    times = (readout.settle_time, readout.conversion_time, readout.switch_time)
+    if None not in times:
+        settling, conversion, switch = (_shown(time, "s", 3) for time in times)
+        lines += (
+            [
+                f"The one coil is converted over and over: conversion {conversion}, then a pause, taken as {switch}.",
+                f"It settles once, {settling}, before the first conversion.",
+            ]
+            if len(estimates.coils) == 1
+            else [f"Every coil takes of each scan: settling {settling}, conversion {conversion}, switch {switch}."]
+        )
+    if readout.scan_rate is not None:
+        lines.append(
+            f"{readout.scan_rate:.1f} scans a second; reading the results over I2C at 400 kHz takes "
+            f"{_shown(readout.read_back_time, 's', 3)} of each."
+        )
+    if readout.supply_current is not None:
+        lines.append(f"Supply current about {_shown(readout.supply_current, 'A', 3)}.")
+    return lines
 
 
 def _scatter(state: StateEstimate) -> str:
@@ -307,6 +316,7 @@ def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
 
 
 def _device(converter: Converter, number: int, device: Device) -> list[str]:
+    """The lines of one converter: its address, its channels and its registers."""
     pin, macro, name = addr_pin(converter, device.address), f"{converter.part}_{number}", converter.name
     channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
     lines = [

@@ -178,6 +178,7 @@ def _panel_name(layout: Layout) -> str:
 
 
 def _tolerances(layout: Layout) -> str:
+    """The tolerances of the order, in words."""
     rules = layout.spec.fpc.rules
     places = ", ".join(f"{place} {text}" for place, text in thickness_texts(layout).items())
     return (
@@ -310,6 +311,7 @@ def _care(layout: Layout) -> Iterator[tuple[str, str]]:
 
 
 def _test(layout: Layout) -> Iterator[tuple[str, str]]:
+    """What the bare board is tested for, name and value."""
     pins = "; ".join(
         f"{net}: {', '.join(str(pad.number) for pad in layout.pads if pad.net == net) or 'no contact'}"
         for net in layout.nets

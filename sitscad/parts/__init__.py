@@ -30,11 +30,13 @@ def solids(layout: Layout) -> tuple[Solid, ...]:
 
 
 def aids(layout: Layout) -> tuple[Solid, ...]:
-    """What the sensor is put together with: the pieces of the jig, and the mould for the elastomer.
+    """What the sensor is put together with: the pieces of the jig, and the moulds for the elastomer and for the skin.
 
     Raises `MissingExtra` without a CAD kernel.
     """
     from sitscad.parts.jig import jig
     from sitscad.parts.mould import mould
+    from sitscad.parts.skin_mould import skin_mould
 
-    return (*jig(layout), *mould(layout))
+    skin = skin_mould(layout)
+    return (*jig(layout), *mould(layout), *((skin,) if skin is not None else ()))

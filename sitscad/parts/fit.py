@@ -78,13 +78,13 @@ def interferences(solids: tuple[Solid, ...], tolerance: float = 1e-15) -> tuple[
     found = []
     for (first, a), (second, b) in combinations(bodies, 2):
         if float((a ^ b).volume()) * 1e-9 > tolerance:
-            volume = _shared_volume(first, second)
+            volume = shared_volume(first, second)
             if volume > tolerance:
                 found.append(Interference(first.name, second.name, volume))
     return tuple(found)
 
 
-def _shared_volume(first: Solid, second: Solid) -> float:
+def shared_volume(first: Solid, second: Solid) -> float:
     """Exact volume (m3) that two solids share."""
     shared = first.shape & second.shape
     return 1e-9 * sum(float(part.volume) for part in shared.solids()) if shared else 0.0

@@ -2,30 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from sitscad.geometry.path import Point, rounded
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
+from sitscad.parts.imported import imported
+from sitscad.parts.mounts.retention import cut_for
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole, seat_heights, top_height
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range, rim, section
+from sitscad.scene.jaws import POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
+from sitscad.spec.pieces.mounting import Jaw
 from sitscad.spec.profiles.presets import metal_colour
-from sitscad.spec.sensor import Jaw
 
 TIP_ROUNDING = 0.5e-3
 
 
 def jaw(layout: Layout) -> Solid | None:
     """The jaw's metal, its face at the standoff below the board, centred under the board's body."""
-    fitted, seat = fitted_jaw(layout), seat_heights(layout.spec)
-    if fitted is None or seat is None:
+    fitted, seat, mount = fitted_jaw(layout), seat_heights(layout.spec), layout.spec.mount
+    if seat is None or mount is None or mount.metal is None:
         return None
-    shape = _pocketed(
-        layout, fitted, _bar(layout, rim(fitted), seat[0] + (rim(fitted).height - fitted.height)), seat[0]
-    )
-    return Solid("jaw", shape, fitted.material.name, metal_colour(fitted.material.name), BodyRole.JAW)
+    metal = mount.metal.name
+    if mount.is_jaw_unmeasured and mount.step is not None:
+        shape = imported(layout, mount.step, axis(layout), seat[0])
+    elif fitted is None:
+        return None
+    elif fitted.step is not None:
+        shape = imported(layout, fitted.step, axis(layout), seat[0])
+    else:
+        bar = _bar(layout, rim(fitted), seat[0] + (rim(fitted).height - fitted.height))
+        shape = cut_for(layout, _pocketed(layout, fitted, bar, seat[0], (fitted.pocket, fitted.recess)), seat[0])
+    return Solid("jaw", shape, metal, metal_colour(metal), BodyRole.JAW)
 
 
 def opposing(layout: Layout) -> tuple[Solid, ...]:
@@ -36,22 +46,36 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     bd = require("build123d")
     pad, top = fitted.opposing_pad_thickness, top_height(layout.spec)
     (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
-    mirrored = _bar(layout, fitted, -(top + pad)).mirror(bd.Plane.XY)
-    found = [
-        Solid("opposing-jaw", mirrored, fitted.material.name, metal_colour(fitted.material.name), BodyRole.OPPOSING_JAW)
-    ]
+    mirrored, metal = _other(layout, fitted, -(top + pad)).mirror(bd.Plane.XY), fitted.material.name
+    found = [Solid("opposing-jaw", mirrored, metal, metal_colour(metal), BodyRole.OPPOSING_JAW)]
     if pad > 0.0:
-        half = section(fitted).face / 2
-        sheet = box(x0, y - half, top, x1, y + half, top + pad)
+        half, along = section(fitted).face / 2, (x1 - x0) / 2
+        if fitted.opposing_pocket is not None and fitted.opposing_recess:
+            along, half = (size / 2 - POCKET_CLEARANCE for size in fitted.opposing_pocket)
+        middle = (x0 + x1) / 2
+        sheet = box(middle - along, y - half, top, middle + along, y + half, top + pad)
         found.append(Solid("opposing-pad", sheet, "pad", "#5f6b6d", BodyRole.OPPOSING_PAD))
     return tuple(found)
 
 
-def _pocketed(layout: Layout, fitted: Jaw, bar: Any, floor: float) -> Any:
-    """The bar with its pad pocket, as high as the floor (m), and the window through it."""
-    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
-    middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + fitted.recess + 1e-3
-    for size, bottom in ((fitted.pocket if fitted.recess else None, floor), (fitted.fenestration, low)):
+def _other(layout: Layout, fitted: Jaw, floor: float) -> Any:
+    """The other jaw lying face up, its face at a height (m): the file's again where the jaw is one, as its mirror
+    image; else the jaw's section with a pocket of its own.
+    """
+    if fitted.step is not None:
+        return imported(layout, fitted.step, axis(layout), floor)
+    recess = fitted.opposing_recess if fitted.opposing_pocket is not None else 0.0
+    tall = replace(fitted, height=fitted.height + recess)
+    return _pocketed(layout, fitted, _bar(layout, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
+
+
+def _pocketed(
+    layout: Layout, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float]
+) -> Any:
+    """The bar with a pad pocket (its size, and how high its rims stand, m) and the window through it."""
+    (x0, x1), y, (pad, recess) = jaw_range(layout, fitted), axis(layout).y, pocket
+    middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
+    for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):
         if size is not None:
             along, across = size[0] / 2, size[1] / 2
             block = box(middle - along, y - across, bottom, middle + along, y + across, high)

@@ -9,12 +9,14 @@ as they were meant to be, whoever presses.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+from sitscad.geometry.convex import within_box
 from sitscad.geometry.path import Path, Point, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
-from sitscad.parts.mount import grown, plate_plan
+from sitscad.parts.mounts.plate import grown, plate_plan
 from sitscad.parts.prism import one_solid, prism, raised
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import Body, BodyRole, board_heights, elastomer, target
@@ -55,14 +57,18 @@ def clearance(layout: Layout) -> float:
 
 
 def _base(layout: Layout, plan: Box) -> Any:
+    """The jig's base: a block with the board's outline sunk in, a hole to push it out, and pins."""
     under = board_heights(layout.spec)[0]
     body = prism(rectangle(*plan, 2e-3), under - FLOOR, 0.0)
+    near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
+    if near is not None:  # a longer tail makes the same jig, to the last digit
+        layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
     body = one_solid(body - raised(grown(layout), under, 1e-3), "jig")
     for solid in _stiffener_room(layout, plan, under):
         body = one_solid(body - solid, "jig")
     middle = Point((layout.body[0] + layout.body[2]) / 2, (layout.body[1] + layout.body[3]) / 2)
     body = one_solid(body - prism(circle(middle, PUSH_HOLE / 2), under - FLOOR - 1e-3, 1e-3), "jig")
-    for at, size in _pins(plan):
+    for at, size in pins(plan):
         body = one_solid(body + prism(circle(at, size / 2), -FLOOR / 2, PIN_HEIGHT), "jig")
     return body
 
@@ -93,7 +99,7 @@ def _windowed(layout: Layout, plan: Box, height: float, cuts: tuple[tuple[Body, 
     """A plate on the base with windows: each a body, what is left free round it, and from where to where (m)."""
     frame = prism(rectangle(*plan, 2e-3), 0.0, height)
     gap = clearance(layout)
-    for at, size in _pins(plan):
+    for at, size in pins(plan):
         frame = one_solid(frame - prism(circle(at, size / 2 + gap), -1e-3, height + 1e-3), "jig")
     for body, room, lower, upper in cuts:
         lower, upper = (lower if lower > 0.0 else -1e-3), (upper if upper < height else height + 1e-3)
@@ -126,7 +132,7 @@ def _corners(outline: Path) -> list[Point]:
     return [segment.start for segment in outline]
 
 
-def _pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
+def pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
     """Where the pins stand, and how thick they are: in two corners, clear of board and tail."""
     low = Point(plan[0] + PIN_INSET, plan[1] + PIN_INSET)
     high = Point(plan[2] - PIN_INSET, plan[3] - PIN_INSET)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,12 @@ def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> Triang
     clean(solid.shape.wrapped)
     vertices = np.array([(p.X, p.Y, p.Z) for p in points])
     return _welded(solid.name, vertices, np.array(triangles))
+
+
+@lru_cache(maxsize=1)
+def seen(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
+    """The meshes of solids that are looked at, not made: within 20 um of their faces, curves in steps of 20 degrees."""
+    return tuple(tessellate(solid, 0.02, 0.35) for solid in solids)
 
 
 def manifold(mesh: TriangleMesh) -> Any:

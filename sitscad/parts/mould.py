@@ -18,11 +18,12 @@ from sitscad.parts.prism import MM, face, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.record import record
 from sitscad.scene.bodies import Body, BodyRole, elastomer
+from sitscad.scene.printing import print_limit
 
 MATERIAL, COLOUR = "printed resin", "#c9b8a9"
 DRAFT = math.radians(3.0)
 FLOOR, BORDER, LID = 2.0e-3, 4.0e-3, 2.0e-3
-GROOVE, RIM = 1.0e-3, 0.8e-3
+GROOVE, RIM = 1.0e-3, 1.0e-3
 VENT = 1.0e-3
 CAVITIES = 4
 """A bad pad of four is a pad to throw away, not an afternoon."""
@@ -59,7 +60,7 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
     pad = elastomer(layout.spec)
     if pad is None:
         return ()
-    pieces = (("mould-tray", _tray(pad)), ("mould-lid", _lid(pad)))
+    pieces = (("mould-tray", _tray(pad)), ("mould-lid", _lid(pad, _vent(layout))))
     return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOULD) for name, shape in pieces)
 
 
@@ -115,12 +116,18 @@ def _outline(pad: Body, centre: Point, room: float) -> Path:
     return rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y)
 
 
-def _lid(pad: Body) -> Any:
+def _vent(layout: Layout) -> float:
+    """The diameter (m) of the lid's vents: as small as the process that prints it makes holes."""
+    mount = layout.spec.mount
+    return max(VENT, print_limit(mount.process if mount is not None else "resin", "hole").value)
+
+
+def _lid(pad: Body, size: float) -> Any:
     """A flat plate with vents over the grooves, where they leave no mark on a pad."""
     lid = prism(_plan(pad), 0.0, LID)
     for centre in _centres(pad):
         beside = _size(pad)[1] / 2 + RIM + GROOVE / 2
         for side in (-1.0, 1.0):
-            vent = circle(Point(centre.x, centre.y + side * beside), VENT / 2)
+            vent = circle(Point(centre.x, centre.y + side * beside), size / 2)
             lid = one_solid(lid - prism(vent, -1e-3, LID + 1e-3), "mould")
     return lid

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.geometry.path import Arc, Path, Point, circle, rectangle
+from sitscad.geometry.path import Arc, Path, Point
 from sitscad.geometry.region import Region
 from sitscad.parts.extras import require
 from sitscad.parts.solid import PartsError
@@ -38,17 +38,9 @@ def box(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> Any
     return bd.Solid.make_box((x1 - x0) * MM, (y1 - y0) * MM, (z1 - z0) * MM, corner)
 
 
-def plate_outline(shape: str, size: tuple[float, float], centre: tuple[float, float], margin: float = 0.0) -> Path:
-    """The outline of a square, rectangle or circle, grown by `margin` (m) with round corners."""
-    x, y = size[0] / 2 + margin, size[1] / 2 + margin
-    if shape == "circle":
-        return circle(Point(*centre), x)
-    return rectangle(centre[0] - x, centre[1] - y, centre[0] + x, centre[1] + y, margin)
-
-
 def one_solid(shape: Any, what: str) -> Any:
     """The single solid that a boolean left; raises `PartsError` when it left none or several."""
-    found = shape.solids()
+    found = shape.solids() if shape is not None else []
     if len(found) != 1:
         raise PartsError(f"the {what} falls into {len(found)} pieces; its parts in the spec do not join")
     return found[0]

@@ -98,7 +98,7 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
 
 
 def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Array) -> Array:
-    # Influence of every cell on every other, faces (2 a layer) times cells, then the charge of each layer at 1 V.
+    """Charges (F) of layers at 1 V from the influence of every cell on every other."""
     count = shift.size
     place = (np.repeat(shift, 2)[:, None] + middle).ravel()
     cosine, sine = np.cos(np.outer(waves, place)), np.sin(np.outer(waves, place))
@@ -115,7 +115,7 @@ def _faces(slabs: Sequence[Slab]) -> list[tuple[int, int]]:
 
 
 def _layered_green(slabs: Sequence[Slab], waves: Array) -> Array:
-    # Potential at interface i of a unit charge wave at interface j: inverse of the chain of slabs, for every wave.
+    """Potential at interface i of a unit charge wave at interface j: inverse of the chain of slabs, for every wave."""
     count = len(slabs) + 1
     chain = np.zeros((waves.size, count, count))
     for k, slab in enumerate(slabs):

@@ -9,7 +9,7 @@ from sitscad.record import record
 
 
 def resonance_frequency(inductance: float, capacitance: float) -> float:
-    """1 / (2 pi sqrt(L C)) in hertz."""
+    """1 / (2 pi sqrt(L C)) in hertz (Thomson 1853), of henries and farads."""
     return 1.0 / (2.0 * math.pi * math.sqrt(inductance * capacitance))
 
 
@@ -19,7 +19,7 @@ def parallel_resistance(inductance: float, resistance: float, frequency: float) 
 
 
 def quality_factor(inductance: float, resistance: float, frequency: float) -> float:
-    """Omega L / R."""
+    """Quality factor omega L / R of a coil in henries and ohms at a frequency in hertz; without a unit."""
     return 2.0 * math.pi * frequency * inductance / resistance
 
 

@@ -52,6 +52,7 @@ def read_baseline(path: str) -> Baseline:
 
 
 def _entries(spec: Mapping[str, Any]) -> dict[str, Severity]:
+    """The severities of a spec's findings by their identities."""
     told = [*spec["findings"], *(entry["finding"] for entry in spec.get("ignored", []))]
     findings = [
         Finding(str(entry["rule"]), "", Severity(entry["severity"]), "", key=entry["key"], file=entry.get("file"))

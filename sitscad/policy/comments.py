@@ -60,6 +60,7 @@ def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
 
 
 def _comment(line: int, column: int, words: str, known: frozenset[str]) -> Comment:
+    """The comment that words say: rules and reason, or what is wrong with it."""
     match = _RULES.fullmatch(words.rstrip())
     if match is None:
         return Comment(line, column, fault="it names no rule; write # sitscad: ignore SIT103 and the reason")

@@ -49,6 +49,7 @@ def nearest_policy(folder: Path, rules: Iterable[RuleTexts]) -> Policy:
 
 
 def _content(path: Path) -> bytes:
+    """A file's bytes; PolicyError where it cannot be read or is too large."""
     try:
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
@@ -77,6 +78,7 @@ def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
 
 
 def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) -> Policy:
+    """The policy that a table says; PolicyError for what it does not know."""
     for key in table:
         _require(key in KEYS, path, f"{key!r} is no key of sitscad's configuration", key, KEYS)
     ignored, reasons = table.get("ignore", []), {}
@@ -107,6 +109,7 @@ def _is_below(profiles: object, path: Path) -> bool:
 
 
 def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:
+    """The patterns of a list, each of which stands for a rule; PolicyError for others."""
     if not isinstance(value, list) or not all(isinstance(entry, str) and entry for entry in value):
         raise PolicyError(f"{path}: {key} is no list of rules")
     known = [word for rule in rules for word in (rule.id, rule.name)]

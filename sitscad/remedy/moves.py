@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from sitscad.finding import Edit
 from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.shapes import LONG_PLATE
 from sitscad.layout.routing.closing import least_closing
 from sitscad.remedy.fix import Fix
 from sitscad.spec.places import footprint
@@ -237,9 +238,9 @@ def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple
     """
     sides = [f"{side * 1e3:.6g}" for side in size]
     both = Edit(f"{key}.size", f"[{', '.join(sides)}]")
-    if plate.shape == "rectangle":
+    if plate.outline.is_long:
         yield (both,), replace(plate, size=size)
         return
     yield (Edit(f"{key}.size", f"{max(size) * 1e3:.6g}"),), replace(plate, size=(max(size),) * 2)
     if size[0] != size[1]:
-        yield (Edit(f"{key}.shape", "rectangle"), both), replace(plate, shape="rectangle", size=size)
+        yield (Edit(f"{key}.shape", LONG_PLATE), both), replace(plate, shape=LONG_PLATE, size=size)

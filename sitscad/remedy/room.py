@@ -102,6 +102,7 @@ def least(
 
 
 def _between(spec: SensorSpec, move: Move, works: Works, low: float, high: float, halvings: int) -> float:
+    """The smallest move (m) between two that works, to within so many halvings."""
     for _ in range(halvings):
         middle = _rounded(0.5 * (low + high))
         if middle >= high - 0.5 * GRAIN:

@@ -88,6 +88,23 @@ def untried(fixes: Iterable[Fix], left: Left) -> str:
     return "" if fix is None else f"perhaps {fix.words} (not tried)"
 
 
+def first_or_vain(fixes: list[Fix], left: Left, instead: tuple[str, str, str]) -> str:
+    """The first fix that mends, in words, with the alternative to it; where the search ended before it found one, the
+    first that was not tried; else what else would do, and what was tried in vain.
+
+    ``instead`` is what stands between the fix and "(it was tried)", the alternative, and what else would do.
+    """
+    between, alternative, else_does = instead
+    found = first_that_mends(fixes, left)
+    if found is not None:
+        return f"{found.words}{between} (it was tried), or {alternative}"
+    if left.is_cut_short:
+        perhaps = untried(fixes, left)
+        return f"{perhaps}, or {alternative}" if perhaps else ""
+    vain = f" (tried in vain: {in_vain(fixes, left)})" if fixes else ""
+    return f"{else_does}{vain}"
+
+
 def broken_by(fixes: Iterable[Fix], left: Left) -> tuple[str, ...]:
     """All that fixes leave or break, of those that were tried."""
     return tuple(sorted({rule for fix in fixes for rule in left(fix) or ()}))

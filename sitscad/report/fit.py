@@ -81,7 +81,7 @@ def fit_json(measure: Measure) -> dict[str, Any]:
 
 
 CLOSING_TITLE = "The jaws about their hinge, on tissue between them at the sensor's middle"
-CLOSING_HEAD = ("tissue", "angle between the faces", "touches first")
+CLOSING_HEAD = ("tissue", "angle between the faces", "touches first", "faces slide until parallel")
 _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 
 
@@ -102,7 +102,9 @@ def closing_rows(closing: Closing | None) -> list[list[str]]:
     most = closing.most
     angles = [(t, closing.tilt(t)) for t in at if most is None or t <= most]
     return [
-        [_length(t, 3), f"{math.degrees(angle):.1f} deg", _first(angle)] for t, angle in angles if angle is not None
+        [_length(t, 3), f"{math.degrees(angle) + 0.0:.1f} deg", _first(angle), _length(abs(closing.slide(t) or 0.0), 3)]
+        for t, angle in angles
+        if angle is not None
     ]
 
 
@@ -119,7 +121,8 @@ def closing_json(closing: Closing) -> dict[str, Any]:
         "reach_m": closing.reach,
         "opening_rad": closing.opening,
         "most_m": closing.most,
-        "tilt": [{"thickness_m": t, "tilt_rad": closing.tilt(t)} for t in _TISSUE],
+        "pivot_offset_m": closing.offset,
+        "tilt": [{"thickness_m": t, "tilt_rad": closing.tilt(t), "slide_m": closing.slide(t)} for t in _TISSUE],
     }
 
 

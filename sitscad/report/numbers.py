@@ -369,6 +369,7 @@ def _matrix(estimates: Estimates, colour: bool) -> str:
 
 
 def _mutual_error(estimates: Estimates) -> list[str]:
+    """The largest error of the mutual inductances, in words."""
     pairs = zip(estimates.inductance_matrix, estimates.inductance_matrix_error, strict=False)
     shares = [
         error / abs(value)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
+from sitscad.drawing.page_style import STYLE
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail.contacts import Contact, head
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
@@ -45,7 +46,6 @@ from sitscad.report.signal import (
     other_rows,
     signal_rows,
 )
-from sitscad.report.style import STYLE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.unverified import unverified_figures
 from sitscad.units import show
@@ -75,7 +75,7 @@ def render(
     parts = [
         _head(checked, spec, estimates),
         _tiles(estimates),
-        _part("Findings", _findings(checked)),
+        _part("Findings", findings_part(checked)),
         _part("Layout", "".join(_figure(caption, svg) for caption, svg in pictures.items())),
         _part("Contacts", _contacts(wiring, spec.readout.device.part)),
         _part("Electrical numbers", _electrical(estimates)),
@@ -166,7 +166,8 @@ def _incomplete(estimates: Estimates) -> str:
     return f"<p class='banner'>{escape(estimates.incomplete)}</p>" if estimates.incomplete else ""
 
 
-def _findings(checked: CheckedSpec) -> str:
+def findings_part(checked: CheckedSpec) -> str:
+    """The page's part with all findings, the gravest first, those with a place numbered as on the picture."""
     numbers = {id(finding): number for number, finding in numbered_places(checked.findings)}
     articles = (_finding(checked, finding, numbers.get(id(finding))) for finding in by_weight(checked.findings))
     return ("".join(articles) or "<p>Nothing was found.</p>") + _ignored(checked)
@@ -242,6 +243,7 @@ def _readout(estimates: Estimates) -> str:
 
 
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:
+    """The page's part about the stack: section, gaps, pressed pad."""
     drawn = "Section from the film to the jaw; heights to scale, widths not."
     figure = f"<figure>{section(spec)}<figcaption>{drawn}</figcaption></figure>"
     stackup = spec.fpc.stackup

@@ -17,7 +17,7 @@ from sitscad.report.quantities import NONE, quantity
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
-    from sitscad.estimates.response.performance import Performance
+    from sitscad.estimates.performance.values import Performance
     from sitscad.estimates.response.values import Response
 
     Felt = Sequence[Performance]
@@ -47,9 +47,13 @@ FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "
 
 
 def _felt_rows(felt: Felt) -> Iterator[list[str]]:
+    """The rows of what the sensor feels, one a point and axis."""
     for point in felt:
         for name, axis in point.axes.items():
-            cause = max(axis.errors, key=lambda one: axis.errors[one])
+            lasting = {
+                cause: error for cause, error in axis.errors.items() if "before" not in cause and "without" not in cause
+            }
+            cause = max(lasting, key=lambda one: lasting[one])
             cross = max(point.crosstalk[name].values(), default=0.0)
             yield [
                 point.at, name, f"{axis.range:.3g}", axis.limited_by, f"{1e3 * axis.resolution:.3g}",
@@ -62,7 +66,7 @@ COLUMNS = ("L", "R", "by target", "+-", "frequency", "counts", "Rp")
 
 
 def _rows(response: Response, k: int) -> Iterator[list[str]]:
-    # One a coil; the point itself is said once.
+    """One row a coil; the point itself is said once."""
     x, y, z, rx, ry, rz = response.poses[k]
     place = ", ".join(f"{1e3 * value + 0.0:.4g}" for value in (x, y, z))
     turn = ", ".join(f"{math.degrees(value) + 0.0:.4g}" for value in (rx, ry, rz))
@@ -74,6 +78,7 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
 
 
 def _cells(response: Response, k: int, c: int) -> list[str]:
+    """One coil's cells at one point."""
     counts, error = response.counts[k, c], float(response.target_change_error[k, c, c])
     return [
         quantity(float(response.inductance[k, c]), "H", 6),
@@ -87,6 +92,7 @@ def _cells(response: Response, k: int, c: int) -> list[str]:
 
 
 def _said(response: Response) -> Iterator[str]:
+    """The notes of all points, each once."""
     seen: dict[str, int] = {}
     for own in response.notes:
         for note in own:
@@ -123,7 +129,7 @@ AXES = ("x", "y", "z")
 
 
 def _flat(response: Response) -> dict[str, NDArray[np.float64]]:
-    # Columns of numbers by name.
+    """Columns of numbers by name."""
     from sitscad.estimates.response.values import POSE_NAMES
 
     coils = response.coils

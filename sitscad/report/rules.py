@@ -21,6 +21,7 @@ GROUPS = {
     "1": "Fabrication",
     "2": "Electrical and readout",
     "3": "Fit and mechanics",
+    "4": "What the sensor feels",
 }
 """Headings by the first figure of a rule's number."""
 

@@ -5,7 +5,6 @@ Heights follow from the spec alone and are worked out here, nowhere else; z = 0 
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
 
 from sitscad.geometry.footprint import Footprint
@@ -32,6 +31,8 @@ class BodyRole(StrEnum):
     ENCAPSULATION = "encapsulation"
     OPPOSING_JAW = "opposing-jaw"
     OPPOSING_PAD = "opposing-pad"
+    COPPER = "copper"
+    GLUE = "glue"
     JIG = "jig"
     MOULD = "mould"
 
@@ -125,13 +126,6 @@ def seat_heights(spec: SensorSpec) -> Heights | None:
     """From the face that carries the mount up to the board's bottom face: the standoff; None without a mount."""
     lower = board_heights(spec)[0]
     return None if spec.mount is None else (lower - spec.mount.standoff, lower)
-
-
-def room_behind(spec: SensorSpec) -> float:
-    """The room (m) from the board's bottom face to the shield, or to what carries the mount; endless without either."""
-    if spec.shield is not None:
-        return spec.shield.gap
-    return math.inf if spec.mount is None else spec.mount.standoff
 
 
 def seat_spans(board_bottom: float, standoff: float, shield: Heights | None) -> list[Heights]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from sitscad.layout.board import Layout
 from sitscad.record import record
@@ -33,6 +34,7 @@ from sitscad.scene.jaws import (
     section,
     shield_that_fits,
 )
+from sitscad.scene.seating import side_ledges
 from sitscad.scene.toleranced import Reach, Toleranced, reach
 from sitscad.spec.sensor import Jaw
 
@@ -154,6 +156,7 @@ def closed_section(layout: Layout) -> ClosedSection | None:
 
 
 def _closed_pair(layout: Layout, pair: ClosedSection) -> Measure:
+    """The circle that the closed pair needs, with the shares of all its parts."""
     spec, layers = layout.spec, column(layout)
     outline, placed = outline_tolerance(spec), placement(spec)
     parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
@@ -181,6 +184,7 @@ def _overhang(layout: Layout, jaw: Jaw) -> Measure:
 
 
 def _length(layout: Layout, jaw: Jaw) -> Measure:
+    """The body's length against the jaw's."""
     outline, metal = outline_tolerance(layout.spec), jaw_tolerance(layout.spec, jaw.length)
     length = layout.body_size[0]
     parts = (
@@ -212,11 +216,22 @@ def _jaw_corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> It
         yield Corner(name, Toleranced(0.0), faces[back] - middle)
         for depth in (side, Toleranced(0.0)):
             yield Corner(name, half, faces[inner] + depth * inward - middle)
+    yield from _opposing_rims(layout, jaw, at, middle)
     if rim(jaw) is not jaw:
         tall = section(rim(jaw))
         edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec, tall.face).band, "jaw across")
         for below in (0.0, tall.side):
             yield Corner("jaw", edge, at["jaw"][1] + Toleranced(jaw.recess - below) - middle)
+
+
+def _opposing_rims(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    """Edges of the rims beside the other jaw's pad pocket; none without one."""
+    if jaw.opposing_pocket is None or not jaw.opposing_recess:
+        return
+    tall = section(replace(jaw, height=jaw.height + jaw.opposing_recess))
+    edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec, tall.face).band, "jaw across")
+    for above in (0.0, tall.side):
+        yield Corner("opposing jaw", edge, at["opposing-jaw"][0] + Toleranced(above - jaw.opposing_recess) - middle)
 
 
 def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
@@ -231,6 +246,13 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
         half = Toleranced(half_width(layout, sheet[0])) + _placed(layout, "shield")
         for level in at["shield"]:
             yield Corner("shield", half, level - middle)
+    ledges = side_ledges(layout)
+    if ledges is not None and "mount" in at:
+        aside = Toleranced.of(ledges[1], 0.5 * printed.band, "mount across") + placed
+        foot = at["mount"][0]
+        height = Toleranced.of(board_heights(spec)[1] - metal, printed.band, "ledge")
+        for level in (foot, foot + height):
+            yield Corner("mount", aside, level - middle)
 
 
 def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:

@@ -94,10 +94,17 @@ def half_width(layout: Layout, z: float) -> float:
     Seat and shield are made to measure, so they are narrowed where a body's width would stand out of the port's circle,
     with glue and tolerances at their worst.
     """
-    half, jaw, span = layout.body_size[1] / 2, fitted_jaw(layout), closed_span(layout)
+    return min(layout.body_size[1] / 2, room_across(layout, z))
+
+
+def room_across(layout: Layout, z: float) -> float:
+    """Half the width (m) that port and pad pocket leave at height z, glue and tolerances at their worst; endless
+    without a jaw.
+    """
+    jaw, span = fitted_jaw(layout), closed_span(layout)
     if jaw is None or span is None:
-        return half
-    half = min(half, _pocket_half(jaw, z - (span[0] + jaw.height)))
+        return math.inf
+    half = _pocket_half(jaw, z - (span[0] + jaw.height))
     radius, aside = made_to_measure(layout, jaw), z - (span[0] + span[1]) / 2
     return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
 

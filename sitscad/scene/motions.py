@@ -24,6 +24,9 @@ LOAD: Names = ("normal", "shear_x", "shear_y")
 ROTATIONS = ("free", "held")
 """Whether a loaded target tilts as it likes, or a flat face keeps it parallel."""
 
+LOAD_METHODS = ("law", "finite-elements")
+"""How loads become poses: by the pad's law, or by finite elements, which take minutes."""
+
 BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(LOAD, 1.0)}
 """What a bare number counts in: millimetres, degrees, newtons."""
 
@@ -46,14 +49,17 @@ class MotionError(ValueError):
 
 @record(eq=False)
 class Motions:
-    """What is asked for: poses (n, 6; m, rad) and loads (k, 3; N) with, for each load, whether rotation is held."""
+    """What is asked for: poses (n, 6; m, rad), loads (k, 3; N) with, for each load, whether rotation is held, and load
+    cases of the spec by name.
+    """
 
     poses: Array
     loads: Array
     held: NDArray[np.bool_]
+    cases: Names = ()
 
     def __len__(self) -> int:
-        return len(self.poses) + len(self.loads)
+        return len(self.poses) + len(self.loads) + len(self.cases)
 
 
 def dimension(name: str) -> str:
@@ -78,9 +84,9 @@ LOWEST, HIGHEST = 1e4, 1e8
 
 def read_motions(
     poses: Iterable[str] = (), pose_files: Iterable[str] = (), loads: Iterable[str] = (),
-    load_files: Iterable[str] = (), scans: Iterable[str] = (),
+    load_files: Iterable[str] = (), scans: Iterable[str] = (), cases: Iterable[str] = (),
 ) -> Motions:  # fmt: skip
-    """Texts and files together, poses first, scans last; the pose at rest where nothing is asked for.
+    """Texts and files together, poses first, scans and load cases last; the pose at rest where nothing is asked for.
 
     Raises MotionError for what cannot be read, OSError for a file that cannot be opened.
     """
@@ -102,10 +108,13 @@ def read_motions(
         else:
             pushed.append(rows)
             held.append(np.full(len(rows), rotation))
-    if not found and not pushed:
+    named = tuple(cases)
+    if not found and not pushed and not named:
         found = [np.zeros((1, 6))]
-    none = np.zeros(0, dtype=bool)
-    return Motions(_stacked(found, 6), _stacked(pushed, 3), np.concatenate([none, *held]))
+    forces, none = _stacked(pushed, 3), np.zeros(0, dtype=bool)
+    if np.any(forces[:, 0] < 0.0):
+        raise MotionError(f"normal={forces[:, 0].min():g}: it presses towards the board, 0 or more; no pad is pulled")
+    return Motions(_stacked(found, 6), forces, np.concatenate([none, *held]), named)
 
 
 def _stacked(parts: Sequence[Array], width: int) -> Array:
@@ -118,7 +127,7 @@ def _row(text: str, names: Names) -> tuple[list[float], bool]:
 
 
 def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
-    # name=value, separated by commas; of loads also rotation=free or held.
+    """The values of "name=value, ..." by name, and of loads whether rotation is held."""
     found: dict[str, float] = {}
     rotation = "free"
     for part in filter(None, (piece.strip() for piece in text.split(","))):
@@ -137,6 +146,7 @@ def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[
 
 
 def _number(name: str, text: str) -> float:
+    """A value in SI, bare or with its unit; MotionError where it is none."""
     try:
         value = float(text) * BARE[name]
     except ValueError:
@@ -150,6 +160,7 @@ def _number(name: str, text: str) -> float:
 
 
 def _scanned(text: str) -> tuple[Array, Names, bool]:
+    """The points of a scan (n, names), what they are of, and whether rotation is held."""
     first = text.split(",")[0].partition("=")[0].strip()
     names = LOAD if first in LOAD or first == "rotation" else POSE
     ranges: dict[str, Array] = {}
@@ -171,6 +182,7 @@ def _scanned(text: str) -> tuple[Array, Names, bool]:
 
 
 def _range(name: str, text: str) -> Array:
+    """The values of FIRST:LAST:COUNT, or the one value."""
     parts = text.split(":")
     if len(parts) == 1:
         return np.array([_number(name, text)])
@@ -180,11 +192,13 @@ def _range(name: str, text: str) -> Array:
 
 
 def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_]]:
-    path = Path(name)
-    if path.is_file() and path.stat().st_size > LARGEST:
+    """The rows of a CSV file (n, names), and which of them have their rotation held; MotionError with the row."""
+    with Path(name).open("rb") as file:  # a device has no size and no end
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
         raise MotionError(f"{name} is larger than {LARGEST // 1_000_000} MB")
     try:
-        lines = path.read_text(encoding="utf-8-sig")
+        lines = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise MotionError(f"{name} is not text in UTF-8") from error
     table = csv.reader(line for line in io.StringIO(lines) if line.strip() and not line.lstrip().startswith("#"))
@@ -201,7 +215,7 @@ def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _columns(file: str, head: Sequence[str], names: Names) -> Mapping[int, tuple[str, float | None]]:
-    # By column its name, and its factor where the header names the unit.
+    """By column its name, and its factor where the header names the unit."""
     found: dict[int, tuple[str, float | None]] = {}
     for k, title in enumerate(head):
         name, _, unit = title.rpartition("_")
@@ -219,6 +233,7 @@ def _columns(file: str, head: Sequence[str], names: Names) -> Mapping[int, tuple
 def _cells(
     where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
 ) -> tuple[list[float], bool]:
+    """One row of a file: its values, and whether rotation is held."""
     values, held = dict.fromkeys(names, 0.0), False
     for k, (name, factor) in columns.items():
         text = cells[k].strip()

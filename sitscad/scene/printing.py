@@ -19,7 +19,9 @@ class PrintLimit:
 
 @cache
 def print_limit(process: str, figure: str) -> PrintLimit:
-    """A process's limit: `figure` is wall, free_wall, hole or clearance; raises KeyError where there is no such row."""
+    """A process's limit: `figure` is wall, free_wall, hole, clearance, pin, groove or escape; raises KeyError where
+    there is no such row.
+    """
     for row in rows("print_limits"):
         if (row["process"], row["figure"]) == (process, figure):
             source = row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"

@@ -80,6 +80,7 @@ def ground(layout: Layout) -> Path:
 
 
 def _jaws(layout: Layout) -> Iterator[Body]:
+    """The jaws as bodies, and the other one's pad."""
     jaw, seat = fitted_jaw(layout), seat_heights(layout.spec)
     if jaw is None or seat is None:
         return

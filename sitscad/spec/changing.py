@@ -16,8 +16,8 @@ from sitscad.spec.format.diagnosis import finding_from_text
 from sitscad.spec.format.document import VERSION
 from sitscad.spec.format.rewriting import CannotWriteError, rewritten
 from sitscad.spec.format.writing import flow, plain, yaml_text
-from sitscad.spec.format.yaml_reader import read_yaml
-from sitscad.spec.format.yaml_text import TextError
+from sitscad.spec.format.yaml.reader import read_yaml
+from sitscad.spec.format.yaml.text import TextError
 from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
@@ -70,6 +70,7 @@ def _checked(key: Any) -> str:
 
 
 def _changed(text: str, key: str, value: Any) -> str:
+    """The text with another value at a key: the place alone where it can, else written anew."""
     if value is not None:
         try:
             return rewritten(text, (Edit(key, flow(value)),))

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from sitscad.spec.format.diagnosis import finding_from_flaw, finding_from_text
 from sitscad.spec.format.document import SpecDocument
-from sitscad.spec.format.kinds import is_profile_file
+from sitscad.spec.format.kinds.preset import is_profile_file
 from sitscad.spec.format.reading import decoded, in_order, read_file, read_section
-from sitscad.spec.format.yaml_text import MAX_BYTES, TextError
+from sitscad.spec.format.yaml.text import MAX_BYTES, TextError
 from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.rules import ROOM_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec

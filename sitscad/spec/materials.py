@@ -17,8 +17,30 @@ class Conductor:
 
 
 @record
+class Losses:
+    """What a silicone's force is off by beside its modulus, carried as error and never corrected.
+
+    Hysteresis (largest distance of loading from unloading) and creep (drift of the first minutes under a load held),
+    all in parts of the full scale of force; how the modulus grows with temperature, and the linear expansion (1/K).
+    """
+
+    hysteresis_normal: float = 0.0971
+    hysteresis_shear: float = 0.0877
+    creep: float = 0.05
+    modulus_by_temperature: float = 1.0 / 293.15
+    expansion: float = 300e-6
+    source: str = "hysteresis of Ecoflex 00-30 (Jones thesis 7.3.2), creep and expansion from memory, unverified"
+
+
+NEO_HOOKEAN = 2.0
+"""The exponent of an Ogden material that is neo-Hookean."""
+
+
+@record
 class ElastomerMaterial:
-    """A silicone: small-strain shear modulus (Pa) with its relative uncertainty (one sigma), bulk modulus (Pa)."""
+    """A silicone: small-strain shear modulus (Pa) with its relative uncertainty (one sigma), bulk modulus (Pa), the
+    exponent alpha of W = (2 mu / alpha^2) (sum of the stretches to the power alpha - 3) (Ogden), and its losses.
+    """
 
     name: str
     shear_modulus: float
@@ -27,6 +49,8 @@ class ElastomerMaterial:
     hardness: str = ""
     density: float | None = None
     source: str = ""
+    ogden_exponent: float = NEO_HOOKEAN
+    losses: Losses = Losses()
 
 
 @record

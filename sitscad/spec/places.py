@@ -12,7 +12,7 @@ from sitscad.spec.sensor import ElastomerPad, SensorSpec, Target
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
     """The place of a plate, the target at rest."""
     (x, y), (dx, dy) = spec.array.middle, plate.offset
-    is_round = plate.shape == "circle"
+    is_round = plate.outline.is_round
     rotation = plate.rotation if isinstance(plate, Target) and not is_round else 0.0
     return Footprint(is_round, plate.size, Point(x + dx, y + dy), rotation)
 
@@ -23,6 +23,6 @@ def place_in_words(plate: Target | ElastomerPad) -> str:
     if any(plate.offset):
         x, y = (f"{length * 1e3:.6g}" for length in plate.offset)
         words.append(f"centre [{x}, {y}] mm from the coils' mean")
-    if isinstance(plate, Target) and plate.rotation and plate.shape != "circle":
+    if isinstance(plate, Target) and plate.rotation and not plate.outline.is_round:
         words.append(f"turned by {math.degrees(plate.rotation):.6g} deg")
     return ", ".join(words)

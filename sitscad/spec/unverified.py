@@ -57,15 +57,18 @@ def _glue(spec: SensorSpec) -> Adhesive | None:
 
 
 def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
+    """The figures of presets in use that nobody has verified."""
     fpc, mount = spec.fpc, spec.mount
     jaw = mount.jaw if mount is not None else None
-    metals = [part.material for part in (spec.target, spec.shield, jaw) if part is not None]
+    metals = [part.material for part in (spec.target, spec.shield) if part is not None]
+    metals += [mount.metal] if mount is not None and mount.metal is not None else []
     soft = [part.material for part in (spec.elastomer, spec.encapsulation) if part is not None]
     used = [
         ("stackup", fpc.stackup.name),
         *(("connector", tail.connector.name) for tail in (fpc.tail,) if tail is not None),
         *(("chip", chip.name) for chip in (spec.readout.chip,) if chip is not None),
-        *(("jaw", each.name) for each in (jaw,) if each is not None and each.source != WRITTEN),
+        *(("jaw", each.preset) for each in (jaw,) if each is not None and each.preset),
+        *(("hole pattern", holes.name) for holes in (mount.holes if mount is not None else None,) if holes is not None),
         *(("conductor", name) for name in dict.fromkeys(m.name for m in metals if m.source != WRITTEN)),
         *(("elastomer", name) for name in dict.fromkeys(m.name for m in soft if m.source != WRITTEN)),
         *(("adhesive", glue.name) for glue in (_glue(spec),) if glue is not None),
@@ -73,4 +76,6 @@ def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
     ]
     for kind, name in used:
         for field, value, source in presets.unverified_rows(kind, name):
+            if kind == "jaw" and jaw is not None and field in jaw.written:
+                continue
             yield UnverifiedFigure(f"{kind} {name} {field}".strip(), value, source)

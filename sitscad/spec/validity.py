@@ -19,23 +19,19 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format import document as form
 from sitscad.spec.format.diagnosis import finding_from_flaw
 from sitscad.spec.format.fabricator_document import RulesDocument
-from sitscad.spec.format.kinds import (
-    Choice,
-    Either,
-    Kind,
-    Layers,
-    Number,
-    NumberOrList,
-    Pair,
-    Quantity,
-    Sourced,
-    Text,
-    described,
-)
+from sitscad.spec.format.kinds.figure import Sourced
+from sitscad.spec.format.kinds.kind import Either, Kind
+from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList
+from sitscad.spec.format.kinds.quantity import Pair, Quantity
+from sitscad.spec.format.kinds.refusal import described
+from sitscad.spec.format.kinds.word import Choice, Text
+from sitscad.spec.format.materials_document import ConductorDocument, ElastomerDocument
+from sitscad.spec.format.mount_document import FingerDocument, JawDocument, MountDocument, RetentionDocument
 from sitscad.spec.format.remarks import Flaw, Remarks
 from sitscad.spec.format.section import Section
 from sitscad.spec.issue import Issue
 from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.pieces.mounting import Finger, Jaw, Mount, Retention
 from sitscad.spec.resolver.array import MOST_COILS, check_gaps
 from sitscad.spec.resolver.coil import check_amount, check_coil
 from sitscad.spec.rules import SpecError
@@ -45,8 +41,6 @@ from sitscad.spec.sensor import (
     ElastomerPad,
     Encapsulation,
     FpcSpec,
-    Jaw,
-    Mount,
     PanelSpec,
     ReadoutSpec,
     Requirements,
@@ -69,14 +63,16 @@ SECTIONS: dict[type, type[Section]] = {
     Target: form.TargetDocument,
     ElastomerPad: form.ElastomerPadDocument,
     Encapsulation: form.EncapsulationDocument,
-    Mount: form.MountDocument,
-    Jaw: form.JawDocument,
+    Mount: MountDocument,
+    Jaw: JawDocument,
+    Retention: RetentionDocument,
+    Finger: FingerDocument,
     Shield: form.ShieldDocument,
     Cable: form.CableDocument,
     ReadoutSpec: form.ReadoutDocument,
     Requirements: form.RequirementsDocument,
-    Conductor: form.ConductorDocument,
-    ElastomerMaterial: form.ElastomerDocument,
+    Conductor: ConductorDocument,
+    ElastomerMaterial: ElastomerDocument,
 }
 """The section of the format that has the keys of a value's fields."""
 
@@ -138,6 +134,7 @@ def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
 
 
 def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Flaw]:
+    """What of a tuple is not of its type."""
     many = len(inner) == 2 and inner[1] is Ellipsis
     if not isinstance(value, tuple) or (not many and len(value) != len(inner)):
         yield _mistyped(value, tuple[inner], key)  # type: ignore[valid-type]
@@ -147,6 +144,7 @@ def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Fla
 
 
 def _is_scalar(value: Any, wanted: Any) -> bool:
+    """Whether a value is of a plain type, numbers finite."""
     if wanted is type(None):
         return value is None
     if wanted is float:
@@ -179,6 +177,7 @@ def _hints(of: Hashable) -> dict[str, Any]:
 
 
 def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
+    """Values that no text could have, out of their kinds' ranges."""
     yield from _out_of_range(spec, "")
     for index, layer in enumerate(spec.fpc.stackup.layers):
         yield from _refused(layer.thickness, _LAYER, f"fpc.stackup.layers.{index}.thickness")
@@ -207,6 +206,7 @@ def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
 
 
 def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
+    """What a kind of value refuses of a value in SI."""
     if is_dataclass(value):
         yield from _out_of_range(value, key)
         return

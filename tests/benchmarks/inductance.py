@@ -26,7 +26,7 @@ WINDING, MUTUAL = "inductance of a coil", "mutual inductance of two coils"
 
 def geometry(design: designs.Design) -> WindingGeometry:
     """The design as the methods want it."""
-    return WindingGeometry(design.spec, design.spirals, (), design.drawn)
+    return WindingGeometry(design.spec, design.spirals, design.drawn)
 
 
 def methods(shape: str) -> list[Method]:

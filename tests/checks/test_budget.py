@@ -127,12 +127,12 @@ def test_what_stands_around_a_board_changes_and_its_windings_are_not_solved_agai
 
 
 def test_the_command_takes_the_choice(tmp_path, capsys):
-    from sitscad.cli import _run
+    from sitscad.cli import run
 
     path = tmp_path / "spec.yaml"
     path.write_text("sitscad: 1\nname: few\ncoil: {shape: circle, outer_diameter: 3, turns: 3, layers: 2, "
                     "trace_width: 100 um, trace_spacing: 100 um}\n", encoding="utf-8")  # fmt: skip
-    assert _run(["check", "--hints", "none", str(path)]) == 1
+    assert run(["check", "--hints", "none", str(path)]) == 1
     assert NOT_FURTHER in capsys.readouterr().out
-    assert _run(["check", "--hints", "more", str(path)]) == 2
+    assert run(["check", "--hints", "more", str(path)]) == 2
     assert "'more' is not one of none, decisive, full" in capsys.readouterr().err

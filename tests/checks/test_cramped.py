@@ -97,8 +97,8 @@ def test_other_faults_leave_the_findings_as_they_are():
 def test_the_command_shows_what_was_tried(tmp_path, capsys):
     path = tmp_path / "spec.yaml"
     path.write_text(templates.read("bench_7mm").replace("pitch: 8 ", "pitch: 7 "), encoding="utf-8")
-    from sitscad.cli import _run
+    from sitscad.cli import run
 
-    assert _run(["check", str(path)]) == 2
+    assert run(["check", str(path)]) == 2
     assert "gives room, to leads and vias as well (it was tried" in capsys.readouterr().out
     assert "mended" in sitscad.__all__

@@ -11,6 +11,7 @@ import pytest
 
 from sitscad.checks.assembly.plates import target_proportions
 from sitscad.design import Design
+from sitscad.estimates.response.pad import soft_pad
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
@@ -49,6 +50,16 @@ def test_a_tail_that_leaves_the_ports_circle_is_told(aside, judge, design, drawn
     assert found.measured > 8e-3 and found.limit == spec.mount.jaw.port_diameter
 
 
+def test_a_jaw_wider_than_its_port(judge, design):
+    """A face that was measured decides by where it is; without one the back would be taken as narrow as the port."""
+    spec = design()
+    wide = with_jaw(spec, width=12e-3, port_diameter=10e-3)
+    found = [f for f in judge("SIT303", wide, lay_out(wide)) if f.key == "mount.jaw.width"]
+    assert [(f.severity, f.measured, f.limit) for f in found] == [("error", 12e-3, 10e-3)]
+    flat = with_jaw(spec, width=12e-3, face=4.4e-3, port_diameter=10e-3)
+    assert not [f for f in judge("SIT303", flat, lay_out(flat)) if f.key == "mount.jaw.width"]
+
+
 def test_width_and_length(judge, design, drawn):
     spec = design()
     layout = drawn(spec)
@@ -77,6 +88,7 @@ def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
     """Nominally 4.99 mm, 5.2 by root-sum-square, 5.6 at worst (more on a wider back); sources change nothing."""
     spec = with_jaw(design(), port_diameter=port, source=source)
     found = judge("SIT303", spec, replace(drawn(design()), spec=spec))
+    found = [f for f in found if f.key != "mount.jaw.width"]
     assert [f.severity for f in found] == ([severity] if severity else [])
     for f in found:
         assert f.limit == port < f.measured < 5.9e-3
@@ -93,7 +105,8 @@ def test_a_bench_plate_is_not_checked_against_a_jaw(verdicts, design, drawn):
 
 
 def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
-    spec = design(elastomer={"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15})
+    miniature = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15}
+    spec = design(elastomer=miniature, encapsulation=None)
     (found,) = judge("SIT304", spec)
     assert (found.severity, found.limit) == (Severity.ERROR, 0.5)
     assert 0.57 < found.measured < 0.73 and "extrapolated" in found.message
@@ -102,6 +115,8 @@ def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
     )
     (stiff,) = judge("SIT304", replace(spec, elastomer=pad))
     assert stiff.measured == pytest.approx(0.57, abs=0.005)
+    (skinned,) = judge("SIT304", design(elastomer=miniature))
+    assert skinned.measured < found.measured
 
 
 @pytest.mark.parametrize(
@@ -115,7 +130,7 @@ def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
     ],
 )
 def test_elastomer_strain(modulus, sigma, severity, limit, judge, design):
-    spec = design()
+    spec = design(encapsulation=None)
     material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
     found = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
     assert [(f.severity, f.limit) for f in found] == ([(severity, limit)] if severity else [])
@@ -126,7 +141,7 @@ def test_elastomer_strain(modulus, sigma, severity, limit, judge, design):
 @pytest.mark.parametrize(("modulus", "sigma"), [(30e3, 0.0), (53e3, 0.35), (25e3, 0.7), (40e3, 1.5)])
 def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus, judge, advised, design):
     """The hint, followed to its last digit, is enough; a hundredth less is not."""
-    spec = design()
+    spec = design(encapsulation=None)
     soft = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma, bulk_modulus=bulk_modulus)
     (found,) = advised("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=soft)))
     assert ("(it was tried)" in found.hint) is (found.severity is Severity.ERROR)
@@ -142,7 +157,7 @@ def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus
 def test_the_preset_that_is_named_is_the_softest_one_that_is_stiff_enough(rule, force, judge, advised, design):
     soft = {"material": "ecoflex-00-10", "shape": "square", "size": 4, "thickness": 1, "kerf": 0.15}
     wanted = {"requirements__normal_force": f"{force} N", "requirements__shear_force": f"{force / 5} N"}
-    wanted |= {"target__size": 4, "array": None}
+    wanted |= {"target__size": 4, "array": None, "encapsulation": None}
     found, *_ = advised(rule, design(elastomer=soft, **wanted))
     named = re.search(r"the softest preset that does is ([\w-]+), ", found.hint).group(1)
     moduli = {name: presets.elastomer(name).shear_modulus for name in presets.names("elastomer")}
@@ -156,7 +171,7 @@ def test_no_preset_is_named_where_none_is_stiff_enough(advised, design):
 
 
 def test_message_and_measured_of_the_strain_agree(judge, design):
-    spec = design()
+    spec = design(encapsulation=None)
     for modulus, sigma in ((52e3, 0.35), (40e3, 0.7), (8e3, 0.1)):
         material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
         (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
@@ -258,14 +273,15 @@ def test_a_target_on_part_of_its_pad_strains_and_shears_that_part(judge, design)
     """Stiffness of the whole pad made both come out too low, on the unsafe side."""
     soft = {"material": "dragon-skin-10", "shape": "square", "size": 8, "thickness": 1, "kerf": 0.15}
     assert judge("SIT304", design(elastomer=soft, target__size=8)) == []
-    (found,) = judge("SIT304", design(elastomer=soft, target__size=3.5))
-    assert found.measured > found.limit and "19 % of the pad" in found.message and "larger target" in found.hint
+    (found,) = judge("SIT304", design(elastomer=soft, target__size=3, encapsulation=None))
+    assert found.measured > found.limit and "14 % of the pad" in found.message and "larger target" in found.hint
     thick = {**soft, "material": "ecoflex-00-30", "thickness": 2}
-    assert [f.severity for f in judge("SIT312", design(elastomer=thick, target__size=8))] == [Severity.NOTE]
-    strained, moved = judge("SIT312", design(elastomer=thick, target__size=3.5))
+    bare = {"elastomer": thick, "encapsulation": None, "requirements__normal_force": "0.2 N"}
+    assert [f.severity for f in judge("SIT312", design(target__size=8, **bare))] == [Severity.NOTE]
+    strained, moved = judge("SIT312", design(target__size=3.5, **bare))
     assert strained.severity is Severity.WARNING and strained.limit == VALID_SHEAR
     modulus = design(elastomer=thick).elastomer.material.shear_modulus
-    assert moved.measured == pytest.approx(1.0 * 2e-3 / (modulus * 12.25e-6))
+    assert 0.3 < moved.measured / (1.0 * 2e-3 / (modulus * 12.25e-6)) < 0.8  # the rim helps
 
 
 def test_tail_bend(judge, verdicts, design, drawn):
@@ -331,21 +347,27 @@ def test_bare_metal(judge, design):
 def test_a_thin_pad_does_not_hide_its_shear_strain(judge, design):
     """A pad sheared by 540 % passed: its travel was less than half the coils' distance, for it was thin."""
     soft = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 0.3, "kerf": 0.15}
-    (found,) = judge("SIT312", design(elastomer=soft, target__size=4, requirements__shear_force="2 N"))
-    assert found.severity is Severity.WARNING and found.measured > 5.0 and "unverified" in found.source
+    bare = {"target__size": 4, "requirements__shear_force": "2 N", "encapsulation": None}
+    (found,) = judge("SIT312", design(elastomer=soft, **bare))
+    assert found.severity is Severity.WARNING and found.measured > 4.0 and "unverified" in found.source
     wanted, unit = re.search(r"shear modulus of ([\d.]+) (\wPa)", found.hint).groups()
     material = design(elastomer=soft).elastomer.material
     stiff = {"name": "stiff", "uncertainty": material.shear_modulus_sigma, "shear_modulus": f"{wanted} {unit}"}
-    assert judge("SIT312", design(elastomer=soft | {"material": stiff}, target__size=4,
-                                  requirements__shear_force="2 N")) == []  # fmt: skip
+    assert judge("SIT312", design(elastomer=soft | {"material": stiff}, **bare)) == []
 
 
 def test_elastomer_shear(judge, verdicts, design):
-    soft = design(elastomer={"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15})
+    pad = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15}
+    soft = design(elastomer=pad, target__size=4, encapsulation=None, requirements__normal_force="0.2 N")
     strained, found = judge("SIT312", soft)
-    modulus = soft.elastomer.material.shear_modulus
-    assert found.measured == pytest.approx(1.0 * 2e-3 / (modulus * 16e-6)) and found.limit == pytest.approx(2.25e-3)
-    assert strained.measured == pytest.approx(1.0 / (modulus * 16e-6)) and "262 %" in strained.message
+    travel = soft_pad(soft).pose([[0.2, 1.0, 0.0]], is_held=True)[0, 0]
+    assert found.measured == pytest.approx(travel) and found.limit == pytest.approx(2.25e-3)
+    assert strained.measured == pytest.approx(travel / 2e-3)
+    plain = 1.0 / (soft.elastomer.material.shear_modulus * 16e-6)
+    assert 0.8 < strained.measured / plain < 1.1  # bonded edges and bending soften, large shear hardens
+    (lost,) = judge("SIT312", design(elastomer=pad, target__size=4, encapsulation=None))
+    assert lost.severity is Severity.WARNING and "it gives way" in lost.message
+    assert not judge("SIT312", design(elastomer=pad, target__size=4))  # a skin of PDMS bears it
     assert "no pitch" in verdicts("SIT312", design(array=None))[1][0].reason
 
 
@@ -358,7 +380,7 @@ def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, forc
     """117 mm2 were asked for on a face of 100 mm2."""
     mount = {"kind": kind, "standoff": 0.7} | ({"jaw": "generic-5mm"} if kind == "grasper-pad" else {})
     soft = {"material": "ecoflex-00-50", "shape": "square", "size": 4.5, "thickness": 1}
-    spec = design(mount=mount, elastomer=soft, shield=None, requirements__shear_force=force)
+    spec = design(mount=mount, elastomer=soft, shield=None, encapsulation=None, requirements__shear_force=force)
     hint = judge("SIT312", spec)[0].hint
     assert words in hint
     asked = float(re.search(r"(?:have to be|pad of) ([\d.]+) mm2", hint)[1])
@@ -370,7 +392,8 @@ def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, forc
 def test_a_small_target_is_refused_only_for_a_strain_that_is_certain(size, force, severity, judge, design):
     """What lies around it was taken as not helping, and the upper bound that this is refused pads that hold."""
     spec = design(
-        mount=None, shield=None, elastomer__size=size, elastomer__thickness=2, elastomer__material="ecoflex-00-30",
+        mount=None, shield=None, encapsulation=None, elastomer__offset=[1.5 if size > 4.5 else 0, 0],
+        elastomer__size=size, elastomer__thickness=2, elastomer__material="ecoflex-00-30",
         requirements__normal_force=f"{force} N",
     )  # fmt: skip
     (found,) = judge("SIT304", spec)

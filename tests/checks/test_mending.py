@@ -21,7 +21,7 @@ from sitscad.record import record  # noqa: E402
 from sitscad.remedy.mending import mended_text  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.format.rewriting import rewritten  # noqa: E402
-from sitscad.spec.format.yaml_reader import read_yaml  # noqa: E402
+from sitscad.spec.format.yaml.reader import read_yaml  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
 from sitscad.spec.rules import SpecError  # noqa: E402
 
@@ -92,19 +92,14 @@ array: {pattern: line, count: 2, pitch: 4.35}
 fpc: {tail: {connector: zif-0.5mm, contacts: 4}}
 """
 
-CAREFULLY = """\
-sitscad: 1
-name: broken-coil
-coil:
-  shape: circle   # round
-  outer_diameter: 3,5 mm   # size
-  turns: "6.5"
-  trace_width: 100 um
-  trace_spacing: 100 um
-  corner_radius: 1
-array: {pattern: line, count: 2, pitch: 3}
-fpc: {tail: {connector: zif-0.5mm, contacts: 2}}
-"""
+CAREFULLY = (
+    MENDED.replace("3.5 mm", "3,5 mm")
+    .replace("6.5", '"6.5"')
+    .replace("radius: 0", "radius: 1")
+    .replace("4.35", "3")
+    .replace("contacts: 4", "contacts: 2")
+)
+"""The same with safe changes alone."""
 
 
 def test_what_keeps_a_spec_from_being_read_is_mended_as_far_as_it_can_be_told():

@@ -80,7 +80,7 @@ def test_two_specs_of_one_name_are_refused_before_anything_is_made(run, tmp_path
 def test_an_unknown_part_names_the_known_ones(run, tmp_path):
     done = run("build", "good.yaml", "--only", "gerbre")
     assert done.code == 2
-    assert "gerber, kicad, laser, mount, mesh, firmware, report" in done.err
+    assert "gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, report" in done.err
     assert not (tmp_path / "outputs").exists()
 
 

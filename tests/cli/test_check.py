@@ -181,7 +181,7 @@ def test_the_job_page_shows_the_boards_and_nothing_is_written_elsewhere(run, mon
 def test_the_job_page_stays_within_what_github_takes(run, monkeypatch, tmp_path):
     page = tmp_path / "page.md"
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(page))
-    monkeypatch.setattr("sitscad.cli.SUMMARY_LIMIT", 4000)
+    monkeypatch.setattr("sitscad.cli.checking.SUMMARY_LIMIT", 4000)
     run("check", "good.yaml", "weak.yaml", "--hints", "none", "--format", "github")
     assert page.stat().st_size <= 4000 and "```text" not in page.read_text(encoding="utf-8")
 

@@ -113,11 +113,13 @@ def test_permissions_and_links_stay(run, slips, tmp_path):
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anything")
-def test_a_file_that_may_only_be_read_is_left(run, slips):
-    slips.chmod(0o440)
-    done = run("check", "--fix", "slips.yaml")
-    assert done.code == 2 and "may only be read" in done.err and slips.read_text() == SLIPS
+def test_a_file_that_may_only_be_read_is_left(run, open_folder, as_a_user):
+    locked = open_folder / "locked.yaml"
+    locked.write_bytes(SLIPS.encode())
+    locked.chmod(0o444)
+    with as_a_user():
+        done = run("check", "--fix", str(locked))
+    assert done.code == 2 and "may only be read" in done.err and locked.read_text() == SLIPS
 
 
 def test_json_tells_the_fixes_of_a_finding(run, slips):

@@ -98,3 +98,17 @@ def test_wrong_usage_is_a_sentence(run, pair, arguments, said):
     done = run("response", *arguments)
     assert (done.code, done.out) == (2, "")
     assert said in done.err
+
+
+def test_load_cases_by_name(run, pair, tmp_path):
+    text = PAIR + "loads: {press: {}, scissor: {opening: 10 deg, normal: 1 N}, edge: {normal: 1 N, offset: [1, 0]}}\n"
+    (tmp_path / "cases.yaml").write_text(text)
+    done = run("response", "cases.yaml", "--case", "all", "--pose", "z=-0.1", "--jacobian", "--format", "json")
+    points = json.loads(done.out)["points"]
+    assert [point.get("case") for point in points] == [None, "press", "scissor", "edge"]
+    assert points[1]["force_N"] == pytest.approx([0.0, 0.0, -2.0], abs=1e-6)
+    assert points[2]["pose"]["ry_rad"] == pytest.approx(np.radians(10.0))
+    assert "load case scissor: 1 N" in run("response", "cases.yaml", "--case", "scissor").out
+    done = run("response", "cases.yaml", "--case", "scisor")
+    assert (done.code, "did you mean scissor" in done.err) == (2, True)
+    assert "names no load case" in run("response", pair, "--case", "all").err

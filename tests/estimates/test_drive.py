@@ -7,7 +7,7 @@ import math
 import pytest
 
 import sitscad
-from sitscad.estimates.circuit.drive import _Swing, drive_codes
+from sitscad.estimates.circuit.drive import Swing, drive_codes
 from sitscad.readout import ldc161x
 
 UNLIKE = """
@@ -86,7 +86,7 @@ def test_codes_that_do_not_exist_are_refused(code):
 
 
 def test_one_code_is_kept_where_codes_of_their_own_do_not_help_either():
-    wide = _Swing(1000.0, 3000.0, 3100.0)
-    assert len(set(drive_codes([wide, _Swing(2000.0, 2100.0, 2200.0)], ldc161x))) == 1
-    near = _Swing(2000.0, 2100.0, 2200.0)
+    wide = Swing(1000.0, 3000.0, 3100.0)
+    assert len(set(drive_codes([wide, Swing(2000.0, 2100.0, 2200.0)], ldc161x))) == 1
+    near = Swing(2000.0, 2100.0, 2200.0)
     assert drive_codes([near, near], ldc161x) == (ldc161x.drive_code(2200.0),) * 2

@@ -29,7 +29,7 @@ def spiral_geometry():
     radius = 1.7e-3 - 200 * UM / (2 * math.pi) * theta
     area = 2 * np.trapezoid(0.5 * radius**2, theta)
     spec = SimpleNamespace(shape="circle", turns=6.0, trace_width=100 * UM, layers=(1, 2))
-    return WindingGeometry(spec, layers, ()), float(area)
+    return WindingGeometry(spec, layers), float(area)
 
 
 def square_geometry():
@@ -37,7 +37,7 @@ def square_geometry():
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * side / 2
     drawn = track([(tuple(a), tuple(b)) for a, b in pairwise(corners)], 100 * UM, 35 * UM, 0.0)
     spec = SimpleNamespace(shape="square", turns=1.0, trace_width=100 * UM, layers=(1,))
-    return WindingGeometry(spec, (), (), (drawn,)), side**2
+    return WindingGeometry(spec, (), (drawn,)), side**2
 
 
 def placed(x, y=0.0):

@@ -1,4 +1,4 @@
-"""The coil's own capacitance and resonance against the figures that others published or measured."""
+"""The coil's own capacitance: shapes, stacks and parts of turns against one another."""
 
 from __future__ import annotations
 
@@ -6,60 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from wound_boards import of
 
-from sitscad.estimates import estimate
 from sitscad.estimates.circuit.leads import between_layers
 from sitscad.estimates.winding.own_capacitance import self_capacitance, slabs, turn_lengths
 from sitscad.layout import lay_out
 from sitscad.physics import capacitance
-from sitscad.physics.resonator import resonance_frequency
 from sitscad.spec.load import load_text
 
-
-def of(coil, stackup):
-    """Capacitance of a winding, its inductance and both together as a resonance."""
-    layout = lay_out(load_text(f"sitscad: 1\nname: c\ncoil: {coil}\nfpc: {{stackup: {stackup}}}\n", "c.yaml"))
-    own = self_capacitance(layout.coils[0], layout.spec)
-    inductance = estimate(layout).coils[0].winding_inductance
-    return own, inductance, resonance_frequency(inductance, own)
-
-
 BENCH = "{shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
-MINIATURE = "{shape: circle, outer_diameter: 3.5, turns: 6.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
-
-
-def test_the_thesis_coils():
-    # PHYSICS 6: 6 to 8 pF and 35 to 41 MHz for 7 mm, about 2 pF and 200 MHz for 3.5 mm (their own overlap estimate)
-    own, _, resonance = of(BENCH, "flex-2l-35um")
-    assert 6e-12 < own < 8.5e-12
-    assert 34e6 < resonance < 41e6
-    own, _, resonance = of(MINIATURE, "flex-2l-35um")
-    assert own == pytest.approx(2e-12, rel=0.1)
-    assert resonance == pytest.approx(200e6, rel=0.05)
-
-
-def test_zhao_2010():
-    """Zhao's measured resonances: 15.75 turns of 0.127/0.127 mm, inner diameter 1.09 mm (EDN, 29 July 2010).
-
-    Single layer: 113.4 MHz, 1.78 pF, of which the turns hold next to nothing: pads, way out and instrument. Two layers
-    0.8 mm apart: 42.7 MHz, 3.67 pF: 1.9 pF more, where the layers' energy comes to 1.1 pF; the way out, its via and the
-    instrument make up the rest, which cannot be told from the article. The resonance comes out an eighth high.
-    """
-    coil = (
-        "{shape: circle, outer_diameter: 9.2, turns: 15.75, layers: LAYERS, trace_width: 127 um, trace_spacing: 127 um}"
-    )
-    board = (
-        "[{coverlay: 20 um}, {copper: 35 um}, {dielectric: 0.8 mm, material: FR4}, {copper: 35 um}, {coverlay: 20 um}]"
-    )
-    board = board.replace(", material: FR4", ", material: polyimide")
-    single, inductance, _ = of(coil.replace("LAYERS", "1"), board)
-    assert inductance == pytest.approx(1.1e-6, rel=0.1)
-    assert single < 0.3e-12
-    double, _, _ = of(coil.replace("LAYERS", "2"), board)
-    assert 0.5e-12 < double - single < 2.0e-12
-    # with the single layer's 1.78 pF in parallel and FR4's 4.4 for 3.4, at the inductance that was measured
-    loaded = resonance_frequency(3.81e-6, 1.78e-12 + double * 4.4 / 3.4)
-    assert loaded == pytest.approx(42.7e6, rel=0.13)
 
 
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])

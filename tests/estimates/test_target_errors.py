@@ -60,7 +60,7 @@ def test_errors_go_on_without_a_jump(metal, shape, quantity, monkeypatch):
     monkeypatch.setattr(finite_target, "magnetic_share", lambda *_: np.array([0.5]))
     places = np.zeros((1, 2))
     sweep = targets(metal, shape, quantity)
-    found = [finite_target._shares(target, RINGS, places, gap, -np.inf) for target, gap in sweep]
+    found = [finite_target.shares_of_sheet(target, RINGS, places, gap, -np.inf) for target, gap in sweep]
     for values in ([one.error for one in found], [one.loss_error for one in found]):
         steps = np.abs(np.diff(values))
         beside = np.maximum(np.r_[0.0, steps[:-1]], np.r_[steps[1:], 0.0])
@@ -87,7 +87,7 @@ def test_nowhere_is_less_stated_than_was_seen_and_away_from_the_limits_no_more()
     diameter = 2.0 * float(RINGS.radii.max())
     for wide in np.geomspace(0.1, 3.0, 60):
         for thick in np.geomspace(2e-3, 0.3, 40):
-            plate = Plate("circle", (wide * diameter,) * 2, thick * diameter)
+            plate = Plate((wide * diameter,) * 2, thick * diameter, is_round=True)
             for ours, known in ((share_error, stepped_share_error), (loss_share_error, stepped_loss_error)):
                 stated, least = ours(plate, RINGS), known(thick, wide)
                 if wide >= 0.6 and 0.055 < thick < 0.055 * EASED:

@@ -92,9 +92,9 @@ def test_short_waves_hardly_count_for_the_slope_with_the_layers_distance(monkeyp
     """They took four of ten seconds of a coil of two hundred turns."""
     one = SpiralLayer((1.0 + 0.22 * turns) * 1e-3, 2e-4, turns, 0.0, 1, True, 0.0, 1e-4, 18e-6)
     layers = [one, replace(one, z=-6e-5, sense=-1, inward=False)]
-    slope = uncertainty._distance_slopes(layers)[0, 1]
+    slope = uncertainty.distance_slopes(layers)[0, 1]
     monkeypatch.setattr(uncertainty, "SHORT_WAVES", 0.0)
-    assert slope == pytest.approx(uncertainty._distance_slopes(layers)[0, 1], rel=1e-3)
+    assert slope == pytest.approx(uncertainty.distance_slopes(layers)[0, 1], rel=1e-3)
 
 
 @pytest.mark.parametrize("frequency", [1e6, 5e6, 10e6])
@@ -202,7 +202,7 @@ def test_the_recommended_design_is_driven_as_it_scatters_in_the_jaw():
     assert rest.spread.resistance / rest.resistance == pytest.approx(0.037, abs=0.003)
     assert rest.spread.parallel_resistance / rest.parallel_resistance == pytest.approx(0.047, abs=0.005)
     assert found.readout.drive_code == 27
-    assert rest.amplitude == pytest.approx(1.50, abs=0.01)
+    assert rest.amplitude == pytest.approx(1.56, abs=0.01)
 
 
 def test_a_soft_pad_scatters_the_pressed_state_alone():
@@ -340,8 +340,9 @@ def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
 
 
 def test_a_target_on_part_of_its_pad_makes_the_pressed_state_less_sure():
+    aside = {"size": (14e-3, 14e-3), "thickness": 2e-3, "offset": (2e-3, 0.0)}
     whole, part = (
-        estimate(lay_out(padded(elastomer={"size": (size, size), "thickness": 2e-3}))) for size in (8e-3, 14e-3)
+        estimate(lay_out(padded(elastomer=pad))) for pad in ({"size": (8e-3, 8e-3), "thickness": 2e-3}, aside)
     )
     assert part.compression.strain == pytest.approx(whole.compression.strain)
     assert part.compression.least_strain < 0.5 * part.compression.strain

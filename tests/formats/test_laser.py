@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import re
@@ -17,8 +18,8 @@ import pytest
 
 from sitscad.drawing.svg import path_data
 from sitscad.formats import laser_dxf, laser_svg
-from sitscad.geometry.path import Line, Point, closed_polygon, rounded
-from sitscad.layout.cutting.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, Contour, CutLayer, laser_sheets
+from sitscad.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
+from sitscad.layout.cutting.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, Contour, CutLayer, laser_sheets
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.sensor import ElastomerPad, Target
 
@@ -221,10 +222,10 @@ def test_dxf_arcs_are_bulges():
     """A contour with rounded corners keeps its arcs: no format word for it, but the area is exact."""
     corners = [Point(0, 0), Point(8 * MM, 0), Point(8 * MM, 5 * MM), Point(0, 5 * MM)]
     contour = Contour(CutLayer.CUT_OUTER, rounded(corners, 1 * MM))
-    vertices = list(laser_dxf._vertices(contour.path))
+    vertices = list(laser_dxf.bulged_vertices(contour.path))
     bulges = [bulge for _, bulge in vertices if bulge]
     assert bulges == pytest.approx([math.tan(math.pi / 8)] * 4)
-    reverse = [bulge for _, bulge in laser_dxf._vertices(contour.path.reversed()) if bulge]
+    reverse = [bulge for _, bulge in laser_dxf.bulged_vertices(contour.path.reversed()) if bulge]
     assert reverse == pytest.approx([-math.tan(math.pi / 8)] * 4)
 
 
@@ -361,4 +362,56 @@ def test_same_bytes_across_processes():
 
 def test_closed_contours_do_not_repeat_their_first_point():
     path = closed_polygon([Point(0, 0), Point(1 * MM, 0), Point(0, 1 * MM)])
-    assert [point for point, _ in laser_dxf._vertices(path)] == [s.start for s in path if isinstance(s, Line)]
+    assert [point for point, _ in laser_dxf.bulged_vertices(path)] == [s.start for s in path if isinstance(s, Line)]
+
+
+def test_forty_boards_lie_on_sheets_that_hold_them():
+    """Every piece is there, none nearer to another than the gap, and all within the material."""
+    import sitscad
+    from sitscad.spec import templates
+
+    text = templates.read("grasper_4layer").replace("  margin:", "  boards: 250\n  margin:")
+    layout = sitscad.lay_out(sitscad.load_text(text + "cutting: {sheet: [80, 60], gap: 2}\n", "many.yaml"))
+    found = [sheet for sheet in laser_sheets(layout) if sheet.part == "elastomer"]
+    assert sum(sheet.nest.count * sheet.nest.times for sheet in found) == 250 and len(found) == 2
+    for sheet in found:
+        *pieces, _ = [bounding_box((each.path,)) for each in sheet.on(CutLayer.CUT_OUTER)]
+        assert len(pieces) == sheet.nest.count
+        for one, other in itertools.combinations(pieces, 2):
+            apart = max(max(one[k], other[k]) - min(one[k + 2], other[k + 2]) for k in (0, 1))
+            assert apart >= 2e-3 - 1e-9
+        everything = [bounding_box((each.path,)) for each in sheet.on(CutLayer.CUT_OUTER)]
+        assert max(box[2] for box in everything) <= 80e-3 - MARGIN + 1e-9
+        assert max(box[3] for box in everything) <= 60e-3 - MARGIN + 1e-9
+        assert min(min(box[:2]) for box in everything) >= MARGIN - 1e-9
+    names = set(laser_dxf.render(layout))
+    assert {"laser/grasper-4layer-elastomer.dxf", "laser/grasper-4layer-elastomer-2.dxf"} <= names
+    lines = dict(text_lines(found[0]))
+    assert any("cut this sheet" in line for line in lines)
+
+
+def text_lines(sheet):
+    return [(text, place) for place, text in sheet.notes]
+
+
+def test_a_sheet_too_small_for_one_piece_is_refused():
+    import sitscad
+    from sitscad.spec import templates
+
+    text = templates.read("grasper_4layer").replace("  margin:", "  boards: 2\n  margin:")
+    layout = sitscad.lay_out(sitscad.load_text(text + "cutting: {sheet: [20, 20]}\n", "small.yaml"))
+    with pytest.raises(ValueError, match=r"cutting\.sheet"):
+        laser_sheets(layout)
+
+
+def test_the_shop_is_told_which_laser_cuts_what():
+    import sitscad
+    from sitscad.papers import laser_notes
+    from sitscad.spec import templates
+
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "one.yaml"))
+    said = " ".join(laser_notes.render(layout)["laser/readme.txt"].decode().split())
+    assert "CO2 does NOT cut: copper throws back" in said and "CO2 cuts: silicone" in said
+    for word in ("Etched", "Punched", "two liquids", "#ff0000 layer CUT_INNER", "Cut the coupon first"):
+        assert word in said, word
+    assert "4.9 x 4.1 mm, finished" in said

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import subprocess
 import zipfile
 from io import BytesIO
-from pathlib import Path
 from xml.etree import ElementTree
 
 import handmade
@@ -59,15 +57,9 @@ def test_trimesh_reads_a_closed_body_of_the_solid_s_volume(files):
 
 @pytest.mark.clients("prusa-slicer")
 @pytest.mark.slow
-def test_prusaslicer_slices_every_part(files, tmp_path):
+def test_prusaslicer_slices_every_part(files, sliced):
     for name, data in files.items():
-        path, out = tmp_path / Path(name).name, tmp_path / "out.gcode"
-        path.write_bytes(data)
-        layers = ["--layer-height", "0.1", "--first-layer-height", "0.1", "--nozzle-diameter", "0.2"]
-        slice_it = ["prusa-slicer", "--export-gcode", *layers, "-o", str(out), str(path)]
-        subprocess.run(slice_it, check=True, capture_output=True)
-        assert out.read_text().count("G1 ") > 100
-        out.unlink()
+        assert sliced(name, data).count("G1 ") > 100
 
 
 def test_without_a_mount_there_is_no_file():

@@ -12,23 +12,25 @@ from pathlib import Path
 import handmade
 import pytest
 
-from sitscad.formats import mesh_3mf, mesh_stl, step, volume_mesh
+from sitscad.formats import glb, mesh_3mf, mesh_stl, step, volume_mesh
 from sitscad.papers import assembly_picture
 
 pytestmark = pytest.mark.cad
 ROOT = Path(__file__).parents[2]
-WRITERS = (step, mesh_stl, mesh_3mf, volume_mesh, assembly_picture)
+WRITERS = (step.render, mesh_stl.render, mesh_3mf.render, volume_mesh.render, assembly_picture.render,
+           step.render_whole, mesh_3mf.render_whole, glb.render)  # fmt: skip
 
 SCRIPT = """
 import hashlib, json, sys
 sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
-from sitscad.formats import mesh_3mf, mesh_stl, step, volume_mesh
+from sitscad.formats import glb, mesh_3mf, mesh_stl, step, volume_mesh
 from sitscad.papers import assembly_picture
 found = {{}}
 for sensor in ("bench", "jaw"):
-    for writer in (assembly_picture, volume_mesh, mesh_3mf, mesh_stl, step):
-        files = writer.render(handmade.solids(sensor), handmade.layout(sensor).spec)
+    for render in (glb.render, assembly_picture.render, volume_mesh.render, mesh_3mf.render_whole, mesh_3mf.render,
+                   mesh_stl.render, step.render_whole, step.render):
+        files = render(handmade.solids(sensor), handmade.layout(sensor).spec)
         found.update({{sensor + " " + name: hashlib.sha256(data).hexdigest() for name, data in files.items()}})
 print(json.dumps(found))
 """
@@ -38,11 +40,11 @@ print(json.dumps(found))
 def test_another_process_writes_the_same_bytes():
     ours = {}
     for sensor in ("jaw", "bench"):
-        for writer in WRITERS:
-            files = writer.render(handmade.solids(sensor), handmade.layout(sensor).spec)
+        for render in WRITERS:
+            files = render(handmade.solids(sensor), handmade.layout(sensor).spec)
             ours.update({f"{sensor} {name}": hashlib.sha256(data).hexdigest() for name, data in files.items()})
     surroundings = {**os.environ, "PYTHONHASHSEED": "271828", "TZ": "Asia/Kathmandu", "LC_ALL": "C"}
     script = SCRIPT.format(samples=str(ROOT / "tests" / "samples"), root=str(ROOT))
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, env=surroundings)
     assert json.loads(done.stdout.splitlines()[-1]) == ours
-    assert len(ours) == 12 + 6
+    assert len(ours) == 16 + 10

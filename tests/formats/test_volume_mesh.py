@@ -46,7 +46,8 @@ class Msh:
 
 
 def mesh(sensor: str) -> Msh:
-    (data,) = volume_mesh.render(handmade.solids(sensor), handmade.layout(sensor).spec).values()
+    files = volume_mesh.render(handmade.solids(sensor), handmade.layout(sensor).spec)
+    (data,) = (content for name, content in files.items() if name.endswith(".msh"))
     return Msh(data)
 
 
@@ -113,3 +114,24 @@ def test_gmsh_itself_reads_it_and_a_session_that_is_open_survives(tmp_path):
 
 def test_without_an_elastomer_there_is_no_file():
     assert volume_mesh.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}
+
+
+def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
+    import json
+    import re
+
+    from sitscad.formats.volume_mesh import elastomer_meshes
+
+    made = elastomer_meshes(handmade.solids("bench"))
+    text, worth = made["inp"].decode("ascii"), json.loads(made["json"])
+    assert "type=C3D10" in text
+    names = set(re.findall(r"\*ELSET,ELSET=(\w+)", text))
+    assert {"elastomer", "bonded_bottom", "bonded_top", "free"} <= names
+    nodes = re.search(r"\*NODE\n(.*?)\n\*", text, re.S)[1].splitlines()
+    assert len(nodes) == worth["second_order"]["nodes"] > 4 * worth["first_order"]["nodes"]
+    points = np.array([[float(value) for value in line.split(",")[1:]] for line in nodes])
+    bounds = next(s for s in handmade.solids("bench") if s.name == "elastomer").shape.bounding_box()
+    assert points.max(axis=0) == pytest.approx(np.array(tuple(bounds.max)) * 1e-3, abs=1e-9)
+    for order in ("first_order", "second_order"):
+        assert worth[order]["least_quality"] > 0.1 and worth[order]["share_below_0.1"] == 0.0
+    assert elastomer_meshes(handmade.solids("bench"))["inp"] == made["inp"]

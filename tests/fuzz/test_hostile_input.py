@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import stat
 import subprocess
 import threading
 from pathlib import Path
@@ -109,16 +108,13 @@ def test_a_really_full_disk(tmp_path):
         subprocess.run(["umount", str(place)], check=False)
 
 
-def test_a_folder_that_may_only_be_read(tmp_path):
-    """As a user who is not root: one sentence, and nothing is changed."""
-    built(tmp_path)
-    place = tmp_path / "locked"
-    place.mkdir()
-    place.chmod(stat.S_IRUSR | stat.S_IXUSR)
-    if os.access(place, os.W_OK):
-        pytest.skip("root may write anything")
-    with pytest.raises(sitscad.PackageError, match="Permission denied"):
-        built(place)
+def test_a_folder_that_may_only_be_read(tmp_path, open_folder, as_a_user):
+    """One sentence, and nothing is changed."""
+    built(tmp_path)  # and everything is imported
+    open_folder.chmod(0o555)
+    with as_a_user(), pytest.raises(sitscad.PackageError, match="Permission denied"):
+        built(open_folder)
+    assert not list(open_folder.iterdir())
 
 
 def test_links_and_foreign_files_are_never_followed_or_lost(tmp_path):

@@ -38,7 +38,7 @@ def test_places_beyond_the_nearest_are_thinned_out_before_they_are_worked_out(mo
 
 def test_holes_that_find_no_room_are_known_before_their_stubs():
     far = [0b10, 0b01]
-    assert inner_vias._one_of_each([2, 2], {(0, 1): far}) == ([0, 1], True)
-    assert inner_vias._one_of_each([2, 2, 2], {(0, 1): far, (0, 2): far, (1, 2): far}) == (None, True)
+    assert inner_vias.one_of_each([2, 2], {(0, 1): far}) == ([0, 1], True)
+    assert inner_vias.one_of_each([2, 2, 2], {(0, 1): far, (0, 2): far, (1, 2): far}) == (None, True)
     line = 1e-3 * np.array([(0.0, 0.0), (0.5, 0.0), (1.0, 0.0)])
-    assert inner_vias._holes_fit(line, 2, 1e-3) and not inner_vias._holes_fit(line, 3, 0.6e-3)
+    assert inner_vias.holes_fit(line, 2, 1e-3) and not inner_vias.holes_fit(line, 3, 0.6e-3)

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from sitscad.mechanics.elastomer import Face
 from sitscad.mechanics.motion import angles, exponentials, left_jacobians, rotation_vectors, rotations
-from sitscad.mechanics.pad import FILM_SIGMA, Pad
-from sitscad.mechanics.pad_law import Block, compression_modulus, pressure_stiffness
+from sitscad.mechanics.pad import Pad
+from sitscad.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness
 
 FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
 SQUARE = Pad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
@@ -45,9 +45,9 @@ def errors(pad, rows):
     return off, turned / (0.5 * pad.face.width_x)
 
 
-@pytest.mark.parametrize(("kind", "rms", "most"), [("bare", 0.03, 0.09), ("rim", 0.03, 0.05), ("film", 0.10, 0.22)])
+@pytest.mark.parametrize(("kind", "rms", "most"), [("bare", 0.03, 0.09), ("rim", 0.03, 0.05), ("film", 0.035, 0.17)])
 def test_forces_are_those_of_finite_elements(kind, rms, most):
-    """Bare pads and pads with a rim within 5 % but for a few of the flattest and hardest sheared; films roughly."""
+    """Within 5 % but for a few of the flattest, the hardest sheared and the stiffest films."""
     found = [errors(pad, rows) for pad, rows in figures()
              if kind == ("film" if pad.film else "rim" if pad.rim else "bare")]  # fmt: skip
     force, moment = (np.concatenate(part) for part in zip(*found, strict=True))
@@ -55,8 +55,12 @@ def test_forces_are_those_of_finite_elements(kind, rms, most):
     assert math.sqrt(np.mean(force**2)) < rms
     assert force.max() < most
     assert np.quantile(moment, 0.95) < 0.04
-    if kind != "film":
-        assert np.quantile(force, 0.95) < 0.051
+    assert np.quantile(force, 0.95) < (0.07 if kind == "film" else 0.051)
+    if kind == "film":  # pressed, of what is built: up to a fifth of the thickness, faces of two thicknesses and more
+        usual = [off[k] for pad, rows in figures() if pad.film and 0.05 <= pad.film <= 0.2 and pad.face.width_x >= 2.0
+                 for off in [errors(pad, rows)[0]]
+                 for k, row in enumerate(r for r in rows if r["x"] or r["z"]) if row["z"] < 0.0]  # fmt: skip
+        assert len(usual) > 100 and np.quantile(usual, 0.95) < 0.05
 
 
 def test_forces_are_those_of_the_converged_elements():
@@ -96,7 +100,7 @@ def test_compression_softens_shear_and_a_free_target_more():
 def test_pose_and_force_are_inverse(normal, shear_x, shear_y, is_held):
     pose = OBLONG.pose(np.array([[normal, shear_x, shear_y]]), is_held)
     held = OBLONG.force(pose)[0]
-    assert held[:3] == pytest.approx([shear_x, shear_y, -normal], abs=1e-7)
+    assert held[:3] == pytest.approx([shear_x, shear_y, -normal], abs=1e-8, rel=1e-7)
     if not is_held:
         lever = OBLONG.height * rotations(pose[:, 3:])[0, :, 2]
         assert held[3:] == pytest.approx(np.cross(lever, held[:3]), abs=1e-9)
@@ -168,3 +172,65 @@ def test_what_gives_way_or_shuts_is_not_answered():
             Pad(Face(1.0, 1.0), 1.0, 1.0, **wrong).force(np.zeros((1, 6)))
     with pytest.raises(ValueError):
         _ = Pad(Face(1.0, 1.0), 0.0, 1.0).block
+
+
+@pytest.mark.parametrize("modulus", [0.2, 1.0])
+def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
+    """Of the pad's own rubber as much as the wider pad adds, of a softer one in proportion."""
+    bare, wide = Pad(Face(4.0, 4.0), 2.0, 1.0), Pad(Face(4.4, 4.4), 2.0, 1.0)
+    skinned = replace(bare, film=0.2, film_modulus=modulus)
+    pose = np.array([[0.0, 0.0, -0.3, 0.0, 0.0, 0.0], [0.0, 0.0, -0.1, 0.0, 0.0, 0.0]])
+    one, none, all_of_it = (pad.force(pose)[:, 2] for pad in (skinned, bare, wide))
+    assert (one - none) / (all_of_it - none) == pytest.approx(modulus * np.ones(2), abs=0.25 * modulus)
+
+
+@given(st.floats(0.02, 0.5), st.floats(0.1, 45.0), WIDTH, st.floats(0.0, 0.9))
+def test_force_rises_with_strain_under_any_film(skin, modulus, along, strain):
+    pad = Pad(Face(along, along), 1.0, 1.0, 1e4, film=skin, film_modulus=modulus)
+    force = pad.pressure(np.array([strain, strain + 0.01]))
+    assert force[0] < force[1]
+    assert pad.pressure(pad.strain(force)) == pytest.approx(force, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["thickness", "width", "modulus", "film", "film_modulus", "rim"])
+def test_nothing_jumps_where_a_measure_is_swept(name):
+    """500 steps over a factor of four and more: no step of the force is five times its neighbours' mean."""
+    factor = np.geomspace(0.5, 2.0, 500)
+
+    def pad(f):
+        made = {"thickness": 2e-3, "modulus": 50e3, "film": 0.1e-3, "film_modulus": 300e3, "rim": 0.4e-3, "width": 5e-3}
+        made[name] *= f
+        return Pad(Face(made["width"], 4e-3), made["thickness"], made["modulus"], 1.5e9, made["rim"], made["film"],
+                   made["film_modulus"])  # fmt: skip
+
+    poses = np.array([[0.2e-3, 0.1e-3, -0.25e-3, 0.01, 0.03, 0.02]])
+    held = np.array([pad(f).force(poses)[0] for f in factor])
+    for column in held.T:
+        step = np.abs(np.diff(column))
+        usual = np.convolve(step, np.ones(9) / 9.0, "same") + 1e-5 * np.abs(column).max()
+        assert (step / usual).max() < 5.0
+
+
+def test_small_loads_add_up():
+    loads = 1e-5 * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    single, together = SQUARE.pose(loads), SQUARE.pose(loads.sum(axis=0, keepdims=True))[0]
+    assert single.sum(axis=0) == pytest.approx(together, rel=2e-3, abs=1e-9)
+
+
+@given(st.floats(-3e-4, 3e-4), st.floats(-3e-4, 3e-4), st.floats(-6e-4, 1e-4), st.floats(-0.08, 0.08),
+       st.floats(-0.08, 0.08))  # fmt: skip
+def test_forces_are_slopes_of_an_energy(x, y, z, rx, ry):
+    """Without twist the stiffness in the turned frame is symmetric where no moment acts; the work round a small square
+    is nothing in any two of the numbers, up to what the square's size leaves.
+    """
+    here, size = np.array([x, y, z, rx, ry, 0.0]), np.array([1e-6, 1e-6, 1e-6, 5e-4, 5e-4, 5e-4])
+    for i in range(6):
+        for j in range(i):
+            steps = np.diag(size)[[i, j]]
+            corners = np.array([here, here + steps[0], here + steps[0] + steps[1], here + steps[1], here])
+            held, turned = OBLONG.force(corners), rotations(corners[:, 3:])
+            middle = 0.5 * (held[1:] + held[:-1])
+            spin = rotation_vectors(turned[1:] @ np.swapaxes(turned[:-1], 1, 2))
+            way = np.concatenate([np.diff(corners[:, :3], axis=0), spin], axis=1)
+            work = np.sum(middle * way, axis=1)
+            assert abs(work.sum()) < 2e-3 * np.abs(work).max() + 1e-13

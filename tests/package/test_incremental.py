@@ -65,6 +65,7 @@ def before(tmp_path_factory) -> dict[str, bytes]:
 
 def test_what_no_stage_reads_is_what_is_tried_here():
     assert set(UNREAD["laser"]) == set(UNREAD["mount"]) == set(UNREAD["mesh"]) == {"requirements", "readout", "source"}
+    assert set(UNREAD["assembly"]) == {"source"}, "assembly.txt says what the coils read"
     assert set(UNREAD["kicad"]) == {*UNREAD["laser"], "target", "elastomer", "encapsulation", "shield"}
 
 
@@ -87,6 +88,18 @@ def test_electrical_values_leave_every_byte_that_is_solid(tmp_path):
         text = changed(key, value, text)
     assert text != TEXT
     assert files_of(text, SOLID, tmp_path / "after") == files_of(TEXT, SOLID, tmp_path / "before")
+
+
+@pytest.mark.cad
+@pytest.mark.slow
+def test_a_longer_tail_makes_no_new_mount(tmp_path):
+    """Neither is anything of it made, nor would a fresh build make other bytes."""
+    longer = changed("fpc.tail.length", "40")
+    first = sitscad.build(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path, SOLID)
+    again = sitscad.build(sitscad.load_text(longer, "sensor.yaml"), tmp_path, SOLID)
+    assert [outcomes(first)[stage] for stage in SOLID] == ["made", "made"]
+    assert [outcomes(again)[stage] for stage in (*SOLID, "assembly")] == ["kept", "kept", "made"]
+    assert files_of(longer, SOLID, tmp_path / "fresh") == files_of(TEXT, SOLID, tmp_path / "before")
 
 
 def outcomes(result: sitscad.BuildResult) -> dict[str, str]:

@@ -14,6 +14,7 @@ from sitscad.drawing.sheet import Label, Shape
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.papers.drawings import assembly as assembly_drawing
+from sitscad.papers.drawings import plan_view
 from sitscad.scene.bodies import above_board
 from sitscad.spec.load import load_text
 
@@ -48,19 +49,19 @@ def _scale(sheet):
 
 
 def test_it_is_legible(sensor):
-    assert_legible(assembly_drawing.drawing(sensor))
+    assert_legible(plan_view.drawing(sensor))
 
 
 def test_pieces_are_drawn_to_scale_where_they_lie_on_the_coils(sensor):
-    sheet = assembly_drawing.drawing(sensor)
+    sheet = plan_view.drawing(sensor)
     scale, pieces = _scale(sheet), above_board(sensor.spec)
     ink = {pen: [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen == pen and i.paths[0].is_closed]
-           for pen in assembly_drawing.PENS.values()}  # fmt: skip
+           for pen in plan_view.PENS.values()}  # fmt: skip
     (red,) = [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen and i.pen.colour == "#b00000"][:1]
     x0, y0, x1, y1 = bounding_box([red])
     origin = (x0 + x1) / 2, (y0 + y1) / 2
     for piece in pieces:
-        (drawn,) = ink[assembly_drawing.PENS[piece.name]]
+        (drawn,) = ink[plan_view.PENS[piece.name]]
         low_x, low_y, high_x, high_y = bounding_box([drawn])
         expected = piece.footprint.box
         found = [(c - o) / scale / 1e3 for c, o in zip((low_x, low_y, high_x, high_y), origin * 2, strict=True)]
@@ -69,7 +70,7 @@ def test_pieces_are_drawn_to_scale_where_they_lie_on_the_coils(sensor):
 
 
 def test_edges_and_centres_are_dimensioned(sensor):
-    sheet = assembly_drawing.drawing(sensor)
+    sheet = plan_view.drawing(sensor)
     labels = {item.text for item in sheet.items if isinstance(item, Label)}
     words = " ".join(item.text for item in sheet.items if isinstance(item, Label))
     for piece in above_board(sensor.spec):
@@ -81,7 +82,7 @@ def test_edges_and_centres_are_dimensioned(sensor):
 
 
 def test_a_sensor_without_pieces_has_no_such_drawing(board):
-    assert assembly_drawing.drawing(board) is None and assembly_drawing.render(board, "") == {}
+    assert plan_view.drawing(board) is None and assembly_drawing.render(board, "") == {}
 
 
 @pytest.mark.parametrize(

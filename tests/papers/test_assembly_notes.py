@@ -9,17 +9,35 @@ import handmade
 import pytest
 
 import sitscad
-from sitscad.papers.assembly_notes import WIDTH, render, text
+from sitscad.design import Design
+from sitscad.papers import assembly_notes
+from sitscad.papers.assembly_notes import WIDTH, render
 from sitscad.scene.fit import closed_section
 from sitscad.spec import templates
+from sitscad.units import show
 
-GRASPER = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml"))
+SENSOR = Design(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml"))
+GRASPER = SENSOR.layout
+
+
+def text(layout) -> str:
+    """The page of a layout, with the figures of the grasper: what is glued to what does not hang on them."""
+    return assembly_notes.text(layout, SENSOR.estimates, SENSOR.bench_estimates)
+
+
+def in_one_line(layout) -> str:
+    return re.sub(r"\s+", " ", text(layout))
+
+
+def in_order(said: str, *words: str) -> bool:
+    places = [said.find(each) for each in words]
+    return -1 not in places and places == sorted(places)
 
 
 def test_steps_are_numbered_and_fit_a_page():
     lines = text(GRASPER).splitlines()
     numbers = [int(found[1]) for line in lines if (found := re.match(r" ?(\d+)\. ", line))]
-    assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) == 10
+    assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) == 14
     assert max(map(len, lines)) <= WIDTH
 
 
@@ -42,11 +60,109 @@ test_every_piece_of_the_jig_that_is_named_is_made = pytest.mark.cad(test_every_p
 def test_a_bench_plate_has_no_jaw_to_glue_into():
     bench = sitscad.lay_out(sitscad.load_text(templates.read("bench_7mm"), "t.yaml"))
     said = text(bench)
-    assert "M2 screws" in said and "port" not in said and "jaw" not in " ".join(said.split()).replace("in the jaw.", "")
+    assert "M2 screws" in said and "port" not in said and "jaw" not in said
 
 
 def test_without_a_mount_there_is_no_page_and_without_a_pad_no_mould():
     bare = handmade.bare()
-    assert render(bare) == {}
+    assert render(bare, SENSOR.estimates, SENSOR.bench_estimates, {}) == {}
     none = replace(GRASPER, spec=replace(GRASPER.spec, elastomer=None))
     assert "mould-" not in text(none) and "jig-elastomer" not in text(none)
+
+
+NANO = "{kind: bench-plate, holes: ati-nano17}"
+FINGER = "{kind: fingertip}"
+OWN = "{kind: custom}"
+
+
+@pytest.mark.parametrize(
+    ("template", "mount", "words"),
+    [
+        ("bench_7mm", "bench-plate", ("M2 screws", "tail in the slot")),
+        ("bench_7mm", NANO, ("mount-adapter", "3 screws", "M2 nuts")),
+        ("bench_7mm", FINGER, ("Tap both holes", "set screws of plastic")),
+        ("bench_7mm", OWN, ("your own mount",)),
+        ("grasper_4layer", "dovetail", ("Mill the dovetail's groove", "slides in from the tip")),
+        ("grasper_4layer", "pins", ("Drill two holes of 1.31 mm", "Glue the tail down")),
+    ],
+)
+def test_how_the_mount_is_fastened_is_said(template, mount, words):
+    from sitscad.spec.format.yaml.reader import read_yaml
+
+    spec = sitscad.load_text(templates.read(template), "t.yaml")
+    if mount in ("dovetail", "pins"):
+        spec = spec.replace({"mount.retention": mount, "shield": None})
+    elif mount.startswith("{"):
+        spec = spec.replace("mount", read_yaml(mount).data)
+    said = re.sub(r"\s+", " ", text(sitscad.lay_out(spec)))
+    assert all(word in said for word in words), said
+
+
+def test_a_thick_skin_is_cast_and_a_thin_one_brushed():
+    assert "brushed on or dipped" in re.sub(r"\s+", " ", text(GRASPER))
+    thick = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("encapsulation.thickness", "0.4 mm")
+    said = re.sub(r"\s+", " ", text(sitscad.lay_out(thick)))
+    assert "mould-skin" in said and "5 ml" in said
+
+
+def test_the_tail_is_glued_to_the_tongue_once_the_board_lies_on_the_mount():
+    said = in_one_line(GRASPER)
+    assert in_order(
+        said, "shield, mount, board", "Glue the tail down with Loctite 401 on the mount's tongue", "Seal board"
+    )
+
+
+def test_the_bare_board_is_tested_before_any_glue_and_the_sensor_at_the_end():
+    said, coil = in_one_line(GRASPER), SENSOR.bench_estimates.coils[0]
+    free, rest = (f"{show(coil.states[name].inductance, 'H', 4)} +-" for name in ("free", "rest"))
+    direct = f"{show(coil.terminal_resistance_dc, 'ohm', 4)} +-"
+    assert in_order(
+        said, "Test the bare board", free, direct, "jig-elastomer on", "Plug the tail", "Measure each coil again", rest
+    )
+    assert said.count(rest) == said.count(free) == 1
+
+
+def test_the_bare_board_has_the_drive_code_of_the_check():
+    from sitscad.checks.reading.drive import drive_amplitude
+
+    notes = " ".join(getattr(each, "hint", "") for each in drive_amplitude(SENSOR))
+    (checked,) = re.findall(r"to test a bare board, use drive code (\d+)", notes)
+    assert f"use drive code {checked} for the bare board" in in_one_line(GRASPER)
+
+
+def test_raw_resin_is_sealed_before_it_is_cast_in_and_filament_need_not_be():
+    assert in_order(in_one_line(GRASPER), "may not cure on raw photopolymer", "try a drop first", "Cut the elastomer")
+    filament = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("mount.process", "filament")
+    assert "photopolymer" not in in_one_line(sitscad.lay_out(filament))
+
+
+def test_silicone_alone_is_primed_before_it_is_glued():
+    said = in_one_line(GRASPER)
+    assert in_order(
+        said, "Wipe Loctite 770 on the elastomer's upper and lower face", "let it dry", "thin film of Loctite"
+    )
+    tough = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
+        "assembly.adhesive", "silicone-adhesive"
+    )
+    assert "Wipe Loctite" not in in_one_line(sitscad.lay_out(tough)) and "Sil-Poxy on the mount's" in in_one_line(
+        sitscad.lay_out(tough)
+    )
+
+
+@pytest.mark.parametrize("template", ["grasper_4layer", "bench_7mm", "three_axis_triangle"])
+def test_contact_1_is_at_the_left_edge_along_the_tail(template):
+    layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
+    pads = sorted(layout.pads, key=lambda pad: pad.number)
+    first, last = pads[0].centre, pads[-1].centre
+    ahead = ((first.x + last.x) / 2 - layout.body[2], (first.y + last.y) / 2)
+    assert ahead[0] * (first.y - last.y) - ahead[1] * (first.x - last.x) > 0.0
+    if layout.spec.mount is not None:
+        assert f"contact 1 ({pads[0].pin}) is at the left edge" in in_one_line(layout)
+
+
+def test_a_forced_package_without_an_assembly_has_its_steps():
+    """Where pieces cannot be put together nothing is weighed, and a build with --force ended in a KeyError."""
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_3p5mm")))
+    estimates = sitscad.estimate(layout)
+    (text,) = render(layout, estimates, estimates, {}).values()
+    assert b" 1. " in text and b"weighs" not in text

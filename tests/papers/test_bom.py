@@ -61,7 +61,9 @@ def test_everything_of_a_full_spec_is_there():
         "flexible printed circuit", "connector", "capacitor", "converter", "clock", "cable", "elastomer", "target",
         "encapsulation", "shield", "mount", "mount-spacer", "jaw", "jig",
     ]  # fmt: skip
-    assert list(rows["target"]) == ["item", "quantity", "part", "material", "size", "note"]
+    assert list(rows["target"]) == [
+        "item", "quantity", "part", "material", "size", "note", "maker", "order_code", "for_boards",
+    ]  # fmt: skip
     assert rows["elastomer"]["size"] == "4 x 4 x 2 mm" and rows["elastomer"]["material"] == "ecoflex-00-30"
     assert rows["target"]["size"] == "diameter 4 x 0.2 mm"
     assert rows["connector"]["part"] == "zif-0.5mm, 4 contacts" and "2.5 mm wide" in rows["connector"]["size"]
@@ -166,3 +168,36 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
     assert corner == pytest.approx(made_to_measure(layout, layout.spec.mount.jaw) / MM, abs=1e-4)
     assert width < layout.body_size[1] / MM and "to pass the port" in rows["shield"]["note"]
     assert (length, thickness) == (pytest.approx(layout.body_size[0] / MM, abs=1e-4), 0.1)
+
+
+def test_codes_of_capacitors_are_those_of_the_trade():
+    from sitscad.papers.order_codes import capacitor, three_digits
+
+    known = {220e-12: "221", 330e-12: "331", 47e-12: "470", 1e-9: "102", 4.7e-12: "4R7", 10e-12: "100", 1.5e-9: "152"}
+    assert {value: three_digits(value) for value in known} == known
+    assert capacitor("chip-0603", 220e-12).code == "GRM1885C1H221JA01D"
+    assert capacitor("chip-0402", 10e-9) is None and capacitor("chip-1206", 220e-12) is None
+
+
+def test_parts_can_be_ordered_for_as_many_boards_as_are_wanted():
+    text = templates.read("grasper_4layer").replace("  margin:", "  boards: 40\n  margin:")
+    layout = lay_out(load_text(text, "forty.yaml"))
+    rows = rows_of(layout)
+    assert rows["connector"]["order_code"] == "FH12-4S-0.5SH(55)" and rows["connector"]["maker"] == "Hirose"
+    assert rows["capacitor"]["for_boards"] == "80" and rows["capacitor"]["order_code"] == "GRM1885C1H331JA01D"
+    assert "C0G, 5 %, 50 V" in rows["capacitor"]["size"]
+    assert rows["converter"]["order_code"].startswith("LDC1614")
+    assert rows["adhesive"]["for_boards"] == rows["jig"]["for_boards"] == "1"
+    assert rows["elastomer"]["for_boards"] == "40" and "two liquids" in rows["elastomer"]["note"]
+    assert "unverified" in rows["connector"]["note"]
+    one = rows_of(lay_out(load_text(templates.read("grasper_4layer"), "one.yaml")))
+    assert one["elastomer"]["for_boards"] == "1"
+
+
+def test_every_silicone_of_the_data_says_how_it_is_bought():
+    from sitscad.data import rows
+    from sitscad.papers.order_codes import order_of
+
+    for row in rows("elastomers"):
+        order = order_of("elastomer", row["name"])
+        assert order is not None and order.words == "two liquids" and order.source

@@ -17,7 +17,7 @@ from kicad_oracle import needs_kicad, write
 from legibility import assert_legible
 
 from sitscad.drawing import frame as _drawing
-from sitscad.drawing.sheet import Label, Sheet, text_width
+from sitscad.drawing.sheet import Group, Label, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.fabrication import notes as _flex_facts
 from sitscad.formats.gerber import drill_map
@@ -48,13 +48,18 @@ def archive(files: dict[str, bytes]) -> zipfile.ZipFile:
 # --- Drawings
 
 
+def drawn(items):
+    """Items out of their groups."""
+    return [one for item in items for one in (drawn(item.items) if isinstance(item, Group) else [item])]
+
+
 def test_the_outline_is_drawn_to_the_scale_that_the_title_block_states(board):
     sheet = board_drawing.drawing(board, "")
     (scale,) = {item.text for item in sheet.items if isinstance(item, Label) and "(whole)" in item.text}
     factor = float(re.match(r"([0-9.]+):1", scale)[1])
     x0, y0, x1, y1 = bounding_box([board.outline])
     sizes = []
-    for item in sheet.items:
+    for item in drawn(sheet.items):
         if not isinstance(item, Label) and item.pen == _drawing.THICK:
             a, b, c, d = bounding_box(item.paths)
             sizes.append((c - a, d - b))
@@ -154,7 +159,7 @@ def test_holes_are_drawn_as_in_their_table(board):
     """A circle with its tool's symbol, both in the views and in the table."""
     symbols = [
         item
-        for item in board_drawing.drawing(board, "").items
+        for item in drawn(board_drawing.drawing(board, "").items)
         if not isinstance(item, Label) and item.pen is not None and item.pen.width == 0.13
     ]
     rows = len({round(via.drill, 9) for via in board.vias})

@@ -101,6 +101,24 @@ def test_pictures_are_self_contained(board):
             assert b"nan" not in text.lower().replace(b"dominant", b"") and b"inf" not in text.lower()
 
 
+def test_sheets_name_nets_contacts_and_layers(board):
+    """So that a page can point at them, as at the pictures of the board."""
+    texts = {path.rpartition("/")[2]: ET.fromstring(text) for path, text in layouts.order_set(board).items()
+             if path.endswith(("drawing.svg", "contacts.svg", "stackup.svg"))}  # fmt: skip
+    names = {path: {e.get("id") for e in root.iter()} for path, root in texts.items()}
+    whole, contacts, layers = (next(names[path] for path in names if path.endswith(end))
+                               for end in ("drawing.svg", "contacts.svg", "stackup.svg"))  # fmt: skip
+    for coil in board.coils:
+        assert {
+            f"drawing-copper-1-net-{coil.net}",
+            f"drawing-coil-{coil.name}",
+            f"drawing-body-coil-{coil.name}",
+        } <= whole
+        assert f"contacts-copper-1-net-{coil.net}" in contacts
+    assert {f"contacts-pad-{pad.reference}-{pad.number}" for pad in board.pads} <= contacts
+    assert {f"stackup-layer-{k + 1}" for k in range(len(board.spec.fpc.stackup.layers))} <= layers
+
+
 def test_names_are_escaped():
     board = layouts.two_coils()
     spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=replace(board.spec.fpc.stackup, name="a<b & c")))
@@ -162,9 +180,12 @@ def test_readme_lists_every_file_of_the_set(board):
 
 
 def test_readme_of_an_incomplete_layout_says_so_first():
-    lack = Shortfall(Missing.INNER_ROOM, "no room for the inner via: 0.1 mm short")
+    lack = Shortfall(Missing.INNER_ROOM, facts=(("count", 1), ("clear", 0.1)))
     text = fabrication_notes.readme(replace(layouts.two_coils(), shortfalls=(lack,)))
-    assert "DO NOT ORDER" in text.splitlines()[3] and "\n- no room for the inner via: 0.1 mm short\n" in text
+    assert (
+        "DO NOT ORDER" in text.splitlines()[3]
+        and "\n- no room for the via and the stubs to it inside the innermost turn, where 0.100 mm are" in text
+    )
 
 
 def test_a_board_without_tail_is_described_too():

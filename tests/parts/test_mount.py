@@ -11,10 +11,13 @@ from handmade import bounds, piece
 
 from sitscad.parts import fit, mount, solids
 from sitscad.parts.mesh import manifold, tessellate
+from sitscad.parts.mounts import seat
 from sitscad.parts.solid import of_role
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
 from sitscad.scene.jaws import made_to_measure, section
+from sitscad.scene.printing import print_limit
+from sitscad.scene.seating import relief
 
 pytestmark = pytest.mark.cad
 
@@ -27,22 +30,54 @@ def pad(standoff: float, **fitted):
     return handmade.Mount("grasper-pad", handmade.jaw(**fitted), standoff)
 
 
+def wide_tail(**changes):
+    """A sensor whose tail is as wide as its body nearly, so that no cheeks have room beside it."""
+    layout = handmade.jaw_sensor(**changes)
+    return handmade.board(layout.spec, tail_width=3.6e-3, end_width=3.8e-3)
+
+
 def test_a_shield_splits_the_seat():
-    base, spacer = seats(mount=handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3))
+    """The spacer: the body, less grooves, and the tongue under the tail with its round end."""
+    layout = wide_tail(mount=handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3))
+    base, spacer = mount.mount(layout)
     assert (base.name, spacer.name) == ("mount", "mount-spacer")
-    grooves, heel = 4 * mount.GROOVE_WIDTH * mount.GROOVE_DEPTH, (1 - math.pi / 4) * mount.HEEL_ROUNDING**2
-    assert spacer.volume == pytest.approx(4.4e-3 * (9e-3 * 0.6e-3 - grooves - heel))
+    tongue = relief(layout)
+    assert tongue.cheeks is None and tongue.along == pytest.approx((4.5e-3, 7.8e-3))
+    groove = print_limit("resin", "groove").value
+    radius = seat.relief_radius(tongue, (-0.8e-3, -0.2e-3))
+    round_end = (1 - math.pi / 4) * radius**2
+    body = 4.4e-3 * (9e-3 * 0.6e-3 - 4 * groove * seat.GROOVE_DEPTH)
+    assert spacer.volume == pytest.approx(body + 3.6e-3 * (3.3e-3 * 0.6e-3 - round_end), rel=1e-6)
 
 
-def test_a_seat_too_thin_for_grooves_has_none_and_its_heel_is_round():
+def test_a_seat_too_thin_for_grooves_has_none_and_the_tail_s_edge_is_round():
     thick, thin = (seats(mount=pad(standoff), shield=None)[0].shape for standoff in (0.6e-3, 0.45e-3))
 
     def radii(shape):
         return [face.radius for face in shape.faces() if face.geom_type.name == "CYLINDER"]
 
-    assert any(abs(r - 0.3) < 1e-9 for r in radii(thick)) and any(abs(r - 0.27) < 1e-9 for r in radii(thin))
+    assert any(abs(r - 0.36) < 1e-9 for r in radii(thick)) and any(abs(r - 0.27) < 1e-9 for r in radii(thin))
     floors = [sum(abs(face.center().Z + 0.3) < 1e-6 for face in shape.faces()) for shape in (thick, thin)]
     assert floors == [4, 0]
+
+
+def test_a_tail_that_has_no_tongue_leaves_over_a_round_heel():
+    """The jaw ends just behind the body."""
+    short = seats(mount=pad(0.6e-3, length=9.6e-3), shield=None)[0].shape
+    assert bounds(seats(mount=pad(0.6e-3, length=9.6e-3), shield=None)[0])[3] == pytest.approx(4.5e-3)
+    radii = [face.radius for face in short.faces() if face.geom_type.name == "CYLINDER"]
+    assert any(abs(r - 1e3 * seat.HEEL_ROUNDING) < 1e-9 for r in radii)
+
+
+def test_cheeks_beside_the_tail_leave_it_its_clearance():
+    layout = handmade.jaw_sensor(shield=None)
+    tongue = relief(layout)
+    assert tongue.cheeks is not None and tongue.across == pytest.approx((-1.55e-3, 1.55e-3))
+    (base,) = mount.mount(layout)
+    behind = manifold(tessellate(base)).trim_by_plane((1.0, 0.0, 0.0), 4.6).trim_by_plane((0.0, 0.0, 1.0), -0.19)
+    board = manifold(tessellate(piece("jaw", "board")))
+    assert behind.volume() > 0.0
+    assert behind.min_gap(board, 1.0) == pytest.approx(0.15, abs=0.005)
 
 
 def test_without_a_shield_the_seat_is_one_piece():
@@ -84,7 +119,7 @@ def test_a_board_on_the_metal_has_no_seat():
 
 def test_the_stop_stands_before_the_board_and_is_left_out_on_a_short_jaw():
     with_stop, without = seats(shield=None)[0], seats(shield=None, mount=pad(1e-3, length=9e-3))[0]
-    assert bounds(with_stop)[0] == pytest.approx(-4.5e-3 - 0.15e-3 - 0.5e-3)
+    assert bounds(with_stop)[0] == pytest.approx(-4.5e-3 - 0.15e-3 - 0.6e-3)  # as thick as resin stands free
     assert bounds(without)[5] == pytest.approx(-0.2e-3)
     board = piece("jaw", "board")
     ledge = manifold(tessellate(with_stop)).trim_by_plane((0.0, 0.0, 1.0), -0.19)

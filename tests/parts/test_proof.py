@@ -8,9 +8,16 @@ from dataclasses import replace
 import handmade
 import pytest
 
-from sitscad.parts import PartsError
-from sitscad.parts.proof import glued, prove, require_proof
+from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
+from sitscad.design import Design
+from sitscad.papers import fit_proof
+from sitscad.parts.prism import box
+from sitscad.parts.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, Load, prove
+from sitscad.parts.solid import Solid
+from sitscad.parts.whole import whole
+from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
+from sitscad.scene.pose import Pose
 from sitscad.spec.sensor import Assembly, Encapsulation, Shield
 
 pytestmark = pytest.mark.cad
@@ -41,9 +48,9 @@ def random_sensor(seed):
 )
 def test_figures_and_solids_agree(seed):
     layout = random_sensor(seed)
-    proof, plane = prove(layout), closed_section(layout)
+    proof, plane = prove(layout, whole(layout)), closed_section(layout)
     assert proof.radius == pytest.approx(plane.radius, abs=6e-6)
-    assert proof.interferences == ()
+    assert {each.what for each in proof.faults} <= {PORT}
     if abs(plane.radius - plane.port_radius) > 6e-6:
         assert proof.fits == plane.fits
 
@@ -51,28 +58,131 @@ def test_figures_and_solids_agree(seed):
 def test_glue_leaves_a_gap_of_its_line_between_pieces_and_none_elsewhere():
     layout = handmade.jaw_sensor()
     layout = replace(layout, spec=replace(layout.spec, assembly=GLUED))
-    gaps = {(c.first, c.second): c.gap for c in prove(layout).clearances}
+    gaps = {(c.first, c.second): c.gap for c in prove(layout, whole(layout)).clearances}
     for pair in (("jaw", "mount"), ("mount", "shield"), ("mount-spacer", "board"), ("board", "elastomer"),
                  ("elastomer", "target")):  # fmt: skip
         assert gaps[pair] == pytest.approx(30e-6, abs=1e-9), pair
     assert gaps["encapsulation", "opposing-jaw"] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_pieces_that_stand_in_each_other_are_refused(monkeypatch):
+@pytest.fixture(scope="module")
+def hinged():
+    layout = handmade.jaw_sensor()
+    jaw = replace(layout.spec.mount.jaw, hinge=8e-3, opening=1.0, port_diameter=5.5e-3)
+    return replace(layout, spec=replace(layout.spec, mount=replace(layout.spec.mount, jaw=jaw), assembly=GLUED))
+
+
+@pytest.fixture(scope="module")
+def pieces(hinged):
+    return whole(hinged)
+
+
+def said(layout, pieces, loads=()):
+    """The proof's faults, and the findings that a build makes of them."""
+    proof = prove(layout, pieces, loads)
+    return proof.faults, judged_on_solids(fit_proof.document(proof), layout.spec)
+
+
+def test_a_sensor_that_fits_says_nothing_and_decides_all_rules(hinged, pieces):
+    gentle = (Load("1 N of press", Pose(z=-1e-5), 1e-5),)
+    assert said(hinged, pieces, gentle) == ((), ())
+    document = fit_proof.document(prove(hinged, pieces, gentle))
+    assert settles(document) == {"SIT320", "SIT321", "SIT322", "SIT323"}
+
+
+def test_pieces_that_stand_in_each_other_are_found_with_their_volume(hinged, pieces):
     import build123d as bd
 
-    layout = handmade.jaw_sensor()
+    down = bd.Location((0, 0, -0.1))
+    sunk = tuple(replace(s, shape=s.shape.moved(down)) if s.name == "opposing-jaw" else s for s in pieces)
+    faults, findings = said(hinged, sunk)
+    (fault,) = [each for each in faults if each.what == INTERFERENCE and "encapsulation" in (each.first, each.second)]
+    film = next(s for s in pieces if s.name == "encapsulation")
+    both = film.shape & next(s for s in sunk if s.name == "opposing-jaw").shape
+    assert fault.value == pytest.approx(sum(part.volume for part in both.solids()) * 1e-9, rel=1e-9)
+    assert findings[0].rule == "SIT320" and "stand in each other" in findings[0].message and findings[0].place
 
-    def sunk(layout, solids):
-        return tuple(
-            replace(s, shape=s.shape.moved(bd.Location((0, 0, -0.1)))) if s.name == "opposing-jaw" else s
-            for s in glued(layout, solids)
-        )
 
-    monkeypatch.setattr("sitscad.parts.proof.glued", sunk)
-    with pytest.raises(PartsError, match="opposing-jaw stand in each other"):
-        require_proof(layout)
+def test_a_post_over_the_other_jaw_stops_it_from_opening(hinged, pieces):
+    top = max(s.shape.bounding_box().max.Z for s in pieces) * 1e-3
+    post = Solid("post", box(-7e-3, -1e-3, top + 1e-3, -6e-3, 1e-3, top + 2e-3), "steel", "#000000", BodyRole.MOUNT)
+    faults, findings = said(hinged, (*pieces, post))
+    (hit,) = [each for each in faults if each.what == OPENING]
+    assert (hit.first, hit.second) == ("post", "opposing-jaw") and hit.value > 1e-10
+    (finding,) = [each for each in findings if each.rule == "SIT322"]
+    assert "open by" in finding.message
+
+
+def test_a_piece_beyond_the_circle_does_not_pass_the_port(hinged, pieces):
+    post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
+    faults, findings = said(hinged, (*pieces, post))
+    assert [(each.what, each.first) for each in faults] == [(PORT, "post")]
+    assert findings[0].rule == "SIT321" and findings[0].measured > 2.9e-3 and findings[0].limit == 2.75e-3
+
+
+def test_a_pushed_target_and_a_bulging_pad_meet_what_stands_beside_them(hinged, pieces):
+    target = next(s for s in pieces if s.name == "target").shape.bounding_box()
+    edge = (target.max.X + 0.3) * 1e-3
+    block = box(edge, -1e-3, 0.1e-3, edge + 1e-4, 1e-3, target.max.Z * 1e-3)
+    post = Solid("post", block, "steel", "#000000", BodyRole.MOUNT)
+    around = tuple(s for s in pieces if s.role is not BodyRole.ENCAPSULATION)
+    near = Load("little", Pose(x=0.2e-3, z=-0.05e-3), 0.1e-3)
+    far = Load("much", Pose(x=0.4e-3, z=-0.05e-3), 0.5e-3)
+    assert {(each.what, each.when) for each in said(hinged, (*around, post), (near, far))[0]} == {
+        (TRAVEL, "much"),
+        (BULGE, "much"),
+    }
+    measured = prove(hinged, (*around, post), (near,)).measured
+    travel = next(each for each in measured if each.what == TRAVEL and each.first == "target")
+    assert travel.second == "post" and travel.value == pytest.approx(0.1e-3, abs=1e-6)
+
+
+def test_the_bulge_keeps_the_pads_volume():
+    """A parabola over the height that is left, round the pad: what the press took away."""
+    spec = handmade.jaw_sensor().spec
+    pad, press = spec.elastomer, 0.1 * spec.elastomer.thickness
+    x, y = pad.size
+    out = fit_proof.bulge(spec, press)
+    assert 2 / 3 * out * 2 * (x + y) * (pad.thickness - press) == pytest.approx(x * y * press)
+    assert fit_proof.bulge(spec, 0.0) == 0.0
+
+
+def test_a_thick_pin_and_a_narrow_shaft_are_said_without_solids():
+    import sitscad
+    from sitscad.spec import templates
+
+    spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
+
+    def rules(changed):
+        found = {f.rule: f for f in sitscad.check(changed, hints="none").findings}
+        return {rule: found[rule] for rule in ("SIT324", "SIT325") if rule in found}
+
+    assert rules(spec) == {}
+    thick = rules(spec.replace("assembly.hinge_pin", "2 mm"))
+    assert set(thick) == {"SIT324"} and thick["SIT324"].measured == pytest.approx(0.87e-3, abs=0.1e-3)
+    narrow = rules(spec.replace("assembly.shaft_bore", "2.4 mm"))
+    assert set(narrow) == {"SIT325"} and narrow["SIT325"].measured == pytest.approx(2.518e-3, abs=1e-5)
+    silent = {each.rule: each.reason for each in sitscad.check(spec, hints="none").not_checked}
+    assert all("build" in silent[f"SIT32{k}"] for k in range(4))
+
+
+def test_a_build_judges_what_was_measured(hinged, pieces):
+    import json
+
+    import sitscad
+    from sitscad.package.stages import contents_of
+    from sitscad.policy import Policy
+    from sitscad.spec import templates
+
+    spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
+    contents = contents_of(Design(spec), Policy(), None)
+    post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
+    text = json.dumps(fit_proof.document(prove(hinged, (*pieces, post))))
+    before, after = contents.checked, replace(contents, measured=text).checked
+    assert "SIT321" in {each.rule for each in before.not_checked} - {each.rule for each in after.not_checked}
+    assert [f.rule for f in after.findings if f not in before.findings] == ["SIT321"] and not after.ok
 
 
 def test_without_a_jaw_nothing_is_proven():
-    assert prove(handmade.bench_sensor()) is None
+    layout = handmade.bench_sensor()
+    assert prove(layout, whole(layout)) is None

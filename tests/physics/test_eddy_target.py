@@ -14,14 +14,17 @@ from sitscad.physics.eddy.box import box
 from sitscad.physics.eddy.coil_potential import coil_potential
 from sitscad.physics.eddy.disc import disc
 from sitscad.physics.eddy.gaussian_sum import gaussian_sum
+from sitscad.physics.eddy.graded_line import FINEST
 from sitscad.physics.eddy.image import Mirror, image_modes
 from sitscad.physics.eddy.skin import skin
 from sitscad.physics.eddy.target import solve, turned
 from sitscad.physics.eddy.toroidal import toroidal
 from sitscad.physics.inductance.filaments import PolylineTrack
+from sitscad.physics.metal.half_spaces import Plate, reflection
+from sitscad.physics.special.bessel import j1
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
-from finite_discs import EIGHT, Rings, check_disc
+from finite_discs import EIGHT, Rings, check_disc, of_disc
 
 COPPER, LOSSLESS, FREQUENCY = 5.8e7, 5.8e17, 5e6
 OMEGA = 2.0 * math.pi * FREQUENCY
@@ -120,6 +123,66 @@ def test_a_disc_of_any_thickness_is_one_of_finite_elements(case):
 
     reference = disc_change(EIGHT[0], *case[:3], case[3], cells=1.0)
     check_disc(*case, reference, 4e-3, 0.02)
+
+
+# gap, diameter, thickness (m), conductivity (S/m), permeability: steels thick and thin, iron, ferrite
+MAGNETS = [
+    (0.5e-3, 4e-3, 0.2e-3, 1.3e6, 95.0), (0.5e-3, 5e-3, 0.03e-3, 1.3e6, 20.0), (1e-3, 8e-3, 0.5e-3, 6e6, 400.0),
+    (0.5e-3, 4e-3, 0.2e-3, 1.3e6, 2.0), (1e-3, 8e-3, 0.5e-3, 0.01, 150.0),
+]  # fmt: skip
+
+
+@pytest.mark.needs("scipy")
+@pytest.mark.parametrize("case", MAGNETS, ids=str)
+def test_a_magnetic_disc_is_one_of_finite_elements(case):
+    """Of the size of the complex change: the inductance's own may pass zero."""
+    from disc_of_elements import disc_change
+
+    lower, more = disc_change(EIGHT[0], *case, cells=0.8)
+    ours = of_disc(*case)
+    apart = abs(ours.real - lower), abs(-OMEGA * ours.imag - more) / OMEGA
+    assert max(apart) < 0.02 * abs(complex(lower, more / OMEGA))
+
+
+@pytest.mark.parametrize(
+    ("size", "axes"), [((4e-3, 3e-3, 1e-3), (1.0, -1.0, 0.0)), ((4e-3, 4e-3, 2e-3), (1.0, 1.0, -2.0))]
+)
+def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
+    # of x^2 - y^2 and the like the squared gradient's integral is known
+    surface = box(size, 0.1e-3, 0.5e-3, (6, 6, 5))
+    one = next(one for one in surface.classes if one.parity == (1, 1, 1))
+    grid = [line.values[1] for line in surface.lines]
+    fits = [np.linalg.lstsq(v, line.nodes**2, rcond=None)[0] for v, line in zip(grid, surface.lines, strict=True)]
+    ones = [np.linalg.lstsq(v, np.ones(len(v)), rcond=None)[0] for v in grid]
+    whole = sum(
+        axes[k] * np.einsum("a,b,c->abc", *(fits[a] if a == k else ones[a] for a in range(3))) for k in range(3)
+    )
+    on_surface = np.zeros(whole.shape, dtype=bool)
+    on_surface[-1], on_surface[:, -1], on_surface[:, :, -1] = True, True, True
+    values = whole[on_surface]
+    exact = MU0 * np.prod(size) / 3.0 * sum((a * length) ** 2 for a, length in zip(axes, size, strict=True))
+    assert values @ one.vacuum @ values == pytest.approx(exact, rel=2e-3)
+
+
+def test_a_magnetic_square_turned_by_a_quarter_is_the_same():
+    surface = box((3e-3, 3e-3, 0.3e-3), 15e-6, 0.4e-3, (20, 20, 5), FINEST)
+    square = solve(surface, -0.15e-3, skin(FREQUENCY, 1.3e6, 0.3e-3, 95.0))
+    pose = [0.3e-3, 0.2e-3, 1e-3, 0.0, 0.0]
+    assert change(square, [*pose, math.pi / 2.0]) == pytest.approx(change(square, [*pose, 0.0]), rel=1e-3)
+
+
+@pytest.mark.parametrize(("conductivity", "permeability"), [(1.3e6, 95.0), (0.01, 150.0)])
+def test_an_endless_magnetic_sheet_is_that_of_half_spaces(conductivity, permeability):
+    gap, thickness, metal = 1e-3, 0.3e-3, (conductivity, permeability)
+    k = 7.0 / gap * (1.0 + np.polynomial.legendre.leggauss(500)[0])
+    share = 7.0 / gap * np.polynomial.legendre.leggauss(500)[1]
+    spectrum = (EIGHT[0] * j1(k[:, None] * EIGHT[0])).sum(axis=1)
+    factor = reflection(k, FREQUENCY, [Plate(*metal, thickness)])
+    endless = MU0 * math.pi * complex(np.sum(share * spectrum**2 * np.exp(-2.0 * k * gap) * factor))
+    surface = disc(30e-3, thickness, 20e-6, 0.9e-3, (60, 4), 0, FINEST)
+    target = solve(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness, permeability))
+    ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], EIGHT, np.zeros((1, 2)))[0, 0, 0]
+    assert abs(ours - endless) < 0.01 * abs(endless)
 
 
 def test_a_target_far_away_does_nothing(plate):

@@ -14,6 +14,7 @@ from sitscad.physics.metal.near_metal import crowding_near_metal
 
 COPPER = 58e6
 UM = 1e-6
+REST = ("height", "width", "thickness", "length", "curvature")
 
 
 def rows(count, thickness=35 * UM):
@@ -39,6 +40,22 @@ def test_products_are_those_of_the_full_matrix(monkeypatch, thickness):
     one, other = np.random.default_rng(1).normal(size=(2, full.shape[0]))
     assert one @ (sparse @ other) == pytest.approx(other @ (sparse @ one), rel=1e-5)
     assert sparse @ one == pytest.approx(full @ one, abs=1e-3 * np.abs(full @ one).max())
+
+
+def test_pairs_that_lie_alike_are_kept_once(monkeypatch):
+    """As good as every pair with a block of its own, and unevenly spaced tracks have just that."""
+    cut, modes = rows(80), ModeSet(6, 2, (7, 3))
+    vector = np.random.default_rng(2).normal(size=(80 * len(modes.orders), 3))
+    shared = mode_matrix.mode_matrix(cut, COPPER, modes)
+    assert len(shared.blocks) < 0.1 * len(shared.first)
+    monkeypatch.setattr(mode_matrix, "REPEATED", 1e9)
+    alone = mode_matrix.mode_matrix(cut, COPPER, modes)
+    assert len(alone.blocks) == len(alone.first)
+    assert shared @ vector == pytest.approx(alone @ vector, rel=1e-9, abs=1e-18)
+    monkeypatch.undo()
+    uneven = Cut(cut.across * (1.0 + 0.01 * np.sin(np.arange(80.0))), *[getattr(cut, name) for name in REST])
+    matrix = mode_matrix.mode_matrix(uneven, COPPER, modes)
+    assert len(matrix.blocks) == len(matrix.first)
 
 
 def test_it_takes_a_fraction_of_the_room():

@@ -12,11 +12,12 @@ from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corner_excess import Loops, moment
 from sitscad.physics.loss.corners import bend_loops
 from sitscad.physics.metal import polyline_spectrum as polyline_spectrum_module
+from sitscad.physics.metal.figures import Rows, figures
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_impedance
+from sitscad.physics.metal.images import images
 from sitscad.physics.metal.polyline_spectrum import (
     _beside,
     _Directions,
-    _figures,
     _Mitred,
     chorded,
     polyline_spectrum,
@@ -117,7 +118,7 @@ def test_bends_that_repeat_are_one_figure():
         points += [points[-1] + matrix @ sum(steps[: n + 1]) for n in range(len(steps))]
         points.append(points[-1] + (2.0 - 0.1 * k) * matrix @ np.array([math.sqrt(0.5), math.sqrt(0.5)]))
     corners = np.array(points)
-    found = _figures(corners, np.zeros((len(corners), 1)), 1e-7)
+    found = figures(corners, np.zeros((len(corners), 1)), 1e-7)
     assert len(found.first) == 9 and len(found.places) == 17 and len(found.kinds) == 8 * 9 + 1
     wave = np.array([[3.0], [5.0]])
     assert found.sums(wave, np.ones((1, 1)))[0] == pytest.approx(np.sum(np.exp(-1j * (corners @ wave))), rel=1e-12)
@@ -169,3 +170,63 @@ def test_waves_are_worked_out_some_at_once(monkeypatch):
     monkeypatch.setattr(polyline_spectrum_module, "AT_ONCE", 1)
     assert found == pytest.approx(over_mirror([track], 30 * UM), rel=1e-4)
     assert len(calls) > 400
+
+
+@pytest.mark.parametrize("phase", [0.0, 1e-17, 0.3, 2.0, math.pi, 2.0 * math.pi - 1e-4, 7.0])
+def test_a_row_of_places_is_summed_in_closed_form(phase):
+    """Also where every step turns the wave by nearly nothing, or by nearly a whole turn."""
+    count, wave = 25, np.array([[phase / 0.05], [0.7]])
+    places = np.array([2.0, 3.0]) + np.outer(np.arange(count) - 12.0, [0.05, 0.0])
+    found = Rows(np.array([(2.0, 3.0)]), np.array([(0.05, 0.0)]), np.array([float(count)])).sums(wave)
+    assert found[0, 0] == pytest.approx(np.sum(np.exp(-1j * (places @ wave))), rel=1e-9, abs=1e-9)
+
+
+def test_turns_of_a_polygon_are_rows():
+    """Thirty turns of a square, a pitch farther in each: every corner is one figure in one row of thirty places."""
+    size = np.repeat(2.0 - 0.05 * np.arange(30), 4)
+    points = size[:, None] * np.tile([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)], (30, 1))
+    found = figures(points, np.tile(np.arange(4.0), 30)[:, None], 1e-7)
+    assert len(found.kinds) == 4 and len(found.places) == 120 and len(found._rows[0].counts) <= 6
+    wave = np.array([[31.0, 3.0], [5.0, -40.0]])
+    assert found.sums(wave, np.ones((4, 2))) == pytest.approx(np.sum(np.exp(-1j * (points @ wave)), axis=0), rel=1e-9)
+
+
+def octagon(turns, begin, sense, inwards=True):
+    """Corners of a spiral of straight sides, each nearer to the centre than the one before, and small loops there."""
+    side = np.arange(round(8 * turns) + 2)
+    angle = begin + sense * math.pi / 4 * side
+    normals = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    distance = MM * (2.0 - 0.15 * side / 8)
+    pairs = zip(normals[:-1], normals[1:], distance[:-1], distance[1:], strict=True)
+    corners = np.array([np.linalg.solve([one, other], [near, far]) for one, other, near, far in pairs])
+    corners = corners if inwards else corners[::-1]
+    loops = Loops(corners[1:-1], np.full(len(corners) - 2, 1e-9 * (sense if inwards else -sense)), 20 * UM)
+    return PolylineTrack(corners, 100 * UM, 12 * UM, 0.0), loops
+
+
+def test_layers_that_are_images_share_their_waves(monkeypatch):
+    """Four layers, turned by quarter turns, mirrored, walked inwards and outwards: one spiral is enough for all."""
+    calls, waves = [], _Mitred.waves
+
+    def counted(self, numbers, unit):
+        calls.append(self)
+        return waves(self, numbers, unit)
+
+    monkeypatch.setattr(_Mitred, "waves", counted)
+    four = [octagon(3.75, 0.0, 1), octagon(3.75, 0.5 * math.pi, 1, False),
+            octagon(3.75, 0.25 * math.pi, -1), octagon(3.75, -0.5 * math.pi, -1, False)]  # fmt: skip
+    tracks, loops = zip(*four, strict=True)
+    shared = polyline_spectrum(tracks, 0.3 * MM, loops).power
+    assert len({id(one) for one in calls}) == 1
+    monkeypatch.setattr(polyline_spectrum_module, "images", lambda tracks, loops, centre: [None] * len(tracks))
+    alone = polyline_spectrum(tracks, 0.3 * MM, loops).power
+    assert len({id(one) for one in calls}) == 5
+    assert np.abs(shared - alone).max() < 1e-9 * np.abs(alone).max()
+
+
+def test_a_track_with_other_loops_is_nobodys_image():
+    (one, loops), (other, _) = octagon(3.75, 0.0, 1), octagon(3.75, 0.5 * math.pi, 1)
+    less = Loops(loops.places, 0.9 * loops.moments, loops.spread)
+    turned = octagon(3.75, 0.5 * math.pi, 1)[1]
+    assert images([one, other], [loops, turned], np.zeros(2))[1] is not None
+    assert images([one, other], [loops, less], np.zeros(2)) == [None, None]

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from sitscad.geometry.path import Arc
@@ -107,6 +107,7 @@ def test_thick_layers_of_unlike_copper():
 
 
 @given(st.lists(st.floats(0.0, 0.5), min_size=2, max_size=40, unique=True), st.floats(1.5, 40.0))
+@example([0.0, 2.6e-161], 2.0)  # heights that are one height
 def test_few_heights_stand_for_many(heights, apart):
     squares = np.unique(np.square(heights))
     count = int(nodes_enough(squares, np.array([apart]))[0])

@@ -15,7 +15,7 @@ from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.tail.contacts import contacts
 from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
-from sitscad.report.page import _findings, render
+from sitscad.report.page import findings_part, render
 from sitscad.report.quantities import quantity
 from sitscad.report.signal import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, other_rows, signal_rows
 from sitscad.spec import templates
@@ -204,7 +204,7 @@ def test_places_are_numbered_as_in_the_pictures():
     error = Finding("SIT108", "copper-spacing", Severity.ERROR, "near", place=Place(1.5e-3, 0.25e-3))
     findings = (warning, plain, error)
     assert numbered_places(findings) == [(1, error), (2, warning)]
-    text = _findings(CheckedSpec("a.yaml", "", findings))
+    text = findings_part(CheckedSpec("a.yaml", "", findings))
     plain_text = re.sub(r'<a href="#board-finding-([12])">(Place \1)</a>', r"\2", text)
     assert plain_text.count("<a ") == 0 and text.count("<a ") == 2
     assert "<b>Place 1</b> in the pictures: x = 1.500 mm, y = 0.250 mm</p>" in plain_text

@@ -18,23 +18,36 @@ from sitscad.spec.profiles import presets
 CLOSING = Closing(0.5e-3, 18e-3, math.radians(60.0))
 
 
-def turned(height, reach, angle):
-    """The height of a face's middle, `reach` from its pivot on the axis and `height` above that, turned by an angle."""
-    return reach * math.sin(angle) + height * math.cos(angle)
+def turned(point, pivot, angle):
+    """A point (x, z) turned about a pivot by an angle, so that what lies at the tip goes up."""
+    x, z = point[0] - pivot[0], point[1] - pivot[1]
+    cos, sin = math.cos(angle), math.sin(angle)
+    return pivot[0] + x * cos + z * sin, pivot[1] - x * sin + z * cos
 
 
-@given(st.floats(0.0, 6e-3))
-def test_the_gap_at_the_tilt_is_the_tissue(thickness):
-    """Both faces turned by half the angle; that the face stands beside the axis changes the gap by its cosine only."""
-    half = CLOSING.tilt(thickness) / 2.0
-    assert turned(0.0, CLOSING.reach, half) * 2.0 + CLOSING.parallel_at == pytest.approx(thickness, abs=1e-12)
-    beside = 2.0 * turned(0.5 * CLOSING.parallel_at, CLOSING.reach, half)
-    assert beside == pytest.approx(thickness, abs=0.5e-3 * (1.0 - math.cos(half)) + 1e-12)
+def faces(closing, tilt):
+    """The middles of both faces (x, z), each turned by half an angle; x runs to the hinge, z from this jaw up."""
+    pivot, half = (0.0, -closing.offset), closing.parallel_at / 2.0
+    lower = turned((-closing.reach, -half), pivot, -tilt / 2.0)
+    return lower, turned((-closing.reach, half), pivot, tilt / 2.0)
+
+
+@given(st.floats(0.0, 6e-3), st.floats(-4e-3, 4e-3), st.floats(-2e-3, 2e-3))
+def test_the_gap_at_the_tilt_is_the_tissue_wherever_the_pivot_is(thickness, offset, parallel_at):
+    closing = Closing(parallel_at, 18e-3, math.radians(60.0), offset)
+    lower, upper = faces(closing, closing.tilt(thickness))
+    assert upper[1] - lower[1] == pytest.approx(thickness, abs=1e-12)
+    assert upper[0] - lower[0] == pytest.approx(closing.slide(thickness), abs=1e-12)
+
+
+def test_jaws_with_their_pivot_in_the_middle_do_not_slide():
+    assert CLOSING.slide(3e-3) == 0.0
+    assert abs(Closing(0.5e-3, 18e-3, 1.0, 2e-3).slide(3e-3)) > 0.1e-3
 
 
 def test_faces_are_parallel_on_what_is_left_of_the_port_and_lean_both_ways():
-    assert CLOSING.tilt(0.5e-3) == 0.0 and CLOSING.tilt(0.0) < 0.0 < CLOSING.tilt(1e-3)
-    assert CLOSING.most == pytest.approx(0.5e-3 + 18e-3)
+    assert CLOSING.tilt(0.5e-3) == pytest.approx(0.0, abs=1e-15) and CLOSING.tilt(0.0) < 0.0 < CLOSING.tilt(1e-3)
+    assert CLOSING.most == pytest.approx(0.5e-3 * math.cos(math.radians(30.0)) + 18e-3)
     assert CLOSING.tilt(CLOSING.most) == pytest.approx(CLOSING.opening)
     assert CLOSING.tilt(1.0) is None
 

@@ -16,7 +16,7 @@ from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, closed_section, fit
 from sitscad.scene.jaws import section
 from sitscad.scene.printing import print_limit
 from sitscad.scene.toleranced import Toleranced, reach, total
-from sitscad.spec.format.document import PROCESSES
+from sitscad.spec.format.mount_document import PROCESSES
 from sitscad.spec.sensor import Assembly
 
 GLUED = Assembly(None, 30e-6, 20e-6)

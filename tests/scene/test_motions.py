@@ -93,3 +93,12 @@ def test_a_frequency_needs_its_unit():
     for text in ("5", "0 Hz", "-1 MHz", "5 GHz", "x"):
         with pytest.raises(MotionError):
             frequency_of(text)
+
+
+def test_a_pull_and_a_file_without_end_are_refused(tmp_path):
+    with pytest.raises(MotionError, match="normal=-5: it presses"):
+        read_motions(loads=["normal=-5"])
+    with pytest.raises(MotionError, match="normal=-1"):
+        read_motions(scans=["normal=-1:1:3"])
+    with pytest.raises(MotionError, match="larger than"):
+        read_motions(load_files=["/dev/zero"])

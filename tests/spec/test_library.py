@@ -17,7 +17,7 @@ from sitscad.finding import Edit
 from sitscad.spec import templates
 from sitscad.spec.format.rewriting import rewritten
 from sitscad.spec.format.writing import plain, yaml_text
-from sitscad.spec.format.yaml_reader import read_yaml
+from sitscad.spec.format.yaml.reader import read_yaml
 from sitscad.spec.validity import refuse_unusable
 
 COIL = {

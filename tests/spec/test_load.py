@@ -61,7 +61,7 @@ def test_values_become_si():
     assert [p.centre[0] for p in spec.array.placements] == [-0.00225, 0.00225]
     assert spec.fpc.tail.connector == presets.connector("zif-0.5mm")
     assert spec.readout.capacitance == 220e-12
-    assert spec.requirements.normal_force == 5.5
+    assert spec.requirements.normal_force == 6.0
     assert spec.shield.gap == 0.5e-3
     assert [layer.number for layer in spec.coil_copper] == [1, 2, 3, 4]
 

@@ -11,7 +11,6 @@ import numpy as np
 from sitscad.estimates.winding.losses import losses_near_metal
 from sitscad.estimates.winding.methods import WindingGeometry, equivalent_spirals, reflected_by
 from sitscad.geometry.path import Arc, Point, rounded_polyline
-from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
 from sitscad.spec.sensor import CoilSpec
@@ -54,8 +53,7 @@ def changes_by_mirror(shape, track, turns, size, pitch, mirror, frequencies):
     """
     spec = CoilSpec(shape=shape, size=(size, size), turns=float(turns), layers=(1,), trace_width=track.width,
                     trace_spacing=pitch - track.width)  # fmt: skip
-    line = PolylineTrack(np.vstack([track.starts, track.ends[-1]]), track.width, track.thickness, track.z)
-    geometry = WindingGeometry(spec, (), (line,), (), (track,))
+    geometry = WindingGeometry(spec, (), (), (track,))
     placed = SimpleNamespace(outer_angle=0.0, sense=1, inward=True, z=track.z, thickness=track.thickness)
     spirals = equivalent_spirals(geometry, SimpleNamespace(windings=[placed]))
     wall = Reflector(mirror, (Plate(1e30),))

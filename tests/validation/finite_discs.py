@@ -34,11 +34,16 @@ class Rings:
         return 1j * total * (points[:, 0] + 1j * points[:, 1]) / rho
 
 
-def check_disc(gap, diameter, thickness, conductivity, reference, rel, rel_loss):
-    depth = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * conductivity)
-    surface = disc(diameter, thickness, min(depth / 3.0, thickness / 4.0), 0.4e-3, (40, 4), 0)
-    target = solve(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness))
+def of_disc(gap, diameter, thickness, conductivity, permeability=1.0):
+    """The surface's change of inductance (H, complex)."""
+    depth = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * conductivity * permeability)
+    surface = disc(diameter, thickness, min(depth / 3.0, thickness / 4.0, 0.02 * diameter), 0.4e-3, (40, 4), 0)
+    target = solve(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness, permeability))
     flat, below = turned(np.zeros((1, 3))), np.array([[0.0, 0.0, gap]])
-    ours = target.changes(flat, below, [Rings(*EIGHT)], np.zeros((1, 2)))[0, 0, 0]
+    return target.changes(flat, below, [Rings(*EIGHT)], np.zeros((1, 2)))[0, 0, 0]
+
+
+def check_disc(gap, diameter, thickness, conductivity, reference, rel, rel_loss):
+    ours = of_disc(gap, diameter, thickness, conductivity)
     assert ours.real == pytest.approx(reference[0], rel=rel)
     assert -2.0 * math.pi * FREQUENCY * ours.imag == pytest.approx(reference[1], rel=rel_loss)

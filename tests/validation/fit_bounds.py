@@ -74,7 +74,7 @@ def samples(rows: list[dict[str, str]]) -> list[Sample]:
         if row["series"] != "small":
             continue
         coil = designs.design(row["family"], int(row["number"]))
-        geometry = WindingGeometry(coil.spec, coil.spirals, (), coil.drawn)
+        geometry = WindingGeometry(coil.spec, coil.spirals, coil.drawn)
         crowded = crowding(geometry)
         stack = "one" if len(crowded.heights) == 1 else "more"
         for method in METHODS:

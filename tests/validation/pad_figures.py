@@ -1,5 +1,5 @@
-"""Prints lines of pad_figures.csv: what the finite elements of `bonded_pad` say of a pad, neo-Hookean of modulus 1 and
-thickness 1.
+"""Prints lines of pad_figures.csv: what the finite elements of `sitscad.mechanics.elements` say of a pad, neo-Hookean
+of modulus 1 and thickness 1.
 
     python tests/validation/pad_figures.py WIDTHS [--round] [--rim R] [--skin T] [--skin-modulus M] [--degree D]
 
@@ -15,8 +15,8 @@ import csv
 import math
 import sys
 
-from bonded_pad import Pad
-from pad_mesh import Solid, fanned
+from sitscad.mechanics.elements.mesh import Solid, fanned
+from sitscad.mechanics.elements.pad import Pad
 
 TILT = math.radians(5.0)
 POSES = ((0, 0, 0), (0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.25, -0.3, 0), (0.4, -0.2, 0),

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from sitscad.estimates.response.plate import conducting_plate
+from sitscad.estimates.response.plate import solved_plate
 from sitscad.estimates.response.scan import chebyshev, evaluated
 from sitscad.layout import lay_out
 from sitscad.physics.eddy.target import turned
@@ -53,7 +53,7 @@ def tabulated(coil: str, size: float, fill: float, target: str, across: float) -
     """Roots of the change of L at the grid, over that right over the coil: (x, y, gap)."""
     spec = sensor(coil, size, fill, target, across)
     band = 0.95 * FREQUENCY, 1.05 * FREQUENCY
-    plate = conducting_plate(spec, lay_out(spec).coils, band, None, GAPS[0], 8.0 * MM)
+    plate = solved_plate(spec, lay_out(spec).coils, band, None, GAPS[0], 8.0 * MM)
     x, y, gap = (part.ravel() for part in np.meshgrid(*axes(), indexing="ij"))
     places = np.stack([x, y, np.exp(gap)], axis=1)
     turns = np.tile(turned(np.zeros((1, 3))), (len(places), 1, 1))

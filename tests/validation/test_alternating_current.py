@@ -57,7 +57,7 @@ RINGS = {
 def rings_by_modes(radius, height, width, thickness, modes):
     one = np.ones(radius.size)
     cut = Cut(radius, height, width * one, thickness * one, 2.0 * math.pi * radius, 1.0 / radius)
-    smooth = proximity._ring_flux(cut, modes) / (2.0 * math.pi * radius[:, None])
+    smooth = proximity.ring_flux(cut, modes) / (2.0 * math.pi * radius[:, None])
     return cut_loss(cut, smooth, None, COPPER, modes, 36)
 
 

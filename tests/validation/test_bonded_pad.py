@@ -10,8 +10,8 @@ from pad_of_elements import stiffness
 
 pytest.importorskip("ngsolve", reason="pip install sitscad[fe]")
 
-from bonded_pad import Pad
-from pad_mesh import BOARD, FREE, MIDDLE, PLATE, Solid, fanned
+from sitscad.mechanics.elements.mesh import BOARD, FREE, MIDDLE, PLATE, Solid, fanned
+from sitscad.mechanics.elements.pad import Pad
 
 pytestmark = pytest.mark.slow
 SQUARE = Solid(4e-3, 4e-3, 2e-3)

@@ -28,7 +28,7 @@ def compared(rows):
     for row in rows:
         two = coil_pairs.pair(row["family"], int(row["number"]))
         placed = [
-            (SimpleNamespace(centre=Point(*centre)), WindingGeometry(coil.spec, coil.spirals, (), coil.drawn))
+            (SimpleNamespace(centre=Point(*centre)), WindingGeometry(coil.spec, coil.spirals, coil.drawn))
             for coil, centre in ((two.first, (0.0, 0.0)), (two.second, two.centre))
         ]
         mutual, exact = side_by_side(*placed), float(row["mutual_inductance_H"])

@@ -8,7 +8,6 @@ steels were given up to ten times their loss, +- 65 %.
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +17,8 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.metal.finite_plate import CoaxialRings
 from sitscad.physics.metal.half_spaces import Plate, reflection
 from sitscad.physics.special.bessel import j1
+from sitscad.spec.materials import Conductor
+from sitscad.spec.sensor import Target
 
 pytestmark = pytest.mark.needs("scipy")
 
@@ -47,10 +48,9 @@ def endless(gap, thickness, metal):
 def check(metal, gap, diameter, thickness):
     """That a target's effect is the real one within the stated error (of L at least a tenth of the loss's part)."""
     conductivity, permeability = METALS[metal]
-    material = SimpleNamespace(conductivity=conductivity, relative_permeability=permeability)
-    target = SimpleNamespace(material=material, shape="circle", size=(diameter, diameter), thickness=thickness)
+    target = Target("circle", (diameter, diameter), thickness, Conductor(metal, conductivity, permeability))
     rings = CoaxialRings(EIGHT, np.zeros(8), np.ones(8))
-    found = finite_target._shares(target, rings, np.zeros((1, 2)), gap, -math.inf)
+    found = finite_target.shares_of_sheet(target, rings, np.zeros((1, 2)), gap, -math.inf)
     whole, true = endless(gap, thickness, metal), by_elements(gap, diameter, thickness, metal)
     ours = float(found.shares[0]) * whole[0], float(found.losses[0]) * whole[1]
     ratios = ours[0] / true[0], ours[1] / true[1]
@@ -102,6 +102,5 @@ def test_a_large_disc_of_elements_is_an_endless_plate(metal):
 
 def test_non_magnetic_metal_is_no_magnet_however_thin():
     for name, (conductivity, permeability) in METALS.items():
-        material = SimpleNamespace(conductivity=conductivity, relative_permeability=permeability)
-        foil = SimpleNamespace(material=material, thickness=10e-6)
-        assert (finite_target._like_a_conductor(foil, 3e-3) == 1.0) == (permeability < 1.5), name
+        foil = Target("square", (5e-3, 5e-3), 10e-6, Conductor(name, conductivity, permeability))
+        assert (finite_target.like_a_conductor(foil, 3e-3) == 1.0) == (permeability < 1.5), name

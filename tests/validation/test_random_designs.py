@@ -39,7 +39,7 @@ def compared(rows, closed=False):
     for row in rows:
         coil = designs.design(row["family"], int(row["number"]), row["series"] == "large")
         assert write_references.dimensions(coil).items() <= row.items(), "the design is not the one that was integrated"
-        geometry = WindingGeometry(coil.spec, coil.spirals, (), coil.drawn)
+        geometry = WindingGeometry(coil.spec, coil.spirals, coil.drawn)
         exact = float(row["inductance_H"])
         for method in methods(coil.spec.shape, closed):
             value = method.solve(geometry) if method.is_valid(geometry) else None

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING
+from sitscad.checks.assembly.pair_in_port import PAIR_IN_PORT_RULES
 from sitscad.checks.assembly.plate_places import (
     MOST_MARGIN,
     carried,
@@ -125,6 +126,7 @@ def _in_words(design: Design, left: Left | None = None) -> str:
 
 
 def _told(design: Design, left: Left | None) -> str:
+    """What makes the plates lie on the board's body, and where nothing does, what comes nearest; in words."""
     before, body = _other_complaints(design), ground(design.layout)
     larger = [c for c in carried(design.spec) if lies(c.spec, body)]
     aside = [c for c in moved(design.spec) if lies(c.spec, body)]
@@ -180,7 +182,7 @@ def _widened(design: Design, left: Left) -> Iterator[Fix]:
 
 def _other_complaints(design: Design) -> Counter[str]:
     """How often those rules complain that look at plates or body and need no electrical numbers."""
-    asked = (rule for rule in (*ROOM_IN_JAW_RULES, *TRANSDUCTION_RULES) if rule.id in QUICK)
+    asked = (rule for rule in (*ROOM_IN_JAW_RULES, *PAIR_IN_PORT_RULES, *TRANSDUCTION_RULES) if rule.id in QUICK)
     said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design)[0])
     return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
 

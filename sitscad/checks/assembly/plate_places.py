@@ -11,6 +11,7 @@ from sitscad.finding import Edit
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Path, rectangle
+from sitscad.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.tail.frame import CORNER_RADIUS
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import Plate, carrying, resized
@@ -121,8 +122,9 @@ def _fitting(
     if here.hangs_over(on) + around <= ROUNDING:
         yield (), plate
         return
-    for shape in dict.fromkeys((plate.shape, "rectangle")):
-        size = _room(replace(here, is_round=shape == "circle"), on, around, shape == "square")
+    for shape in dict.fromkeys((plate.shape, LONG_PLATE)):
+        cut = PLATES[shape]
+        size = _room(replace(here, is_round=cut.is_round), on, around, not (cut.is_round or cut.is_long))
         if size is not None:
             smaller = replace(plate, shape=shape, size=size)
             yield _written(key, plate, smaller), smaller
@@ -204,6 +206,6 @@ def _written(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
     if after.shape != before.shape:
         parts.append(Edit(f"{key}.shape", after.shape))
     if after.size != before.size:
-        size = pair(after.size) if after.shape == "rectangle" else f"{after.size[0] * 1e3:.6g}"
+        size = pair(after.size) if after.outline.is_long else f"{after.size[0] * 1e3:.6g}"
         parts.append(Edit(f"{key}.size", size))
     return tuple(parts)

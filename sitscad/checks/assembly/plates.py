@@ -103,7 +103,7 @@ def _proportioned(design: Design, pitch: float | None, coil: tuple[float, float]
     target = design.spec.target
     assert target is not None
     what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
-    if pitch and target.shape != "circle" and abs(math.sin(target.rotation)) > 1e-9:
+    if pitch and not target.outline.is_round and abs(math.sin(target.rotation)) > 1e-9:
         return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
     length = pitch or max(target.size[0], coil[0])
     changes = list(larger_target(design.spec, length, max(target.size[1], coil[1])))
@@ -121,7 +121,7 @@ def _proportioned(design: Design, pitch: float | None, coil: tuple[float, float]
 
 def _chord(target: Target) -> float:
     """How long (m) the target is through its middle, along the line of the coils."""
-    if target.shape == "circle":
+    if target.outline.is_round:
         return target.size[0]
     along, across = abs(math.cos(target.rotation)), abs(math.sin(target.rotation))
     x, y = target.size

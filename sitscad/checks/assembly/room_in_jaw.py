@@ -1,4 +1,4 @@
-"""SIT301 to SIT303 and SIT314: does the sensor, as it is glued together, fit the jaw and its port."""
+"""SIT301 and SIT302: does the board, with what lies on it, fit the jaw and its port in width and length."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from itertools import islice
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING, jaw_of, unverified
+from sitscad.checks.assembly.measures import JAW_SOURCE, measure_of, weight_of, with_tolerances
 from sitscad.checks.cases import Case
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
@@ -16,16 +17,11 @@ from sitscad.layout.routing.lanes import coils_breadth
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import narrower, other_ends
 from sitscad.remedy.search import Left, named, ways
-from sitscad.scene.bodies import MOUNT_PIECES, Body, above_board, board_heights, seat_spans
-from sitscad.scene.column import GLUE
-from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, Measure
-from sitscad.scene.jaws import POCKET_CLEARANCE, PartsError, rim, section, shield_that_fits
-from sitscad.scene.printing import print_limit
-from sitscad.spec.sensor import Jaw, Mount, SensorSpec
+from sitscad.scene.bodies import Body, above_board
+from sitscad.scene.fit import LENGTH, OVERHANG
+from sitscad.scene.jaws import POCKET_CLEARANCE, rim, section
+from sitscad.spec.sensor import Jaw, SensorSpec
 from sitscad.units import show
-
-SMALLEST_MEASURED_PORT = 1.1
-"""5 mm trocars measure 5.5 mm inside at the least (Limperg 2024): that much more than the nominal port."""
 
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
@@ -119,6 +115,7 @@ def _led_otherwise(design: Design, left: Left) -> Iterator[Fix]:
 
 
 def _through_port(design: Design) -> Iterator[Verdict]:
+    """A warning where the whole board, laid flat, is wider than the port."""
     jaw, (_, low, _, high) = jaw_of(design), bounding_box((design.layout.outline,))
     across = high - low
     is_body = across <= design.layout.body_size[1] + ROUNDING
@@ -161,10 +158,10 @@ def _in_pocket(design: Design, jaw: Jaw, body: float) -> Iterator[Verdict]:
 
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     """The board beside the jaw's true face, which is the chord of its half-round back."""
-    over = _measured(design, OVERHANG)
+    over = measure_of(design, OVERHANG)
     if over is None or over.worst <= ROUNDING:
         return
-    severity = _severity(over)
+    severity = weight_of(over)
     if severity is None and over.nominal <= ROUNDING:
         return
     face = section(rim(jaw)).face
@@ -178,33 +175,15 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
         over=max(0.0, over.nominal),
         face=face,
         unverified=unverified(jaw),
-        beyond=_beyond(over),
+        beyond=with_tolerances(over),
         carried=carried,
     )
 
 
-def _measured(design: Design, name: str) -> Measure | None:
-    """One of the design's measures; None where it was not taken."""
-    return next((measure for measure in design.fit if measure.name == name), None)
-
-
-def _severity(measure: Measure) -> Severity | None:
-    """An error where it is too much nominally or by root-sum-square, a warning where it is at worst."""
-    if max(measure.nominal, measure.root_sum_square) > measure.limit + ROUNDING:
-        return Severity.ERROR
-    return Severity.WARNING if measure.worst > measure.limit + ROUNDING else None
-
-
-def _beyond(measure: Measure) -> str:
-    """What tolerances make of a size, in words."""
-    likely, worst = (show(value, "m", 4) for value in (measure.root_sum_square, measure.worst))
-    return f" ({likely} by root-sum-square of all tolerances, {worst} at worst)"
-
-
 def sensor_length(design: Design) -> Iterator[Verdict]:
     """The board's body along the jaw."""
-    jaw, measure = jaw_of(design), _measured(design, LENGTH)
-    severity = None if measure is None else _severity(measure)
+    jaw, measure = jaw_of(design), measure_of(design, LENGTH)
+    severity = None if measure is None else weight_of(measure)
     if measure is None or severity is None:
         return
     excess = measure.worst - jaw.length
@@ -217,125 +196,12 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
         "m",
         severity=severity,
         nominal=measure.nominal,
-        beyond=_beyond(measure),
+        beyond=with_tolerances(measure),
         unverified=unverified(jaw),
         excess=excess,
         remedy=less or f"fewer or smaller coils{', or a smaller pitch' if many else ''}",
     )
 
-
-def stack_height(design: Design) -> Iterator[Verdict]:
-    """The closed pair of jaws with the whole stack between them, glue and tolerances included, inside the port."""
-    try:
-        shield_that_fits(design.spec)
-    except PartsError as error:
-        yield Undecided(str(error))
-        return
-    pair, jaw = _measured(design, CLOSED_PAIR), jaw_of(design)
-    severity = None if pair is None else _severity(pair)
-    if pair is None or severity is None:
-        return
-    over = pair.measured - jaw.port_diameter
-    yield PAIR_TOO_HIGH.found(
-        "mount.standoff",
-        pair.measured,
-        jaw.port_diameter,
-        "m",
-        severity=severity,
-        nominal=pair.nominal,
-        beyond=_beyond(pair),
-        decided_by=pair.decided_by,
-        glue=_glue(pair),
-        unverified=unverified(jaw),
-        measured_ports=_measured_ports(pair),
-        remedy=f"{show(over, 'm', 3)} too much: a narrower board, or less height: {_thinner(design)}"
-        if "board" in pair.decided_by
-        else f"take {show(over, 'm', 3)} off: {_thinner(design)}",
-        widest=_widest(pair),
-    )
-
-
-def _glue(pair: Measure) -> float:
-    return math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
-
-
-def _measured_ports(pair: Measure) -> str:
-    """Whether ports as they were measured would let it through."""
-    wider = SMALLEST_MEASURED_PORT * pair.limit
-    if pair.measured > wider + ROUNDING:
-        return ""
-    return f". It would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
-
-
-def _widest(pair: Measure) -> str:
-    """The parts that tolerances change most, and the key that narrows them where yours are better."""
-    found = sorted(pair.parts, key=lambda share: (-share.tolerance, share.part))[:3]
-    named_parts = ", ".join(f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in found)
-    return f"{named_parts} (assembly.tolerances, where yours are measured)"
-
-
-def printed_wall(design: Design) -> Iterator[Verdict]:
-    """The mount's pieces are thick enough to be made."""
-    mount = design.spec.mount
-    assert mount is not None
-    limit = print_limit(mount.process, "wall")
-    for name, thickness, is_spacer in _pieces(design.spec, mount):
-        if thickness < limit.value - ROUNDING:
-            yield TOO_THIN_TO_PRINT.found(
-                "shield.gap" if is_spacer else "mount.standoff",
-                thickness,
-                limit.value,
-                "m",
-                hint=_thicker(design.spec, is_spacer, limit.value),
-                source=limit.source,
-                name=name,
-                process=mount.process,
-            )
-
-
-def _pieces(spec: SensorSpec, mount: Mount) -> list[tuple[str, float, bool]]:
-    """The printed pieces under the board, each with its thickness, and whether it lies between shield and board; a
-    bench plate's floor has a least thickness of its own.
-    """
-    try:
-        sheet = shield_that_fits(spec)
-    except PartsError:
-        return []
-    spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
-    found = [
-        (name, upper - lower, sheet is not None and lower > sheet[0])
-        for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False)
-    ]
-    return [piece for piece in found if mount.kind == "grasper-pad" or piece[2]]
-
-
-def _thicker(spec: SensorSpec, is_spacer: bool, wall: float) -> str:
-    """How the piece is made thick enough, or left out."""
-    if spec.shield is None:
-        return f"mount.standoff: {wall * 1e3:.6g}, or 0: the board on the metal itself (SIT201 to SIT203 judge that)"
-    on_metal = spec.shield.gap + spec.shield.thickness
-    if is_spacer:
-        return f"shield.gap: {wall * 1e3:.6g} or more"
-    return (
-        f"mount.standoff: {on_metal * 1e3:.6g} lays the shield on the metal, {(on_metal + wall) * 1e3:.6g} leaves room "
-        "for a piece that can be made"
-    )
-
-
-def _thinner(design: Design) -> str:
-    """The soft or empty heights that can give, largest first."""
-    spec = design.spec
-    standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
-    heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
-    if spec.elastomer is not None:
-        heights.append(("elastomer.thickness", spec.elastomer.thickness))
-    if spec.target is not None:
-        heights.append(("target.thickness", spec.target.thickness))
-    heights = [entry for entry in sorted(heights, key=lambda e: (-e[1], e[0])) if entry[1] > 0.0]
-    return ", ".join(f"{key} is {show(height, 'm', 3)}" for key, height in heights)
-
-
-JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
 
 BODY_TOO_WIDE = Case(
     "the board's body is {measured:m} wide{shares}, the jaw {limit:m}{unverified}",
@@ -388,18 +254,6 @@ BODY_TOO_LONG = Case(
     hint="{excess:m} too much at worst: {remedy}",
 )
 
-PAIR_TOO_HIGH = Case(
-    "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}; the"
-    " {decided_by} decides, and glue lines are {glue:m,3} of it. The port's is "
-    "{limit:m}{unverified}{measured_ports}",
-    hint="{remedy}; or narrower tolerances: {widest}",
-)
-
-TOO_THIN_TO_PRINT = Case(
-    "the {name} is {measured:m,3} thick, which {process} does not make: {limit:m,3} at least",
-)
-
-
 ROOM_IN_JAW_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT301", "sensor-width", Severity.ERROR,
@@ -418,23 +272,5 @@ ROOM_IN_JAW_RULES: tuple[Rule, ...] = (
         "The body must lie flat; only the tail may go through the hinge.",
         "Fewer or smaller coils, or a smaller pitch.",
         JAW_SOURCE, ("jaw",), sensor_length,
-    ),
-    Rule(
-        "SIT303", "stack-height", Severity.ERROR,
-        "The closed jaws, with the sensor's whole stack and every glue line between them, pass the port's circle: "
-        "nominally and by root-sum-square of all tolerances (errors), and at worst (a warning).",
-        "Pieces are glued, and none is as thick as it is drawn. Ports are named by a nominal size, 5.0 mm taken "
-        "strictly here; 5 mm ports measure 5.5 to 7.4 mm inside: write mount.jaw.port_diameter where yours is known. "
-        "The pad is taken at rest: what it gives way in the port is not counted on.",
-        "A thinner elastomer, standoff or target, narrower tolerances, or a jaw with more metal taken away.",
-        "Limperg 2024 (JMIG, 10.1016/j.jmig.2024.01.008) for measured ports; tolerances: the report's table of fit; "
-        + JAW_SOURCE, ("jaw",), stack_height,
-    ),
-    Rule(
-        "SIT314", "printed-wall", Severity.ERROR,
-        "Each piece of the mount is as thick as its process (mount.process) can make it.",
-        "A standoff a little larger than the shield needs prints a sheet of a few hundredths of a millimetre.",
-        "A standoff that lays the shield on the metal, a larger one, or another process.",
-        "sitscad/data/print_limits.csv", ("mount",), printed_wall,
     ),
 )  # fmt: skip

@@ -19,7 +19,7 @@ from sitscad.spec.profiles.presets import names
 from sitscad.units import show
 
 STRAIN_ERROR = 0.5
-WHOLE = 0.99
+LOADED = 0.99
 """Share of a pad from which on it counts as loaded all over."""
 
 SLENDERNESS = 0.25
@@ -74,7 +74,7 @@ def _at_least(design: Design, nominal: elastomer.Compression) -> float:
     """
     from sitscad.estimates.states.pressing import pressed
 
-    if nominal.loaded_share >= WHOLE:
+    if not nominal.doubt:
         return nominal.strain
     helped = pressed(design.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
     return max(helped.strain, nominal.least_strain)
@@ -82,12 +82,12 @@ def _at_least(design: Design, nominal: elastomer.Compression) -> float:
 
 def _judged_case(nominal: elastomer.Compression) -> str:
     """What an error is about: the strain itself, or what is left of it however much the rest of the pad helps."""
-    return "That" if nominal.loaded_share >= WHOLE else "Even helped most by the rest of the pad"
+    return "Even helped most by the rest of the pad" if nominal.doubt else "That"
 
 
 def _otherwise(nominal: elastomer.Compression) -> str:
     """What else makes a pad give way less, and what to be sure of first."""
-    larger = "target" if nominal.loaded_share < WHOLE else "or thinner pad"
+    larger = "target" if nominal.loaded_share < LOADED else "or thinner pad"
     return (
         f"a larger {larger} gives way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times"
     )
@@ -120,13 +120,13 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     if _is_beside(design):
         yield from _not_pressed()
         return
-    strain = elastomer.shear_strain(force, _loaded(design).area, pad.material.shear_modulus)
+    strain = _sheared(design, force)
     yield from _shear_strain(design, force, strain)
     if pitch is None:
         yield Undecided("no pitch: the coils have no common distance")
         return
     travel = strain * pad.thickness
-    if travel > pitch / 2.0:
+    if math.inf > travel > pitch / 2.0:
         yield PAST_THE_COILS.found(
             "elastomer.material",
             travel,
@@ -139,29 +139,78 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
         )
 
 
+def _sheared(design: Design, force: float, modulus: float = 1.0) -> float:
+    """Travel over thickness under a shear force (N), the target held level and pressed by the required force, by the
+    pad's law along the axis that gives way more; the modulus times a factor. Endless where no equilibrium is found.
+    """
+    import numpy as np
+
+    from sitscad.estimates.response.pad import TOO_SOFT as LOST
+    from sitscad.estimates.response.pad import pushed
+
+    normal = design.spec.requirements.normal_force or 0.0
+    poses, notes = pushed(design.spec, np.array([(normal, force, 0.0), (normal, 0.0, force)]), modulus=modulus)
+    if LOST in notes:
+        return math.inf
+    return float(max(poses[0, 0], poses[1, 1])) / pad_of(design).thickness
+
+
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
     material, area, limit = pad_of(design).material, _loaded(design).area, elastomer.VALID_SHEAR
     softest = _softest(material.shear_modulus_sigma)
-    if strain / softest <= limit:
+    usual = _sheared(design, force, softest)
+    if usual <= limit:
         return
     beyond = strain > limit
-    enough = _rounded_up(material.shear_modulus * strain / softest / limit)
+    factor = _modulus_for_shear(design, force, limit, (softest, usual), strain)
+    most = strain if beyond else usual
     yield TOO_MUCH_SHEAR.found(
         "elastomer.material",
-        strain if beyond else strain / softest,
+        most if math.isfinite(most) else MOST_SHEAR,
         limit,
         None,
         source=elastomer.SHEAR_SOURCE,
         is_grave=beyond,
         force=force,
-        strain=strain,
+        moved=_travel(strain),
         name=material.name,
-        usual=100.0 * strain / softest,
-        enough=enough,
-        larger_area=_larger_area(design, area, area * strain / softest / limit),
-        softest_preset=_softest_preset(lambda _: material.shear_modulus * strain / limit),
+        usual=_travel(usual),
+        enough=_rounded_up(material.shear_modulus * factor / softest),
+        larger_area=_larger_area(design, area, area * factor / softest),
+        softest_preset=_softest_preset(lambda _: material.shear_modulus * factor),
     )
+
+
+MOST_SHEAR = 10.0
+"""What stands for a shear strain where the pad gives way."""
+
+
+def _travel(strain: float) -> str:
+    """A shear strain in words."""
+    return f"by {100.0 * strain:.0f} %" if math.isfinite(strain) else "out of its place (it gives way)"
+
+
+def _modulus_for_shear(design: Design, force: float, limit: float, softer: tuple[float, float], strain: float) -> float:
+    """The factor on the pad's modulus that keeps its shear strain just below a limit (within 1 %), as shear falls with
+    it: between two by their shears' logarithms, for shear goes about as one over it. `softer` is a factor and its
+    strain beyond the limit, `strain` that of the modulus itself.
+    """
+    (low, lower), (high, upper) = softer, (1.0, strain)
+    while upper > limit and high < 1e6:
+        low, lower, high = high, upper, 2.0 * high
+        upper = _sheared(design, force, high)
+    while high > 1.0005 * low and upper < 0.99 * limit:
+        share = 0.5
+        if math.isfinite(lower):
+            share = min(max(math.log(lower / (0.995 * limit)) / math.log(lower / upper), 0.05), 0.95)
+        middle = low * (high / low) ** share
+        found = _sheared(design, force, middle)
+        if found > limit:
+            low, lower = middle, found
+        else:
+            high, upper = middle, found
+    return high
 
 
 def _larger_area(design: Design, area: float, wanted: float) -> str:
@@ -180,7 +229,7 @@ def _mm2(area: float) -> str:
 def target_gap(design: Design) -> Iterator[Verdict]:
     """A target needs something soft to lie on: without an elastomer it lies on the board itself."""
     if design.spec.elastomer is None:
-        yield NO_GAP.found("elastomer.thickness", 0.0, None, "m")
+        yield NO_GAP.found("elastomer", 0.0, None, "m")
 
 
 def _is_beside(design: Design) -> bool:
@@ -205,12 +254,12 @@ def _loaded(design: Design) -> elastomer.Face:
 
 def _part(pressed: elastomer.Compression) -> str:
     """In words, that only part of the pad is loaded."""
-    if pressed.loaded_share >= WHOLE:
+    if pressed.loaded_share >= LOADED:
         return ""
-    return (
-        f"; the target loads {100.0 * pressed.loaded_share:.0f} % of the pad, which is taken as cut out (were all of "
-        f"it loaded, {100.0 * pressed.least_strain:.0f} %)"
-    )
+    share = f"; the target loads {100.0 * pressed.loaded_share:.0f} % of the pad"
+    if not pressed.doubt:
+        return share
+    return f"{share}, which is taken as cut out (were all of it loaded, {100.0 * pressed.least_strain:.0f} %)"
 
 
 def _softest(sigma: float) -> float:
@@ -221,18 +270,26 @@ def _softest(sigma: float) -> float:
 def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
     """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it.
 
-    It follows from the formula in closed form; `left`, which costs another estimate, tells what else it breaks.
+    By bisection of the pad's law; `left`, which costs another estimate, tells what else it breaks.
     """
+    from sitscad.estimates.states.pressing import surround
+
     pad, face = pad_of(design), _loaded(design)
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
+    around = surround(design.spec) or elastomer.BARE
     size = (face.width_x, face.width_y, pad.thickness)
-    stiffness = force / elastomer.force_for_strain(strain, *size, 1.0, math.inf, face.round)
-    slope = elastomer.apparent_modulus(*size, 1.0, circular=face.round)
+
+    def bears(modulus: float, bulk_modulus: float) -> bool:
+        return elastomer.force_for_strain(strain, *size, modulus, bulk_modulus, face.round, around) >= force
 
     def least(bulk_modulus: float) -> float:
-        # Ea is proportional to G until the bulk modulus counts: 1/Ea = 1/(k G) + 1/B, so G = 1 / (k (1/Ea - 1/B)).
-        compliance = 1.0 / (stiffness * slope) - 1.0 / bulk_modulus
-        return 1.0 / (slope * compliance) if compliance > 0.0 else math.inf
+        low, high = 1.0, bulk_modulus
+        if not bears(high, bulk_modulus):
+            return math.inf
+        while high > 1.0005 * low:
+            middle = math.sqrt(low * high)
+            low, high = (low, middle) if bears(middle, bulk_modulus) else (middle, high)
+        return high
 
     enough = least(pad.material.bulk_modulus)
     if enough == math.inf:
@@ -290,8 +347,8 @@ PAST_THE_COILS = Case(
 )
 
 TOO_MUCH_SHEAR = Case(
-    "{force:N} of shear move the target by {strain:%.0f} % of the {name} pad's thickness "
-    "({usual:.0f} % with a modulus one sigma softer); beyond {limit:%.0f} % (a conservative "
+    "{force:N} of shear, under the required normal force, move the target {moved} of the {name} pad's thickness "
+    "({usual} with a modulus one sigma softer); beyond {limit:%.0f} % (a conservative "
     "figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
     hint=(
         "a shear modulus of {enough:Pa,3} or more known as well as this one{larger_area} keeps "
@@ -305,7 +362,7 @@ TOO_MUCH_SHEAR = Case(
 NO_GAP = Case(
     "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and "
     "the numbers at rest are those of metal against the coverlay",
-    hint=("add elastomer.thickness (like elastomer: {{thickness: 1}}): it is the gap between board and target"),
+    hint="add an elastomer (like elastomer: {{thickness: 1}}): its thickness is the gap between board and target",
 )
 
 
@@ -314,12 +371,12 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "SIT304", "elastomer-strain", Severity.ERROR,
         "The required normal force compresses the elastomer by 30 % at most, its modulus being one sigma softer (a "
         "warning beyond), and with its own modulus by 50 % at most (an error beyond). What the target does not cover "
-        "of the pad is taken as not helping; for the error, as helping as much as it can.",
+        "of the pad and an encapsulation help by the pad's law; where the pad reaches beyond it more on one side than "
+        "on another, its rest is taken as not helping; for the error, as helping as much as it can.",
         "Beyond 30 % the pad's law is extrapolated; beyond 50 % the pad has lost its range, creeps, and "
         "the target comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) "
-        "would need 57 to 73 % at 4.8 N. A target smaller than its pad presses only what lies under it: the surround "
-        "stiffens that by an unknown share, so the strain is stated as if it were cut away, which errs on the safe "
-        "side.",
+        "would need 57 to 73 % at 4.8 N. A target smaller than its pad presses what lies under it, which its surround "
+        "stiffens.",
         "A stiffer or thinner elastomer, or a larger pad and target.",
         elastomer.SOURCE, ("elastomer", "normal force"), elastomer_strain,
     ),

@@ -59,6 +59,7 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
 
 
 def _too_short(design: Design) -> Iterator[Complaint]:
+    """A complaint where the tail has no straight stretch long enough for its bend."""
     straight, needed, fits = _straight(design), bend_length(design.spec), _fits(design)
     if fits and straight.unfit is None:
         return
@@ -140,6 +141,7 @@ NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
 
 
 def _longer(design: Design, left: Left) -> str:
+    """The length of tail with which the bend has room, as it was tried; else what else would do."""
     length, tail = _length_that_does(design, left), design.spec.fpc.tail
     if length is None or tail is None:
         return NO_ROOM
@@ -180,6 +182,7 @@ def _fits(design: Design) -> bool:
 
 
 def _straight(design: Design) -> _Straight:
+    """The longest straight stretch that may be bent, and the first thing that is unfit for it."""
     zone = design.layout.bend_zone
     if zone is None:
         return _Straight(0.0, 0.0, None)
@@ -190,6 +193,7 @@ def _straight(design: Design) -> _Straight:
 
 
 def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Complaint]:
+    """A complaint for every via, contact and stiffener inside the zone (x from and to, m) that is bent."""
     layout = design.layout
     for via in layout.vias:
         if _overlap(via.centre.x, via.pad / 2, zone) > ROUNDING:

@@ -148,6 +148,7 @@ def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[
 
 
 def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer: int, item: Item) -> Complaint:
+    """The complaint for copper of an item that lies a gap (m) from the board's edge."""
     rules, missing = design.spec.fpc.rules, um(design.spec.fpc.rules.copper_to_edge - gap)
     at_plug = _is_at_plug(design, item)
     wider = "a wider board, or a smaller coil, gives it room"
@@ -182,6 +183,7 @@ def _worst_of_each_kind(design: Design, found: Sequence[Nearness], key: str) -> 
 
 
 def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Complaint:
+    """The complaint for two pieces that are too near, and how many such places there are."""
     asked = near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
     names = name_of(near.one), name_of(near.other)

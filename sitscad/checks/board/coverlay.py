@@ -87,6 +87,7 @@ def crossings(start: Point, end: Point, corners: Sequence[Position]) -> Iterator
 def _narrow_web(
     design: Design, what: str, hint: str, one: Primitives, other: Primitives, where: str = "between them"
 ) -> Iterator[Complaint]:
+    """A complaint where the strip of coverlay between two groups of edges is too narrow."""
     rules = design.spec.fpc.rules
     web = _smallest(one, other, rules.coverlay_web)
     if web < rules.coverlay_web - ROUNDING:
@@ -155,6 +156,7 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 
 
 def _opening_complaint(design: Design, item: Trace | Via, gap: float, place: Place) -> Complaint:
+    """The complaint for an opening of the coverlay that is too near to a track or via beside it."""
     rules = design.spec.fpc.rules
     return OPENING_NEAR_TRACK.found(
         "fpc.tail",

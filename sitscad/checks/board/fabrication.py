@@ -130,6 +130,7 @@ def _too_few_bridges(design: Design) -> Iterator[Verdict]:
 
 
 def _panel_size(design: Design) -> Iterator[Verdict]:
+    """An error where what is delivered is larger than the fabricator's panel."""
     rules, size = design.spec.fpc.rules, least_size(design.layout)
     have, most = sorted(size), sorted(rules.panel_size)
     for side, largest in zip(have, most, strict=True):

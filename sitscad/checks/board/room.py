@@ -146,6 +146,7 @@ def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | s
 
 
 def _too_near(design: Design, plain: Complaint, near: float, more: float, hint: str) -> Complaint:
+    """The complaint about leads between coils, with their distance now and how much (m) is missing."""
     return replace(
         plain,
         message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: "

@@ -45,6 +45,7 @@ def step(design: Design) -> Iterator[Verdict]:
 def _too_near(
     design: Design, case: Case, gap: float, asked: float, field: str, place: Place, values: dict[str, Any]
 ) -> Complaint:
+    """The complaint for something too near to the step in thickness, and a longer body as the way out."""
     missing, margin = asked - gap, design.spec.fpc.margin
     longer = GRAIN * math.ceil((margin[0] + missing) / GRAIN - 1e-6)
     other = f"or as many layers in the tail (the step is {um(step_height(design.layout))} high)"

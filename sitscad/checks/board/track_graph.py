@@ -144,6 +144,7 @@ def _nodes(layout: Layout) -> Callable[[Point, int], Node]:
     vias = {_cell(via.centre): i for i, via in enumerate(layout.vias)}
 
     def node(point: Point, layer: int) -> Node:
+        """The node of a point on a layer: a via, a contact, or the place itself."""
         cell = _cell(point)
         if cell in vias:
             return (0, vias[cell], 0)
@@ -199,6 +200,7 @@ def _once(meetings: list[tuple[float, Point]]) -> list[tuple[float, Point]]:
 
 
 def _between(path: Path, first: float, last: float) -> tuple[Point, ...]:
+    """The points of a path from one length along it (m) to another."""
     points, way = [], 0.0
     for segment in path:
         flat = segment.flattened(CHORD)
@@ -223,6 +225,7 @@ def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> Loop:
 
 
 def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Node) -> Sequence[_Edge]:
+    """The edges of the way through a tree from one node to another; none where there is none."""
     stack: list[tuple[Node, tuple[_Edge, ...]]] = [(start, ())]
     seen = {start}
     while stack:

@@ -10,7 +10,7 @@ from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.remedy.moves import wider
-from sitscad.remedy.search import Left, first_that_mends, in_vain, untried
+from sitscad.remedy.search import Left, first_or_vain
 
 WIDEN = "widen tracks and gaps and wind fewer turns, or choose a finer fabricator"
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
@@ -125,15 +125,9 @@ def _widened(design: Design, left: Left) -> str:
         max(getattr(rules, field), (getattr(rules, f"coil_{field}") or 0.0) if rules.binds(f"coil_{field}") else 0.0)
         for field in ("trace_width", "trace_spacing")
     )
-    changes = list(wider(design.spec, width, spacing))
-    found = first_that_mends(changes, left)
-    if found is not None:
-        return f"{found.words} (it was tried), or choose a finer fabricator"
-    if left.is_cut_short:
-        perhaps = untried(changes, left)
-        return f"{perhaps}, or choose a finer fabricator" if perhaps else ""
-    vain = f" (tried in vain: {in_vain(changes, left)})" if changes else ""
-    return f"choose a finer fabricator, or a larger coil with wider tracks and gaps{vain}"
+    finer = "choose a finer fabricator"
+    else_does = f"{finer}, or a larger coil with wider tracks and gaps"
+    return first_or_vain(list(wider(design.spec, width, spacing)), left, ("", finer, else_does))
 
 
 def _waived_or_widened(design: Design, left: Left) -> str:

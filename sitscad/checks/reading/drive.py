@@ -20,6 +20,7 @@ from sitscad.checks.reading.readings import (
 )
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
+from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.finding import Severity
 from sitscad.scene.state import FREE
 from sitscad.units import show
@@ -39,14 +40,14 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     yield from undecided(design, "amplitude")
     if readout.drive_code is None:
         return
-    asides: list[Complaint] = []
-    yield from _too_strong(design, worst_of(design, "amplitude", max, True), asides)
-    yield from _too_weak(design, worst_of(design, "amplitude", min, True), asides)
-    yield from _as_one([*asides, *_bare_coil_amplitude(design)])
+    near: list[Complaint] = []
+    yield from _too_strong(design, worst_of(design, "amplitude", max, True), near)
+    yield from _too_weak(design, worst_of(design, "amplitude", min, True), near)
+    yield from _as_one(near, list(_bare_coil_amplitude(design)))
 
 
-def _too_strong(design: Design, largest: Reading | None, asides: list[Complaint]) -> Iterator[Verdict]:
-    """The largest amplitude against what clamps; what keeps it by little is one of the asides."""
+def _too_strong(design: Design, largest: Reading | None, near: list[Complaint]) -> Iterator[Verdict]:
+    """The largest amplitude against what clamps; what keeps it by little goes to `near`."""
     high = design.family.limit("amplitude_max")
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         yield CLAMPED.found(
@@ -63,19 +64,19 @@ def _too_strong(design: Design, largest: Reading | None, asides: list[Complaint]
         )
         return
     if largest is not None:
-        hint = f"measure the amplitude of the first boards{_other_code(_code(design, largest) - 1, 'weaker')}"
-        asides += near_limit(largest, high, "V", "amplitude", hint, CODE_KEY)
+        near += near_limit(largest, high, "V", "amplitude", _other_code(_code(design, largest) - 1, "weaker"), CODE_KEY)
     yield from _cold_amplitude(design)
 
 
-def _too_weak(design: Design, smallest: Reading | None, asides: list[Complaint]) -> Iterator[Verdict]:
+def _too_weak(design: Design, smallest: Reading | None, near: list[Complaint]) -> Iterator[Verdict]:
     """The smallest amplitude against the low-noise window and what lets the tank stop; as `_too_strong`."""
     if smallest is None:
         return
     optimum, stable = design.family.limit("amplitude_optimum_min"), design.family.limit("amplitude_stable_min")
     if smallest.value >= optimum:
-        hint = f"measure the amplitude of the first boards{_other_code(_code(design, smallest) + 1, 'stronger')}"
-        asides += near_limit(smallest, optimum, "V", "amplitude", hint, CODE_KEY)
+        near += near_limit(
+            smallest, optimum, "V", "amplitude", _other_code(_code(design, smallest) + 1, "stronger"), CODE_KEY
+        )
         return
     below = smallest.value < stable
     asked = stable if below else optimum
@@ -94,17 +95,18 @@ def _too_weak(design: Design, smallest: Reading | None, asides: list[Complaint])
     )
 
 
-def _as_one(asides: list[Complaint]) -> Iterator[Verdict]:
+def _as_one(near: list[Complaint], bare: list[Complaint]) -> Iterator[Verdict]:
     """What is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker code
     and another for a stronger one. Place and figures are those of the gravest.
     """
+    asides = [*near, *bare]
     if not asides:
         return
     gravest = min(asides, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
     yield replace(
         gravest,
         message="; ".join(aside.message for aside in asides),
-        hint="; ".join(dict.fromkeys(part for aside in asides for part in aside.hint.split("; "))),
+        hint="; ".join([*([MEASURE_FIRST] if near else []), *(aside.hint for aside in asides)]),
     )
 
 
@@ -163,7 +165,7 @@ def _bare_coil_amplitude(design: Design) -> Iterator[Complaint]:
         "V",
         coil=worst.coil,
         code=_code(design, worst),
-        careful_code=_careful_code(design, worst),
+        careful_code=bare_board_code(design.at_room_temperature.estimates.coils, design.family),
     )
 
 
@@ -195,7 +197,8 @@ def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
 
 
 def _other_code(code: int, how: str) -> str:
-    return f"; drive code {code} is the next {how}" if 0 <= code <= 31 else f"; there is no {how} drive"
+    """Which drive code lies next to one, or that there is none."""
+    return f"drive code {code} is the next {how}" if 0 <= code <= 31 else f"there is no {how} drive"
 
 
 def _weak_advice(design: Design, smallest: Reading) -> str:
@@ -228,6 +231,9 @@ def _clamp_advice(code: int, is_wanted: bool) -> str:
         return "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
     return f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
 
+
+MEASURE_FIRST = "measure the amplitude of the first boards"
+"""The hint for every amplitude that keeps a limit by little."""
 
 CLAMPED = Case(
     "with drive code {code} the tank of {where} swings {measured:V,3} peak; above {limit:V} the "

@@ -224,6 +224,7 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
 
 
 def _distance_advice(design: Design, worst: Reading) -> str:
+    """How less of the inductance is taken away by metal, in words."""
     if worst.state == FREE:
         return "a higher sensor frequency (smaller capacitor) raises it too"
     spec = design.spec

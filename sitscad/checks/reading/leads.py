@@ -72,6 +72,7 @@ def leads_round(design: Design) -> Iterator[Verdict]:
 
 
 def _arc(design: Design, coil: Coil, estimate: CoilEstimate) -> _Arc:
+    """What a coil's leads close round it: turns, inductance linked, and what that does to R_P."""
     spec = design.spec
     turns = drawn_closing(spec.coil, coil)
     linked = estimate.lead_parts.get("coupling", 0.0)
@@ -109,6 +110,7 @@ def _vain(changes: list[Fix]) -> str:
 
 
 def _runs_together(left: Left, change: Fix, is_cramped: bool) -> bool:
+    """Whether with a change both leads of every coil run side by side, as far as its layers let them."""
     drawn = left.drawn(change.spec)
     if drawn is None:
         return False

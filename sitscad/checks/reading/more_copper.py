@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sitscad.remedy.fix import Fix, fail
 from sitscad.remedy.moves import more_layers, more_turns
-from sitscad.remedy.search import Left, broken_by, first_that_mends, in_vain, named, untried, ways
+from sitscad.remedy.search import Left, broken_by, first_or_vain, named, untried, ways
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -32,11 +32,5 @@ def larger_capacitor(fixes: list[Fix], now: float, left: Left) -> str:
     """The first of some capacitors that mends a finding, in words, instead of the one of now (F); where the search
     ended before it found one, the first that was not tried.
     """
-    found = first_that_mends(fixes, left)
-    if found is not None:
-        return f"{found.words} instead of {show(now, 'F', 3)} (it was tried), or more turns"
-    if left.is_cut_short:
-        perhaps = untried(fixes, left)
-        return f"{perhaps}, or more turns" if perhaps else ""
-    vain = f" (tried in vain: {in_vain(fixes, left)})" if fixes else ""
-    return f"more turns or layers, or a larger coil; a larger capacitor alone does not do{vain}"
+    else_does = "more turns or layers, or a larger coil; a larger capacitor alone does not do"
+    return first_or_vain(fixes, left, (f" instead of {show(now, 'F', 3)}", "more turns", else_does))

@@ -165,6 +165,7 @@ def _preferred_below(design: Design, value: float) -> list[float]:
 
 
 def _smaller_capacitor(changes: list[Fix], left: Left) -> str:
+    """The first smaller capacitor that raises Q enough, in words; else what else would."""
     found = first_that_mends(changes, left)
     if found is None and left.is_cut_short:
         return ""

@@ -182,7 +182,8 @@ HARDLY_FELT = Case(
 SMALL_SIGNAL = Case(
     "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by "
     "{measured:%.2g} % of itself{steps} ({per_newton:H,3}/N, its frequency by "
-    "{frequency_share:%+.2g} %). Ten degrees of warming move it by about {drift:%.2g} %, {scale}",
+    "{frequency_share:%+.2g} %). Ten degrees of warming move it by {drift:%.2g} % by the copper alone, {scale}; "
+    "silicone adds to that (response --performance has all of it)",
     hint=(
         "{back_over_the_coils}a softer elastomer, or one of another thickness (a thinner one "
         "brings the target nearer, but a wide pad then gives way less), a larger target, or more "

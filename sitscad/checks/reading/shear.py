@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.cases import Case
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
-from sitscad.mechanics.elastomer import shear_strain
 from sitscad.scene.state import REST
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
@@ -23,10 +21,13 @@ AXES = ("x", "y")
 
 def shear_response(design: Design) -> Iterator[Verdict]:
     """What tells the coils apart along each axis of the array, with the target where the required shear moves it."""
-    from sitscad.estimates.states.moved_target import moved_changes
-    from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, rests_on_pad
+    import numpy as np
 
-    spec, pad, force = design.spec, pad_of(design), design.spec.requirements.shear_force
+    from sitscad.estimates.response.pad import pushed
+    from sitscad.estimates.states.moved_target import moved_changes
+    from sitscad.estimates.states.pressing import BESIDE_PAD, rests_on_pad
+
+    spec, force = design.spec, design.spec.requirements.shear_force
     assert force is not None
     axes = _axes(spec)
     if not axes:
@@ -35,16 +36,18 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(spec):
         yield Undecided(BESIDE_PAD)
         return
-    travel = pad.thickness * shear_strain(force, loaded_face(spec)[0].area, pad.material.shear_modulus)
+    # held level and not pressed: the least that the force moves it
+    poses, _ = pushed(spec, np.array([(0.0, force, 0.0), (0.0, 0.0, force)]))
+    travels = float(poses[0, 0]), float(poses[1, 1])
     rest = [coil.states[REST] for coil in design.estimates.coils if REST in coil.states]
     steps = [state.quantum for state in rest if state.quantum]
     if not steps:
         yield Undecided("nothing was estimated at rest")
         return
-    changes = moved_changes(design.layout, [(travel, 0.0), (0.0, travel)], rest[0].frequency)
+    changes = moved_changes(design.layout, [(travels[0], 0.0), (0.0, travels[1])], rest[0].frequency)
     for axis in axes:
         moved = [change[axis] for change in changes.values()]
-        yield from _judged(design, axis, travel, max(moved) - min(moved), max(steps))
+        yield from _judged(design, axis, travels[axis], max(moved) - min(moved), max(steps))
 
 
 def _axes(spec: SensorSpec) -> list[int]:
@@ -81,7 +84,7 @@ def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
     """Where the target's edges would have to lie."""
     target, least = spec.target, min(spec.coil.size)
     assert target is not None
-    if abs(math.sin(target.rotation)) > 1e-9 and target.shape != "circle":
+    if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_round:
         return f"only a target whose edges move over the coils along {AXES[axis]} tells shear, not one that covers all"
     here = footprint(spec, target)
     reach = max(abs(here.place_of(Point(*p.centre))[axis]) for p in spec.array.placements)
@@ -112,7 +115,7 @@ SHEAR_RULES: tuple[Rule, ...] = (
         "Shear shows only where the target's edges move over the coils. Under a target that covers the whole array and "
         "more, nothing changes when it moves, and no later computation finds what was not measured.",
         "A target that ends over the outer coils, as long as their middles are apart; a softer or thicker elastomer.",
-        "the limits of SIT215; travel of a bonded pad, F / (G A) times its thickness (textbook)",
+        "the limits of SIT215; the travel by the pad's law, held level and not pressed",
         ("target", "elastomer", "shear force"), shear_response,
     ),
 )  # fmt: skip

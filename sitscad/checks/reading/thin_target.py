@@ -52,6 +52,7 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
 
 
 def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
+    """What a target that is thin for its skin depth (m) costs: a note, or a warning where it weighs."""
     target = _target(design)
     cost = _cost(design, thicker_target(design.spec, THICK * depth).spec)
     if cost is None:

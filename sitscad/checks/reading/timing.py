@@ -152,7 +152,7 @@ def _more_channels(device: Converter, coils: int) -> str:
 
 
 def _across_converters(design: Design, each: int) -> tuple[float, str, str]:
-    # The largest coupling of two coils of different converters.
+    """The largest coupling of two coils of different converters, and their names."""
     matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
     return max(
         (math.sqrt(_coupling_squared(matrix, i, j)), coils[i].name, coils[j].name)

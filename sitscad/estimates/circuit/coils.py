@@ -63,8 +63,10 @@ def coil_circuits(
 def _neighbours(
     active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], spec: SensorSpec
 ) -> dict[str, Circuit]:
-    # The state "free" is the coil alone: nothing around it, no neighbour either.
+    """What idle neighbours add to a coil in every state but "free", where the coil is alone."""
+
     def of_state(state: str) -> Circuit:
+        """What idle neighbours add in one state."""
         reflection = circuits[active].reflections[state]
 
         def mutual(i: int, j: int, frequencies: Array) -> ComplexArray:
@@ -88,7 +90,7 @@ def _reflections(
     names: Sequence[str],
     shares: TargetShares,
 ) -> dict[str, dict[str, Reflection | NoReflection]]:
-    # By coil and state; coils under alike parts of the target have one in common.
+    """What metal returns, by coil and state; coils under alike parts of the target have one in common."""
     known: dict[tuple[str, tuple[float, float]], Reflection | NoReflection] = {}
     found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
     for around in assembly.states:

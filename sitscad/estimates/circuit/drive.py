@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ since clamping is worse than noise (SNOSCY9A 8.1; SNOA950), for one known sensor
 
 
 @record
-class _Swing:
+class Swing:
     """What the working states of a coil ask of its drive: most and least R_P (ohm), the most with its margin too."""
 
     least: float
@@ -52,7 +53,7 @@ def driven(
     return tuple(_with_drive(coil, ratio) for coil, ratio in zip(coils, ratios, strict=True)), settings
 
 
-def drive_codes(swings: Sequence[_Swing], family: Family) -> tuple[int, ...]:
+def drive_codes(swings: Sequence[Swing], family: Family) -> tuple[int, ...]:
     """The code of every channel: the same one unless only codes of their own keep all coils within 1.2 to 1.8 V."""
     low = family.limit("amplitude_optimum_min")
     common = family.drive_code(max(swing.careful for swing in swings))
@@ -63,19 +64,28 @@ def drive_codes(swings: Sequence[_Swing], family: Family) -> tuple[int, ...]:
     return own
 
 
-def _least(codes: Sequence[int], swings: Sequence[_Swing], family: Family) -> list[float]:
+def _least(codes: Sequence[int], swings: Sequence[Swing], family: Family) -> list[float]:
     return [family.amplitude(swing.least, code) for code, swing in zip(codes, swings, strict=True)]
 
 
-def _swing(coil: CoilEstimate) -> _Swing:
+def _swing(coil: CoilEstimate) -> Swing:
     states = [state for name, state in coil.states.items() if name != FREE] or list(coil.states.values())
     values = [state.parallel_resistance for state in states]
-    return _Swing(min(values), max(values), max(_careful(state) for state in states))
+    return Swing(min(values), max(values), max(_careful(state) for state in states))
 
 
 def _careful(state: StateEstimate) -> float:
     sigma = state.spread.parallel_resistance if state.spread is not None else 0.0
     return state.parallel_resistance + SIGMAS_BELOW * sigma
+
+
+def bare_board_code(coils: Sequence[CoilEstimate], family: Family) -> int | None:
+    """The strongest drive code that keeps every coil alone, without target and jaw, one sigma below 1.8 V; None where
+    no coil's free state has a parallel resistance.
+    """
+    bare = [_careful(coil.states[FREE]) for coil in coils if FREE in coil.states]
+    known = [value for value in bare if math.isfinite(value)]
+    return family.drive_code(max(known)) if known else None
 
 
 def _duty(readout: ReadoutEstimate, coils: int) -> float:
@@ -91,6 +101,7 @@ def _with_drive(coil: CoilEstimate, ratio: float) -> CoilEstimate:
 
 
 def _louder(state: StateEstimate, ratio: float) -> StateEstimate:
+    """A state whose amplitudes are so many times as large."""
     spread = state.spread
     return replace(
         state,

@@ -41,6 +41,9 @@ def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, re
     others = [i for i in range(len(circuits)) if i != active]
 
     def added(frequencies: Array) -> tuple[Array, Array]:
+        """Inductance (H) and resistance (ohm) that the idle coils add at frequencies (n,): the loops' currents solved
+        for.
+        """
         omega = 2.0 * math.pi * frequencies
         load = idle_load(omega, readout)
         towards = np.stack([1j * omega * mutual(active, i, frequencies) for i in others], axis=1)

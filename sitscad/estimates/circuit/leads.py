@@ -137,7 +137,7 @@ def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:
 
 
 def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, float]:
-    # Straight chords of arcs are grouped by cross-section, the sums by what the track is for.
+    """Partial inductances (H) by what the tracks are for; chords of one cross-section are summed together."""
     alike: dict[tuple[str, float, float, float], list[PolylineTrack]] = {}
     for role, track in tracks:
         alike.setdefault((PARTS[role], track.width, track.thickness, track.z), []).append(track)
@@ -151,6 +151,7 @@ def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, 
 
 
 def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
+    """Twice the mutual inductance (H) of a coil's windings with its leads, by Neumann's integral."""
     if not coil.windings or not tracks:
         return 0.0
     points, elements = [], []
@@ -177,6 +178,7 @@ def _leads(coil: Coil) -> list[Trace]:
 
 
 def _vias(coil: Coil, copper: dict[int, CopperLayer]) -> list[tuple[Via, float]]:
+    """The vias of a coil between two layers, each with its height (m)."""
     found = []
     for k, item in enumerate(coil.series):
         if not isinstance(item, Via):
@@ -189,7 +191,9 @@ def _vias(coil: Coil, copper: dict[int, CopperLayer]) -> list[tuple[Via, float]]
 
 
 def _oriented(coil: Coil, trace: Trace) -> list[Place]:
-    # The path's points in the current's direction: it ends nearer to what follows, or begins nearer to what precedes.
+    """The path's points in the current's direction: it ends nearer to what follows, or begins nearer to what
+    precedes.
+    """
     points: list[Place] = list(_chords(trace))
     index = next(k for k, item in enumerate(coil.series) if item is trace)
     start, end = points[0], points[-1]
@@ -230,7 +234,7 @@ def _distinct(points: Sequence[Place]) -> list[Place]:
 
 
 def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
-    # Every straight piece of the way in and of the way out.
+    """Every straight piece of the way in and of the way out."""
     way_in, way_out, windings = [], [], 0
     for item in coil.series:
         if isinstance(item, Trace) and item.role is Role.WINDING:
@@ -245,7 +249,7 @@ def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trac
 
 
 def _facing(coil: Coil) -> list[tuple[Trace, float, float, Trace]]:
-    # Trace, length (m) over which it runs beside a piece of the other way, distance across (m), the other's trace.
+    """Traces, the length (m) over which each runs beside the other way, distance across (m), the other's trace."""
     found = []
     ways = _ways(coil)
     for one, other in (ways, ways[::-1]):
@@ -260,6 +264,7 @@ def _facing(coil: Coil) -> list[tuple[Trace, float, float, Trace]]:
 
 def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
             facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:  # fmt: skip
+    """A trace as stretches, each with its share of the resistance (ohm) and the strip that it faces."""
     layer = copper[trace.layer]
     strips, alone = [], resistance
     for owner, length, lateral, back in facing:
@@ -274,7 +279,7 @@ def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
 
 
 def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
-    # Every straight piece of the way in, against the nearest parallel straight piece of the way out.
+    """Capacitance (F) of the leads to each other: each piece in, against the nearest parallel one out."""
     way_in, way_out = _ways(coil)
     total = 0.0
     for line, trace in way_in:
@@ -287,6 +292,7 @@ def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
 
 
 def _per_length(one: Trace, other: Trace, lateral: float, stackup: Stackup) -> float:
+    """Capacitance (F/m) of two leads, beside or above each other."""
     width = min(one.width, other.width)
     if one.layer == other.layer or lateral > width:
         return coplanar_strips(width, max(lateral - width, 0.2 * width), 0.5 * (1.0 + mean_permittivity(stackup)))
@@ -320,6 +326,7 @@ def _direction(line: Piece) -> tuple[float, float]:
 
 
 def _overlap(one: Piece, other: Piece) -> float:
+    """Length (m) over which two parallel pieces face each other; 0 or less where they do not."""
     ux, uy = _direction(one)
     vx, vy = _direction(other)
     if abs(ux * vy - uy * vx) > 1e-3:

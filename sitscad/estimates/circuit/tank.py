@@ -262,6 +262,7 @@ class _Windows:
 def _trespass(
     circuits: Sequence[CoilCircuit], tank: Tank, self_resonance: float
 ) -> tuple[tuple[float, bool], _Windows | None]:
+    """How far a capacitor misses the converter's windows (smallest is best), whether it does, and what it leads to."""
     frequencies, resistances, working = [], [], []
     damped = 0
     for circuit in circuits:
@@ -299,6 +300,7 @@ def _beyond(value: float, limit: float) -> float:
 
 
 def _reason(value: float, trespass: tuple[float, bool], windows: _Windows | None, tolerance: float) -> str:
+    """Why a capacitor was chosen, in words."""
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
     found = f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}"
@@ -322,14 +324,8 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     code = family.drive_code(max(working))
     # several converters scan at the same time, each its own coils; the first of them has the most
     channels = device.busiest(len(circuits))
-    # with the least current that TI's texts give, no state may pass the limit for certain
-    most = family.amplitude_at(max(at.parallel_resistance for at in found.values()), family.high_current_range()[0])
-    strong = (
-        len(circuits) == 1 and readout.drive_code is None
-        and min(working) < family.limit("parallel_resistance_driveable")
-        and min(working) >= family.limit("parallel_resistance_high_current")
-        and most <= family.limit("amplitude_max")
-    )  # fmt: skip
+    is_free = len(circuits) == 1 and readout.drive_code is None
+    strong = is_free and _wants_high_current(family, min(working), max(at.parallel_resistance for at in found.values()))
     divider = family.reference_divider(readout.clock, device.idlest(len(circuits)))
     reference = readout.clock / divider
     input_divider = max(family.input_divider(at.frequency, reference) for at in found.values())
@@ -361,6 +357,15 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     )
 
 
+def _wants_high_current(family: Family, least: float, most: float) -> bool:
+    """Whether the least parallel resistance (ohm) asks for the high-current drive, and the most of all bears it."""
+    # with the least current that TI's texts give, no state may pass the limit for certain
+    swing = family.amplitude_at(most, family.high_current_range()[0])
+    needs = least < family.limit("parallel_resistance_driveable")
+    drives = least >= family.limit("parallel_resistance_high_current")
+    return needs and drives and swing <= family.limit("amplitude_max")
+
+
 SIGMAS = 2.0
 """Standard deviations of manufacture by which a sensor may run faster than estimated and the input divider still do."""
 
@@ -375,7 +380,7 @@ def with_margin(readout: ReadoutEstimate, states: Sequence[StateEstimate], famil
 
 
 def _unset(readout: ReadoutSpec, capacitor: float, reason: str, coils: int) -> ReadoutEstimate:
-    # A converter for which no state of the coils gives settings.
+    """The readout of a converter for which no state of the coils gives settings."""
     family = FAMILIES[readout.device.family]
     divider = family.reference_divider(readout.clock, readout.device.idlest(coils))
     return ReadoutEstimate(

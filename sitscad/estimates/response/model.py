@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.errors import LOSSY, stated_errors
-from sitscad.estimates.response.magnetic import MagneticPlate, magnetic_plate
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
-from sitscad.estimates.response.plate import MAGNETIC, Plate, conducting_plate
+from sitscad.estimates.response.plate import Plate, solved_plate
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
 from sitscad.estimates.response.values import Response
@@ -29,9 +28,11 @@ from sitscad.physics.eddy.coil_potential import FINE, ROOM
 from sitscad.physics.eddy.target import turned
 from sitscad.physics.metal.half_spaces import Plate as Sheet
 from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
+from sitscad.physics.resonator import Network
 from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.scene.bodies import target as target_body
+from sitscad.scene.gaps import target_gap
 from sitscad.scene.pose import REST_POSE
 from sitscad.scene.state import REST, State
 from sitscad.spec.sensor import SensorSpec
@@ -62,7 +63,7 @@ HEIGHTS = 4
 class _Near:
     # What is solved for poses no nearer and no farther: the target, the coils without it (inductance matrix, H, by
     # frequency), and the part of the target's change that crowding adds: by height (m) and frequency.
-    plate: Plate | MagneticPlate
+    plate: Plate
     bare: Curves
     heights: Array
     crowding: Curves
@@ -98,9 +99,9 @@ class ResponseModel:
     @cached_property
     def rest(self) -> Array:
         """The centre (m) of the target's near face at rest, in the layout's coordinates."""
-        body = target_body(self.spec)
-        assert body is not None
-        return np.array([*body.footprint.centre, body.lower])
+        body, gap = target_body(self.spec), target_gap(self.spec)
+        assert body is not None and gap is not None
+        return np.array([*body.footprint.centre, gap])
 
     @cached_property
     def band(self) -> tuple[float, float]:
@@ -114,6 +115,11 @@ class ResponseModel:
     def tank(self) -> Tank:
         """Capacitor, pins and cable."""
         return Tank(self.estimates.readout.capacitance, self.spec.readout)
+
+    @cached_property
+    def networks(self) -> tuple[Network, ...]:
+        """What lies between every coil's contacts and the converter's pins."""
+        return tuple(self.tank.network(circuit) for circuit in self._circuits(self.wound.winding))
 
     def respond(
         self, poses: Array, frequency: float | None = None, tolerance: float | None = None,
@@ -140,9 +146,8 @@ class ResponseModel:
         filled = np.where(np.isfinite(taken_at), taken_at, math.sqrt(self.band[0] * self.band[1]))
         change, lost = shown.at(filled)
         mirror, at = near.plate.mirror_error + LOSSY * near.plate.is_over_a_poor_mirror, float(filled.mean())
-        errors = stated_errors(self.spec, change, self._scale, placed.lowest, shown.error, mirror, at)
-        if isinstance(near.plate, MagneticPlate):
-            errors = np.maximum(errors, near.plate.errors(placed.turns, placed.places)[:, None, None])
+        size = np.abs(shown.total).max(axis=0)
+        errors = stated_errors(self.spec, change, size, self._scale, placed.lowest, shown.error, mirror, at)
         strain, held = self._strain(poses), holding(self.spec, poses)
         return Response(
             coils=tuple(coil.name for coil in self.layout.coils), poses=poses, inductance=inductance,
@@ -150,17 +155,19 @@ class ResponseModel:
             taken_at=taken_at, frequency=terminals.frequency, counts=self._counts(terminals.frequency),
             parallel_resistance=terminals.parallel_resistance, amplitude=self._amplitudes(terminals),
             strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
-            notes=tuple(_notes(self.spec, placed, terminals, strain)),
+            notes=tuple(_notes(placed, terminals, strain)),
         )  # fmt: skip
 
     def under(
         self, loads: Array, held: NDArray[np.bool_] | None = None, frequency: float | None = None,
-        tolerance: float | None = None, progress: Progress | None = None,
+        tolerance: float | None = None, progress: Progress | None = None, by_elements: bool = False,
     ) -> Response:  # fmt: skip
-        """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` or free."""
+        """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` or free; poses by the pad's
+        law, or by finite elements (see `elements.pushed_by_elements`).
+        """
         loads = np.asarray(loads, dtype=float).reshape(-1, 3)
         level = np.zeros(len(loads), dtype=bool) if held is None else held
-        poses, said = pushed(self.spec, loads, level)
+        poses, said = (_by_elements if by_elements else pushed)(self.spec, loads, level)
         found = self.respond(poses, frequency, tolerance, progress)
         notes = tuple((*own, note) if note else own for own, note in zip(found.notes, said, strict=True))
         return replace(found, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)
@@ -188,15 +195,15 @@ class ResponseModel:
         return terminals.parallel_resistance * np.array(volts)
 
     def _terminals(self, near: _Near, placed: _Placed, changes: Changes) -> Terminals:
-        networks = [self.tank.network(circuit) for circuit in self._circuits(self.wound.winding)]
+        """What the converter sees of all coils in every pose, at the frequency at which each oscillates."""
         found = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
         usual = math.sqrt(self.band[0] * self.band[1])
         start = np.array([found.get(coil.name, usual) for coil in self.layout.coils])
         impedances = self._impedances(near, placed, changes)
-        return oscillating(impedances, networks, self.tank, np.tile(start, (len(placed.places), 1)))
+        return oscillating(impedances, self.networks, self.tank, np.tile(start, (len(placed.places), 1)))
 
     def _impedances(self, near: _Near, placed: _Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
-        # All coils between their contacts at (n,) frequencies, one a pose.
+        """All coils between their contacts at (n,) frequencies, one a pose."""
         heights = placed.heights(np.array([coil.placement.centre for coil in self.layout.coils]))
         diagonal = np.arange(heights.shape[1])
 
@@ -209,6 +216,7 @@ class ResponseModel:
         return whole
 
     def _exact(self, near: _Near) -> Exact:
+        """The changes by the plate, worked out pose by pose."""
         plate = near.plate
 
         def exact(poses: Array) -> tuple[ComplexArray, ComplexArray]:
@@ -218,6 +226,7 @@ class ResponseModel:
         return Exact(plate.frequencies, exact)
 
     def _near(self, placed: _Placed, band: tuple[float, float]) -> _Near:
+        """What holds for all poses no nearer than these, solved at most once for each step of height and reach."""
         top = max(winding.z for winding in self.layout.coils[0].windings)
         centre = np.array(self.spec.array.middle)
         coils = max(math.hypot(*(np.array(c.placement.centre) - centre)) for c in self.layout.coils)
@@ -232,6 +241,7 @@ class ResponseModel:
         return self.solved[key]
 
     def _solve(self, lowest: float, reach: float, band: tuple[float, float]) -> _Near:
+        """Plate, bare coils and crowding for a target no lower than that (m) and no farther aside than `reach` (m)."""
         spec, coils = self.spec, self.layout.coils
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
         near = replace(self.wound.given.assembly, states=(nothing, replace(nothing, above=self._endless(lowest))))
@@ -240,24 +250,9 @@ class ResponseModel:
         thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
         heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
         crowding = curves(*band, lambda at: np.stack([self._crowding(winding, at, z) for z in heights], axis=1), 4)
-        return _Near(self._plate(winding, lowest, reach, band), bare, np.log(heights), crowding)
-
-    def _plate(
-        self, winding: SolvedWinding, lowest: float, reach: float, band: tuple[float, float]
-    ) -> Plate | MagneticPlate:
-        spec, coils = self.spec, self.layout.coils
-        if not self.is_magnetic:
-            within = min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size))
-            return conducting_plate(spec, coils, band, self.behind, lowest, within, self.finer)
-        assert winding.spectrum is not None
-        layers = np.array([layer.z for layer in coils[0].windings])
-        return magnetic_plate(spec, layers, band, self.behind, max(lowest, LEAST_HEIGHT), winding.spectrum)
-
-    @property
-    def is_magnetic(self) -> bool:
-        """Whether the target draws the field in."""
-        target = self.spec.target
-        return target is not None and target.material.relative_permeability >= MAGNETIC
+        within = min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size))
+        plate = solved_plate(spec, coils, band, self.behind, lowest, within, self.finer)
+        return _Near(plate, bare, np.log(heights), crowding)
 
     def _endless(self, height: float) -> Reflector:
         target = self.spec.target
@@ -267,8 +262,8 @@ class ResponseModel:
         return Reflector(max(height, LEAST_HEIGHT), (sheet,))
 
     def _crowding(self, winding: SolvedWinding, frequencies: Array, height: float) -> ComplexArray:
-        # What an endless target at a height (m) changes of the crowding of the currents, over its whole change.
-        if winding.crowding is None or winding.spectrum is None or self.is_magnetic:
+        """What an endless target at a height (m) changes of the crowding of the currents, over its whole change."""
+        if winding.crowding is None or winding.spectrum is None:
             return np.zeros(frequencies.size, dtype=complex)
         above = self._endless(height)
         crowded = winding.crowding.changes(frequencies, above, self.behind)
@@ -278,7 +273,7 @@ class ResponseModel:
         return np.asarray(crowded / whole[:, 0])
 
     def _bare(self, winding: SolvedWinding, assembly: Assembly, frequencies: Array) -> ComplexArray:
-        # The coils in their places without the target: complex inductance matrices (H) at their contacts.
+        """The coils in their places without the target: complex inductance matrices (H) at their contacts."""
         circuits = self._circuits(winding, assembly)
         found = np.zeros((frequencies.size, len(circuits), len(circuits)), dtype=complex)
         centres = [coil.centre for coil in self.layout.coils]
@@ -307,14 +302,15 @@ class _Placed:
 
     @classmethod
     def of(cls, spec: SensorSpec, rest: Array, poses: Array) -> _Placed:
+        """The target in poses (n, 6; m, rad), each with its lowest point (m)."""
         target = spec.target
         assert target is not None
-        own = target.rotation if target.shape != "circle" else 0.0
+        own = 0.0 if target.outline.is_round else target.rotation
         turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, own]]))[0]
         places = rest + poses[:, :3]
         x, y = 0.5 * target.size[0], 0.5 * target.size[1]
         along, across = x * np.abs(turns[:, 2, 0]), y * np.abs(turns[:, 2, 1])
-        down = np.hypot(along, across) if target.shape == "circle" else along + across
+        down = np.hypot(along, across) if target.outline.is_round else along + across
         return cls(turns, places, places[:, 2] - down, (x, y))
 
     def reach(self, centre: Array) -> float:
@@ -346,6 +342,13 @@ def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
     return found
 
 
+def _by_elements(spec: SensorSpec, loads: Array, held: NDArray[np.bool_]) -> tuple[Array, tuple[str, ...]]:
+    """Poses and notes by finite elements, whose solver is loaded for nothing else."""
+    from sitscad.estimates.response.elements import pushed_by_elements
+
+    return pushed_by_elements(spec, loads, held)
+
+
 def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
     """The model of a design; raises `NoResponse` where it has no target."""
     target = layout.spec.target
@@ -354,13 +357,12 @@ def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
     return ResponseModel(layout, estimates)
 
 
-MAGNETS = "a magnetic target counts by the share that it has of an endless sheet: its errors are large, more so tilted"
-
 STRAIN_LIMIT = 0.35
 """Strain of the pad beyond which no model of it is trusted."""
 
 
-def _notes(spec: SensorSpec, placed: _Placed, terminals: Terminals, strain: Array | None) -> list[tuple[str, ...]]:
+def _notes(placed: _Placed, terminals: Terminals, strain: Array | None) -> list[tuple[str, ...]]:
+    """By pose what is to be known of it: contact, a pad pressed too far, a tank that stops."""
     lost = ~np.isfinite(terminals.frequency)
     found = []
     for k, lowest in enumerate(placed.lowest):
@@ -369,8 +371,6 @@ def _notes(spec: SensorSpec, placed: _Placed, terminals: Terminals, strain: Arra
             notes.append(f"contact: the target's lowest point would be {-1e3 * lowest:.3g} mm inside the board")
         if strain is not None and strain[k] > STRAIN_LIMIT:
             notes.append(f"the pad would be pressed by {100.0 * strain[k]:.0f} % of its thickness")
-        if spec.target is not None and spec.target.material.relative_permeability >= MAGNETIC:
-            notes.append(MAGNETS)
         if lost[k].any():
             notes.append("the tank does not oscillate")
         found.append(tuple(notes))

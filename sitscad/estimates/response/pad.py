@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.states.pressing import loaded_face, rests_on_pad
-from sitscad.mechanics.elastomer import shear_strain
+from sitscad.estimates.states.pressing import loaded_face, rests_on_pad, surround
+from sitscad.mechanics.elastomer import Surround, shear_strain
 from sitscad.mechanics.pad import Pad
 from sitscad.scene.bodies import film_thickness
 from sitscad.spec.sensor import SensorSpec
@@ -23,27 +23,31 @@ TOO_SOFT = "the pad gives way sideways under this load even with the target held
 """What is said of loads that have no equilibrium of their kind."""
 
 
-def soft_pad(spec: SensorSpec) -> Pad:
-    """The part of the pad that the target covers, loads acting on the outermost face.
+def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> Pad:
+    """The part of the pad that the target covers with what is around it, loads acting on the outermost face.
 
-    As in the states: cut out of the pad, without the film of an encapsulation. Raises NoResponse where no pad carries
-    the target.
+    As in the states: with the pad's rim and the film of an encapsulation, cut out of the pad where its rim differs from
+    side to side. For scatter the shear modulus times a factor. Raises NoResponse where no pad carries the target.
     """
     pad = spec.elastomer
     if pad is None or not rests_on_pad(spec):
         raise NoResponse("a load needs an elastomer under the target")
     above = film_thickness(spec) + (spec.target.thickness if spec.target is not None else 0.0)
-    return Pad(loaded_face(spec)[0], pad.thickness, pad.material.shear_modulus, pad.material.bulk_modulus, height=above)
+    around = surround(spec) or Surround()
+    return Pad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus, pad.material.bulk_modulus,
+               around.rim, around.film, around.film_modulus, above)  # fmt: skip
 
 
-def pushed(spec: SensorSpec, loads: Array, held: NDArray[np.bool_] | None = None) -> tuple[Array, tuple[str, ...]]:
+def pushed(
+    spec: SensorSpec, loads: Array, held: NDArray[np.bool_] | None = None, modulus: float = 1.0
+) -> tuple[Array, tuple[str, ...]]:
     """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N);
     and what there is to say of each, nothing as a rule.
 
-    `held` (n,) tells which targets are kept level; all of them where it is left out. Raises NoResponse where no pad
-    carries the target, ValueError for a pull.
+    `held` (n,) tells which targets are kept level; all of them where it is left out. `modulus` is a factor on the
+    pad's. Raises NoResponse where no pad carries the target, ValueError for a pull.
     """
-    pad = soft_pad(spec)
+    pad = soft_pad(spec, modulus)
     loads = np.asarray(loads, dtype=float).reshape(-1, 3)
     if not np.all(np.isfinite(loads)) or np.any(loads[:, 0] < 0.0):
         raise ValueError("a load is three finite forces in newtons, the normal one 0 or more (towards the board)")
@@ -57,12 +61,14 @@ def pushed(spec: SensorSpec, loads: Array, held: NDArray[np.bool_] | None = None
         poses[lost] = pad.pose(loads[lost], is_held=True)
     lost = np.isnan(poses[:, 0])
     notes[lost] = TOO_SOFT
-    poses[lost] = _straight(pad, loads[lost])
+    poses[lost] = straight(pad, loads[lost])
     return poses, tuple(str(note) for note in notes)
 
 
-def _straight(pad: Pad, loads: Array) -> Array:
-    # Compression alone, and travel by F / (G A).
+def straight(pad: Pad, loads: Array) -> Array:
+    """Poses (n, 6) under loads (n, 3; N) of a target that only goes down and aside: compression, and travel by
+    F / (G A).
+    """
     found = np.zeros((len(loads), 6))
     found[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
     found[:, :2] = pad.thickness * shear_strain(1.0, pad.face.area, pad.shear_modulus) * loads[:, 1:]

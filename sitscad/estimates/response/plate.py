@@ -15,6 +15,7 @@ from sitscad.physics import constants
 from sitscad.physics.eddy.box import Box, box
 from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_potential
 from sitscad.physics.eddy.disc import Disc, disc
+from sitscad.physics.eddy.graded_line import FINER, FINEST
 from sitscad.physics.eddy.image import Mirror, image_modes
 from sitscad.physics.eddy.skin import skin
 from sitscad.physics.eddy.surface import Surface
@@ -26,9 +27,6 @@ from sitscad.spec.sensor import SensorSpec, Target
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-
-MAGNETIC = 1.5
-"""Relative permeability from which on a target is no mere conductor: its surface would carry poles, too."""
 
 LEAST_CONDUCTIVITY = 1e-3
 """Conductivity (S/m) that a target has at least: its skin depth is then metres, and its effect nothing."""
@@ -72,11 +70,12 @@ def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
     """The target about its own middle, knots `edge` (m) apart at its edges."""
     (x, y), z = target.size, target.thickness
     through = 4 + math.ceil(z / detail.length)
-    if target.shape == "circle":
+    nodes = FINEST if target.material.relative_permeability > 1.0 else FINER
+    if target.outline.is_round:
         orders = min(8 + math.ceil(0.8 * x / detail.length), 32)
-        return disc(x, z, edge, detail.widest(x), (detail.points(0.5 * x), through), orders)
+        return disc(x, z, edge, detail.widest(x), (detail.points(0.5 * x), through), orders, nodes)
     counts = detail.points(x), detail.points(y), through
-    return box((x, y, z), edge, max(detail.widest(x), detail.widest(y)), counts)
+    return box((x, y, z), edge, max(detail.widest(x), detail.widest(y)), counts, nodes)
 
 
 def with_points(whole: Box | Disc, distance: float) -> Surface:
@@ -93,7 +92,7 @@ def with_points(whole: Box | Disc, distance: float) -> Surface:
 
 @record(eq=False)
 class Plate:
-    """A target that conducts, solved at some frequencies (Hz), and the potentials of all coils at it.
+    """A target of metal or ferrite, solved at some frequencies (Hz), and the potentials of all coils at it.
 
     Where what lies behind the coils loses, `potentials` has what it returns out of phase after those of the coils, in
     the same order. `centres` (m) are the coils', once or twice; `mirror_error` is what taking the image of the target's
@@ -126,7 +125,7 @@ class Plate:
         return own + 1j * (across + np.swapaxes(across, -1, -2)) - found[..., n:, n:], own
 
 
-def conducting_plate(
+def solved_plate(
     spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, lowest: float,
     reach: float, finer: float = 1.0,
 ) -> Plate:  # fmt: skip
@@ -149,7 +148,8 @@ def conducting_plate(
         unlike = mirror_error(behind, mirror, middle, lowest, size)
         coarse = with_points(whole, 2.0 * (lowest - mirror.floor) / finer)
         images = image_modes(whole, coarse, near_face, lowest, mirror)
-    skins = [skin(frequency, _conductivity(target), target.thickness) for frequency in frequencies]
+    metal = _conductivity(target), target.thickness, target.material.relative_permeability
+    skins = [skin(frequency, *metal) for frequency in frequencies]
     targets = tuple(solve(whole, near_face, one, mirror, images) for one in skins)
     tables = _potentials(_Coils(tuple(coils), spec.coil.trace_width, detail.height / finer, reach), behind, middle)
     twice = len(tables) // len(coils)
@@ -158,7 +158,7 @@ def conducting_plate(
 
 def skin_depth(target: Target, frequency: float) -> float:
     """Of its metal (m)."""
-    return constants.skin_depth(frequency, _conductivity(target))
+    return constants.skin_depth(frequency, _conductivity(target), target.material.relative_permeability)
 
 
 def _conductivity(target: Target) -> float:
@@ -217,7 +217,7 @@ class _Coils:
 
 
 def _potentials(seen: _Coils, behind: Reflector | None, frequency: float) -> tuple[CoilPotential, ...]:
-    # With what comes back from behind in phase; then, where that loses, what comes back out of phase.
+    """The coils' potentials, with what comes back from behind in phase, and out of phase where that loses."""
     if behind is None:
         return seen.potentials()
     plates, floor = behind.plates, -behind.distance

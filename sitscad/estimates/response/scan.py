@@ -85,6 +85,7 @@ AT_ONCE = 64
 
 
 def _all(exact: Exact, poses: Array, progress: Progress | None) -> tuple[ComplexArray, ComplexArray]:
+    """Changes in all poses, some at once, with word of the progress."""
     parts = []
     for k in range(0, max(len(poses), 1), AT_ONCE):
         parts.append(exact.solve(poses[k : k + AT_ONCE]))
@@ -97,6 +98,9 @@ def _all(exact: Exact, poses: Array, progress: Progress | None) -> tuple[Complex
 def _interpolated(
     exact: Exact, poses: Array, scale: float, tolerance: float, progress: Progress | None
 ) -> Changes | None:
+    """Changes by a grid of poses that is interpolated; None where that costs more, or is off by more than the
+    tolerance.
+    """
     low, high = poses.min(axis=0), poses.max(axis=0)
     moved = [axis for axis in range(6) if high[axis] - low[axis] > 1e-12]
     if not moved:
@@ -140,7 +144,7 @@ def _unpacked(flat: Array, frequencies: int, coils: int) -> tuple[ComplexArray, 
 
 
 def _decay(exact: Exact, low: Array, high: Array) -> float:
-    # How fast (1/m) the changes die away with the height.
+    """How fast (1/m) the changes die away with the height."""
     if high[2] - low[2] < 1e-12:
         return 0.0
     ends = np.tile(0.5 * (low + high), (2, 1))
@@ -156,7 +160,7 @@ def chebyshev(low: float, high: float, count: int) -> Array:
 
 
 def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int]) -> list[Array]:
-    # As many points along each axis as two lines along it need: through the middle, and where the target is nearest.
+    """Points along each moved axis: as many as two lines need, through the middle and where the target is nearest."""
     found = []
     decay = _decay(exact, low, high)
     for axis in moved:

@@ -31,7 +31,7 @@ class Response:
     `strain` is how far the pad is pressed at the near face's centre, over its thickness; `force` (N) and `moment` (Nm)
     (n, 3) are what holds the target there, NaN where they are not known; without an elastomer all three are None.
     `by_pose` (n, coils, 6; Hz/m, Hz/rad) and `by_load` (n, coils, 3; Hz/N: normal, shear_x, shear_y) are derivatives of
-    `frequency` where they were asked for.
+    `frequency` where they were asked for. `cases` (n,) are the names of the load cases, empty where none was asked for.
     """
 
     coils: tuple[str, ...]
@@ -52,6 +52,7 @@ class Response:
     notes: tuple[tuple[str, ...], ...]
     by_pose: Array | None = None
     by_load: Array | None = None
+    cases: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -87,6 +88,8 @@ class Response:
             if name not in ("pose", "force_N", "moment_Nm"):
                 found[name] = _plain(value[number])
         found["counts"] = [None if math.isnan(x) else int(x) for x in self.counts[number]]
+        if self.cases and self.cases[number]:
+            found = {"case": self.cases[number]} | found
         return {"strain": None} | found | {"notes": list(self.notes[number])}
 
 
@@ -109,8 +112,9 @@ def joined(parts: Sequence[Response]) -> Response:
         return first
     known = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS
              if getattr(first, name) is not None}  # fmt: skip
-    return replace(first, notes=sum((part.notes for part in parts), ()), **known)  # type: ignore[arg-type]
+    notes, cases = sum((part.notes for part in parts), ()), sum((part.cases for part in parts), ())
+    return replace(first, notes=notes, cases=cases, **known)  # type: ignore[arg-type]
 
 
-ARRAYS = tuple(one.name for one in fields(Response) if one.name not in ("coils", "notes"))
+ARRAYS = tuple(one.name for one in fields(Response) if one.name not in ("coils", "notes", "cases"))
 """The names of a response's arrays."""

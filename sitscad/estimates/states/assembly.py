@@ -17,7 +17,8 @@ from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
 from sitscad.physics.metal.near_metal import CrowdingNearMetal
 from sitscad.record import record
-from sitscad.scene.bodies import room_behind, seat_heights, shield_heights, target
+from sitscad.scene.bodies import target
+from sitscad.scene.gaps import metal_face, room_behind, shield_span, target_lines
 from sitscad.scene.pose import REST_POSE, Pose
 from sitscad.scene.state import FREE, PRESSED, REST, State
 from sitscad.spec.materials import Conductor
@@ -73,7 +74,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
     if over is not None or behind is not None:
         around.append(_around(spec, State(REST, REST_POSE), behind))
     if over is not None:
-        gaps[REST] = over.lower
+        gaps[REST] = over.lower + target_lines(spec)
     if over is not None and spec.elastomer is not None and sigmas.get(PAD):
         thin, thick = _pads(spec.elastomer.thickness, sigmas[PAD])
         ranges[REST, PAD] = (_at_gap(spec, REST, thin, behind), _at_gap(spec, REST, thick, behind))
@@ -81,7 +82,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
     if over is not None and spec.requirements.normal_force and rests_on_pad(spec):
         compression = pressed(spec)
         around.append(_at_gap(spec, PRESSED, compression.gap, behind))
-        gaps[PRESSED] = compression.gap
+        gaps[PRESSED] = compression.gap + target_lines(spec)
         for cause, (less, more) in pressed_cases(spec, sigmas).items():
             ranges[PRESSED, cause] = (
                 _at_gap(spec, PRESSED, less.gap, behind),
@@ -93,7 +94,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
 
 
 def _at_gap(spec: SensorSpec, name: str, gap: float, behind: Reflector | None) -> Surroundings:
-    # the target let down straight to a gap (m)
+    # the target let down straight until so much of the pad's thickness (m) is left
     over = target(spec)
     assert over is not None
     force = spec.requirements.normal_force if name == PRESSED else None
@@ -104,7 +105,8 @@ def _around(spec: SensorSpec, state: State, behind: Reflector | None) -> Surroun
     over = target(spec)
     if over is None or over.metal is None or state.pose is None:
         return Surroundings(state, None, behind)
-    return Surroundings(state, Reflector(over.lower + state.pose.z, (_plate(over.metal, over.thickness),)), behind)
+    gap = over.lower + target_lines(spec) + state.pose.z
+    return Surroundings(state, Reflector(gap, (_plate(over.metal, over.thickness),)), behind)
 
 
 def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
@@ -114,9 +116,10 @@ def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
         parts["target"] = replace(spec.target, material=_warm(spec.target.material, temperature))
     if spec.shield is not None:
         parts["shield"] = replace(spec.shield, material=_warm(spec.shield.material, temperature))
-    if spec.mount is not None and spec.mount.jaw is not None:
-        jaw = replace(spec.mount.jaw, material=_warm(spec.mount.jaw.material, temperature))
-        parts["mount"] = replace(spec.mount, jaw=jaw)
+    if spec.mount is not None and spec.mount.metal is not None:
+        jaw, warm = spec.mount.jaw, _warm(spec.mount.metal, temperature)
+        behind = {"backing": warm} if jaw is None else {"jaw": replace(jaw, material=warm)}
+        parts["mount"] = replace(spec.mount, **behind)
     return replace(spec, **parts) if parts and temperature != 20.0 else spec
 
 
@@ -131,17 +134,21 @@ def _plate(material: Conductor, thickness: float = math.inf) -> Plate:
 
 def metal_behind(spec: SensorSpec) -> Reflector | None:
     """The shield, and behind it the jaw's metal across the air that is left between them; or one of the two alone."""
-    jaw = spec.mount.jaw if spec.mount is not None else None
-    sheet, seat = shield_heights(spec), seat_heights(spec)
+    material = spec.mount.metal if spec.mount is not None else None
+    sheet, metal = shield_span(spec), metal_face(spec)
     plates: list[Plate] = []
     if spec.shield is not None and sheet is not None:
         plates.append(_plate(spec.shield.material, spec.shield.thickness))
-        if jaw is not None and seat is not None and sheet[0] > seat[0]:
-            plates.append(Plate(0.0, 1.0, sheet[0] - seat[0]))
-    if jaw is not None:
-        plates.append(_plate(jaw.material))
-    nearest = sheet[1] if sheet is not None else seat[0] if seat is not None else 0.0
+        if material is not None and metal is not None and sheet[0] - metal > CONTACT:
+            plates.append(Plate(0.0, 1.0, sheet[0] - metal))
+    if material is not None:
+        plates.append(_plate(material))
+    nearest = sheet[1] if sheet is not None else metal if metal is not None else 0.0
     return Reflector(-nearest, tuple(plates)) if plates else None
+
+
+CONTACT = 1e-9
+"""Gaps (m) below this are none."""
 
 
 def _pads(thickness: float, sigma: float) -> tuple[float, float]:
@@ -150,13 +157,15 @@ def _pads(thickness: float, sigma: float) -> tuple[float, float]:
 
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
+    """What is to be known of the assembly's states, in words."""
     notes = []
     if compression is not None and not compression.valid:
         notes.append(f"pressed gap: {compression.note}")
     if spec.elastomer is not None and not rests_on_pad(spec):
         notes.append(f"no state pressed: {BESIDE_PAD}")
-    if spec.mount is not None and spec.mount.jaw is not None:
-        notes.append("the jaw's metal enters as an endless half-space behind the board")
+    if spec.mount is not None and spec.mount.metal is not None:
+        whose = "finger" if spec.mount.finger is not None else "jaw"
+        notes.append(f"the {whose}'s metal enters as an endless half-space behind the board")
     return notes
 
 
@@ -216,6 +225,7 @@ class Reflection:
         return self._known[key]
 
     def _exact(self, frequencies: Array) -> ComplexArray:
+        """What target and metal return to the coil (H, complex) at frequencies (n,), with the target's own share."""
         above, below = self._around.above, self._around.below
         full = self._endless(frequencies, above, below)
         if above is None or self._share == (1.0, 1.0):

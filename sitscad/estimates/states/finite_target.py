@@ -56,8 +56,11 @@ class TargetShares:
 
 
 @record
-class _Found:
-    # Shares of inductance and loss at the places, their relative errors, and whether the target draws the field in.
+class SheetShares:
+    """Shares of inductance and loss at the places (n,), their relative errors, and whether the target draws the field
+    in.
+    """
+
     shares: Array
     losses: Array
     error: float
@@ -82,23 +85,13 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     shares, losses, found = {}, {}, []
     for name, gap, below in covered:
         floor = -math.inf if below is None else -below.distance
-        found.append(_shares(spec.target, rings, distinct, gap, floor))
+        found.append(shares_of_sheet(spec.target, rings, distinct, gap, floor))
         for placement, row in zip(spec.array.placements, member.ravel(), strict=True):
             shares[placement.name, name] = float(found[-1].shares[row])
             losses[placement.name, name] = float(found[-1].losses[row])
     names, errors = [name for name, _, _ in covered], (max(f.error for f in found), max(f.loss_error for f in found))
     notes = _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
     return TargetShares(shares, losses, tuple(notes), *errors)
-
-
-def shares_at(
-    target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float = -math.inf
-) -> tuple[Array, float]:
-    """Shares of the inductance at places (n, 2; m) of the coil in the target's own axes, its near face `gap` (m) over
-    the board and a mirror at z = `floor` (m); and their relative error.
-    """
-    found = _shares(target, rings, np.abs(places), gap, floor)
-    return found.shares, found.error
 
 
 PURE, UNSURE = 1e-3, 0.01
@@ -120,15 +113,18 @@ THIN, OVERHANGING, LOSS_OF_THIN = 2.0, 1.5, 0.3
 which its edge has much of it, and what the share of its loss may be off by: it has up to a quarter more."""
 
 
-def _shares(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> _Found:
-    like = _like_a_conductor(target, float(rings.radii.mean()) + gap)
+def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
+    """The shares of an endless sheet's change and loss that the target has, over all places (n, 2; m), with their
+    errors.
+    """
+    like = like_a_conductor(target, float(rings.radii.mean()) + gap)
     if like >= 1.0 - PURE:
         return _of_conductor(target, rings, places, gap, floor)
-    magnet = Plate(_shape(target), target.size, target.thickness)
+    magnet = Plate(target.size, target.thickness, target.outline.is_round)
     drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
     magnetic_error = magnetic_share_error(magnet, rings)
     if like <= PURE:
-        return _Found(drawn, drawn, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
+        return SheetShares(drawn, drawn, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
     # Between the two: somewhere between both shares, half their distance unsure in the middle.
     metal = _of_conductor(target, rings, places, gap, floor)
     found, losses = like * metal.shares + (1.0 - like) * drawn, like * metal.losses + (1.0 - like) * drawn
@@ -141,14 +137,15 @@ def _shares(target: Target, rings: CoaxialRings, places: Array, gap: float, floo
     least = [neither * stepped(wide, steps, 0.0) for steps in BETWEEN]
     error = like * metal.error + (1.0 - like) * magnetic_error + unsure
     loss_error = like * metal.loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
-    return _Found(found, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
+    return SheetShares(found, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
 
 
 LOSS_OF_MAGNETS = 0.5
 """Relative error of the share of loss where a target is no conductor: there it is taken to be the inductance's."""
 
 
-def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> _Found:
+def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
+    """The shares of a conducting target, whose faces count half a skin depth deeper."""
     plate, depth = _plate(target)
     where = plate, rings, places, gap + depth, floor
     kept, lost = np.minimum(plate_share(*where), 1.0), plate_loss_share(*where)
@@ -156,7 +153,7 @@ def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float
     thin = eased(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
     loss_error = max(loss_error, eased(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin, 0.0))
     resisted, unsure = _resisted(target, rings)
-    return _Found(kept / resisted, lost / resisted, error + unsure, loss_error + unsure, False)
+    return SheetShares(kept / resisted, lost / resisted, error + unsure, loss_error + unsure, False)
 
 
 RESISTED, LEAKY = 0.3, 0.06
@@ -177,8 +174,8 @@ def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
     return less, min(RESISTED * (1.0 - 1.0 / less) + LEAKY * (sheet / endless) ** 2, 0.6)
 
 
-def _like_a_conductor(target: Target, distance: float) -> float:
-    # 1 where the reflection of a wave as long as the distance (m) is that of a conductor, 0 where a magnet's.
+def like_a_conductor(target: Target, distance: float) -> float:
+    """1 where the reflection of a wave as long as the distance (m) is that of a conductor, 0 where a magnet's."""
     metal = target.material
     if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
         return 1.0
@@ -195,7 +192,7 @@ def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
 
 
 def _layer_rings(coil: CoilSpec, count: float) -> tuple[Array, Array]:
-    # Radii (m) and turns of the rings of a layer of so many turns.
+    """Radii (m) and turns of the rings of a layer of so many turns."""
     turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
     middle = np.array([coil.outline.shifts_inwards(turn) for turn in turns])
     inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
@@ -214,15 +211,11 @@ def _skin_depth(target: Target) -> float:
     return skin_depth(FREQUENCY, conductivity, target.material.relative_permeability)
 
 
-def _shape(target: Target) -> str:
-    return "circle" if target.shape == "circle" else "rectangle"
-
-
 def _plate(target: Target) -> tuple[Plate, float]:
     # A good conductor is a perfect one whose faces lie half a skin depth deeper.
     depth = min(0.25 * target.thickness, 0.25 * min(target.size), 0.5 * _skin_depth(target))
     size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
-    return Plate(_shape(target), size, target.thickness - 2.0 * depth), depth
+    return Plate(size, target.thickness - 2.0 * depth, target.outline.is_round), depth
 
 
 def _notes(
@@ -232,6 +225,7 @@ def _notes(
     errors: tuple[float, float],
     magnetic: bool,
 ) -> list[str]:
+    """What a finite target's shares are, in words; nothing where it is as good as endless."""
     if min(shares[0].values()) > 0.995:
         return []
     said, lost = (", ".join(_range(part, state) for state in states) for part in shares)

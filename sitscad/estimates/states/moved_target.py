@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.estimates.states.assembly import assemble, warmed
 from sitscad.estimates.states.finite_target import target_shares
@@ -49,6 +50,38 @@ def moved_changes(layout: Layout, moves: Sequence[Move], frequency: float) -> Ma
         )
         for p in spec.array.placements
     }
+
+
+def target_effects(
+    layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float
+) -> NDArray[np.float64]:
+    """What the target changes of every coil's inductance (H) when it has moved by (x, y) and by a height (m) from rest:
+    (heights, moves, coils). As in `moved_changes`; every height is solved for all moves at once.
+    """
+    spec = warmed(layout.spec, layout.spec.requirements.temperature)
+    rest = next(around for around in assemble(spec).states if around.name == REST and around.above is not None)
+    over = rest.above
+    assert over is not None
+    raised = [
+        replace(rest, state=replace(rest.state, name=str(k)), above=replace(over, distance=over.distance + z))
+        for k, z in enumerate(heights)
+    ]
+    layers = [winding.z for winding in layout.coils[0].windings]
+    shares = target_shares(_seen_from(spec, moves), layers, raised).shares
+    nearest = over.distance + min(heights) - max(layers)
+    if rest.below is not None:
+        nearest = min(nearest, rest.below.distance + min(layers))
+    spectrum = reflected_by(
+        winding_geometry(spec.coil, replace(layout.coils[0], series=())), max(nearest, LEAST_DISTANCE)
+    )
+    at = np.array([frequency])
+    bare = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
+    found = np.empty((len(heights), len(moves), len(spec.array.placements)))
+    for k, around in enumerate(raised):
+        whole = reflected_inductances(spectrum, at, around.above, rest.below, (0.0,))[0, 0].real - bare
+        for m in range(len(moves)):
+            found[k, m] = [whole * shares[_name(p.name, m), str(k)] for p in spec.array.placements]
+    return found
 
 
 def _seen_from(spec: SensorSpec, moves: Sequence[Move]) -> SensorSpec:

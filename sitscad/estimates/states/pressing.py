@@ -8,15 +8,19 @@ from dataclasses import field, replace
 
 from sitscad.geometry.convex import centroid
 from sitscad.geometry.path import Path, bounding_box, enclosed_area
-from sitscad.mechanics.elastomer import Compression, Face, model_sigma, press_part
+from sitscad.mechanics.elastomer import Compression, Face, Surround, even_rim, model_sigma, press_part
 from sitscad.record import record
 from sitscad.scene.bodies import elastomer, target
 from sitscad.spec.sensor import SensorSpec
 
 MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elastomer size", "part of the pad loaded"
+FILM = "encapsulation modulus"
 BLOCK = "bonded-block formula"
 """What scatters the gap. PART and BLOCK are no scatter of manufacture: by how much the careful strain may be too large,
 and what the formula of the pad's stiffness is off by."""
+
+WHOLE = 0.99
+"""Share of a pad from which on it counts as loaded all over."""
 
 LEAST = 0.05
 """Share of its modulus and of its thickness that a pad has at least, however large one sigma is."""
@@ -50,19 +54,44 @@ def rests_on_pad(spec: SensorSpec) -> bool:
     return pad is not None and (over is None or over.footprint.common(pad.footprint) is not None)
 
 
-def pressed(spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0) -> Compression:
-    """The pad under the required normal force, carried by the target where there is one.
+def pressed(
+    spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0, film: float = 1.0
+) -> Compression:
+    """The pad under the required normal force, carried by the target where there is one, with what is around that.
 
-    For scatter: the shear modulus times a factor, the pad thicker and wider by so much (m).
+    For scatter: the shear modulus times a factor, the pad thicker and wider by so much (m), the film's modulus times a
+    factor.
     """
     pad = spec.elastomer
     assert pad is not None
     face, beside = loaded_face(spec, wider)
-    whole = Face(*pad.size, pad.shape == "circle").grown(wider)
+    whole = Face(*pad.size, pad.outline.is_round).grown(wider)
     thickness = max(LEAST * pad.thickness, pad.thickness + thicker)
     stiffness = max(LEAST, modulus) * pad.material.shear_modulus
     force = spec.requirements.normal_force or 0.0
-    return press_part(whole, face, thickness, stiffness, pad.material.bulk_modulus, force, beside)
+    around = surround(spec, wider, film)
+    return press_part(whole, face, thickness, stiffness, pad.material.bulk_modulus, force, beside, around)
+
+
+def surround(spec: SensorSpec, wider: float = 0.0, film: float = 1.0) -> Surround | None:
+    """What is around the part of the pad that the target loads: the pad's rim and the encapsulation's film. None where
+    the pad reaches beyond the target by more on one side than on another.
+    """
+    pad, over = elastomer(spec), target(spec)
+    assert pad is not None
+    around = Surround()
+    if spec.encapsulation is not None:
+        skin = spec.encapsulation
+        around = Surround(0.0, skin.thickness, max(LEAST, film) * skin.material.shear_modulus)
+    if over is None:
+        return around
+    own, middle = pad.footprint, over.footprint.centre
+    whole, face = Face(*own.size, own.is_round).grown(wider), loaded_face(spec, wider)[0]
+    if own.is_round != over.footprint.is_round and face.area < WHOLE * whole.area:
+        return None
+    aside = middle.x - own.centre.x, middle.y - own.centre.y
+    rim = even_rim(whole, face, aside, pad.thickness)
+    return None if rim is None else replace(around, rim=rim)
 
 
 def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
@@ -101,7 +130,13 @@ def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tu
     assert spec.elastomer is not None
     modulus = spec.elastomer.material.shear_modulus_sigma
     found = {MODULUS: (pressed(spec, modulus=1.0 - modulus), pressed(spec, modulus=1.0 + modulus))}
-    formula = model_sigma(loaded_face(spec)[0], spec.elastomer.thickness)
+    around = surround(spec)
+    formula = model_sigma(
+        loaded_face(spec)[0], spec.elastomer.thickness, around or Surround(), spec.elastomer.material.shear_modulus
+    )
+    if around is not None and around.film:
+        of_film = spec.encapsulation.material.shear_modulus_sigma if spec.encapsulation is not None else 0.0
+        found[FILM] = pressed(spec, film=1.0 - of_film), pressed(spec, film=1.0 + of_film)
     found[BLOCK] = pressed(spec, modulus=1.0 - formula), pressed(spec, modulus=1.0 + formula)
     if sigmas.get(PAD):
         found[PAD] = pressed(spec, thicker=-sigmas[PAD]), pressed(spec, thicker=sigmas[PAD])

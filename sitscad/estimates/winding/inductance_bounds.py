@@ -133,6 +133,7 @@ def _fitted_sides() -> frozenset[int]:
 
 @cache
 def _table() -> dict[tuple[OutlineKey, str, str], dict[str, float]]:
+    """The fitted bounds by outline, method and stack."""
     return {
         ((row["sides"], row["long"], row["rounded"]), row["method"], row["stack"]): {
             name: float(value or 0.0) for name, value in row.items() if name not in NAMES

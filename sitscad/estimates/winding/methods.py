@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from sitscad.estimates.winding.inductance_bounds import FEW_TURNS, Crowding, err
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.geometry.shapes import Outline
 from sitscad.layout.board import Coil, Winding
-from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.inductance.rings import ring_winding_inductance
 from sitscad.physics.inductance.spiral_formulas import (
     COEFFICIENTS,
@@ -30,21 +30,16 @@ from sitscad.physics.metal.polyline_spectrum import chorded, polyline_spectrum
 from sitscad.record import record
 from sitscad.spec.sensor import CoilSpec
 
-CHORD = 1e-6
-"""Arcs of a path that has no closed spiral form are flattened within this distance (m)."""
-
 
 @record(eq=False)
 class WindingGeometry:
     """One coil's layers about its own centre: as spirals (circles only), or as they are drawn (all other shapes).
 
-    `drawn` has the exact sides and arcs, `tracks` chords of them; `bent` are the same sides and arcs as the losses want
-    them.
+    `drawn` has the sides and arcs, `bent` are the same as the losses want them.
     """
 
     spec: CoilSpec
     spirals: tuple[SpiralLayer, ...]
-    tracks: tuple[PolylineTrack, ...]
     drawn: tuple[Track, ...] = ()
     bent: tuple[BentTrack, ...] = ()
 
@@ -69,6 +64,7 @@ class WindingGeometry:
         return SpiralOutline(self.spec.most_turns, across, self.spec.trace_width, self.spec.trace_spacing)
 
 
+@lru_cache(maxsize=8)
 def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
     """The geometry of a drawn coil, moved to its own centre."""
     if spec.outline.is_round:
@@ -77,12 +73,11 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
             SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z, spec.trace_width, w.thickness)
             for w, turns in zip(coil.windings, spec.layer_turns, strict=True)
         )
-        return WindingGeometry(spec, spirals, ())
+        return WindingGeometry(spec, spirals)
     width, home = spec.trace_width, (-coil.centre.x, -coil.centre.y)
     layers = [replace(w, path=mitred_path(w.path.shifted(*home), width)) for w in coil.windings]
-    tracks = tuple(PolylineTrack(np.array(w.path.flattened(CHORD)), width, w.thickness, w.z) for w in layers)
     drawn = tuple(track(_pieces(w.path), width, w.thickness, w.z) for w in layers)
-    return WindingGeometry(spec, (), tracks, drawn, tuple(bent_track(w, width) for w in layers))
+    return WindingGeometry(spec, (), drawn, tuple(bent_track(w, width) for w in layers))
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:
@@ -115,6 +110,7 @@ def mitred_path(path: Path, width: float) -> Path:
 
 
 def _where_tangents_meet(arc: Arc, before: Segment) -> Point:
+    """The corner that an arc rounds: where the tangents at its ends meet."""
     if isinstance(before, Line):
         onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / before.length
         return Point(arc.start.x + onwards * (before.end.x - before.start.x),
@@ -125,6 +121,7 @@ def _where_tangents_meet(arc: Arc, before: Segment) -> Point:
 
 
 def _pieces(path: Path) -> list[Side | Bend]:
+    """A path as straight sides and bends, for the integrals over tracks."""
     pieces: list[Side | Bend] = []
     for s in path:
         if isinstance(s, Arc):
@@ -140,8 +137,8 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
         return geometry.spirals
     spec = geometry.spec
     built = []
-    for w, chords, turns in zip(coil.windings, geometry.tracks, spec.layer_turns, strict=True):
-        mean = chords.length / (2.0 * math.pi * turns)
+    for w, path, turns in zip(coil.windings, geometry.bent, spec.layer_turns, strict=True):
+        mean = path.length / (2.0 * math.pi * turns)
         radius = max(mean + 0.5 * spec.pitch * turns, spec.pitch * turns + 0.5 * spec.trace_width)
         built.append(SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z,
                                  spec.trace_width, w.thickness))  # fmt: skip
@@ -229,10 +226,11 @@ def _always(geometry: WindingGeometry) -> bool:
 
 
 def _formula(name: str) -> Callable[[WindingGeometry], float | None]:
+    """The inductance (H) by one of the closed formulas, as a function of the winding; None where it does not hold."""
     functions = {"current-sheet": current_sheet, "modified-wheeler": modified_wheeler, "monomial": monomial}
 
     def solve(geometry: WindingGeometry) -> float | None:
-        # below one turn there is no inner diameter in the formulas' sense: an arc is not a coil
+        """The formula's inductance (H) of a stack: that of one layer times the layers squared."""
         if (
             geometry.spec.has_unequal_turns
             or geometry.fewest_turns < 1.0

@@ -108,6 +108,7 @@ def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: fl
 
 
 def _parts(coil: Coil, spec: SensorSpec) -> list[_Part]:
+    """The winding in parts that the same layers have, from the outside in, with the lengths of their turns (m)."""
     turns = spec.coil.layer_turns
     found: list[_Part] = []
     low = 0.0
@@ -131,7 +132,7 @@ def turn_lengths(coil: Coil, spec: SensorSpec, places: Array) -> Array:
 
 
 def _voltages(parts: list[_Part], coil: Coil, spec: SensorSpec) -> Array:
-    # Along every layer at all places, from the outside in; what a layer has no turns for is left at its inner end's.
+    """Voltages of the layers at all places from the outside in; turns that a layer has not count as its inner end."""
     lengths = np.concatenate([part.lengths for part in parts])
     radii = np.maximum(lengths / (2.0 * math.pi), 0.5 * spec.coil.trace_width)
     turns = np.concatenate([
@@ -152,6 +153,7 @@ def _per_area(spec: SensorSpec, layers: list[int]) -> Array:
 
 
 def _between_turns(parts: list[_Part], voltages: Array, coil: Coil, spec: SensorSpec) -> float:
+    """Capacitance (F) between neighbouring turns, all layers together."""
     lengths = np.concatenate([part.lengths for part in parts])
     shares = np.concatenate([np.full(part.lengths.size, part.share) for part in parts])
     beside = beside_copper(spec.fpc.stackup, coil.windings[0].layer)

@@ -119,6 +119,7 @@ def _round(spirals: Sequence[SpiralLayer], conductivity: float, tolerance: float
 
 
 def _bent(spec: CoilSpec, layers: int) -> float:
+    """The bound's share for how the tracks bend, relative."""
     if not spec.outline.sides:
         return LONG if min(spec.layer_turns) >= ALIKE_ROUNDED else RACETRACK
     if spec.corner_radius >= 0.5 * spec.trace_width:

@@ -129,8 +129,8 @@ def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], own: float, error: float) -
 
 
 def _nearest(geometry: WindingGeometry, assembly: Assembly) -> float | None:
-    # Least distance (m) of metal from any layer's mid-plane in any state; None without metal.
-    heights = [layer.z for layer in geometry.spirals or geometry.tracks]
+    """Least distance (m) of metal from any layer's mid-plane in any state; None without metal."""
+    heights = [layer.z for layer in geometry.spirals or geometry.drawn]
     # a pad thinner or smaller by one sigma is not much nearer, and only a difference is taken of it
     small = (PAD, PAD_SIZE)
     ranges = [around for (_, cause), pair in assembly.ranges.items() if cause not in small for around in pair]

@@ -123,6 +123,7 @@ def _contact_function(layout: Layout) -> str:
 
 
 def _aperture(item: Object, contact: str) -> Aperture:
+    """Function and shape of the aperture that draws a piece."""
     if isinstance(item, Trace):
         return "Conductor", f"C,{mm(item.width)}"
     if isinstance(item, Via):
@@ -132,6 +133,7 @@ def _aperture(item: Object, contact: str) -> Aperture:
 
 
 def _drawn(item: Object) -> Iterator[str]:
+    """The lines that draw one piece."""
     if isinstance(item, Trace):
         yield from stroke(item.path)
     elif isinstance(item, Via):

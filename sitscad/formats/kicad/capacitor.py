@@ -52,6 +52,7 @@ def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> I
 
 
 def _body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | None) -> list[str]:
+    """What stands in a capacitor's footprint: texts, openings, pads, model."""
     place = grid(capacitor.centre)
     owner = (layout.spec.name, capacitor.reference if nets is not None else "library capacitor")
     reference = capacitor.reference if nets is not None else "REF**"

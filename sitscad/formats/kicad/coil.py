@@ -100,6 +100,7 @@ class _Footprint:
         )
 
     def _description(self, pads: int) -> str:
+        """What a coil's footprint says of itself."""
         spec = self.layout.spec.coil
         layers = ", ".join(self.names[number - 1] for number in spec.layers)
         inside = {2: "", 3: "; pad 3 is inside the coil: connect nothing to it"}.get(
@@ -125,6 +126,9 @@ class _Footprint:
         return first, self._end(last.path.end, last.layer, [first.hole] if first.hole else ())
 
     def _end(self, at: Point, layer: int, taken: Sequence[Hole]) -> _End:
+        """Where an end of the winding gets its pad, by a hole where it lies inside the board; ValueError where none
+        fits.
+        """
         if self.names[layer - 1] in _OUTER:
             return _End(at, layer, self.layout.spec.coil.trace_width)
         for way in self._ways_out(at):
@@ -169,6 +173,7 @@ class _Footprint:
         return x0 - cx - MARGIN, y0 - cy - MARGIN, x1 - cx + MARGIN, y1 - cy + MARGIN
 
     def _turns(self) -> Iterator[str]:
+        """The turns as lines and arcs."""
         for i, trace in enumerate(self.turns):
             stroke = f"(stroke (width {length(trace.width)}) (type solid))"
             reach = 1.2 * (trace.width + self.layout.spec.fpc.rules.trace_spacing)
@@ -293,6 +298,7 @@ def _with_long_ends(path: Path, reach: float) -> Path:
 
 
 def _with_long_start(path: Path, reach: float) -> Path:
+    """The path whose first arcs are one where they lie on one circle, as far as `reach` (m)."""
     first, way = list(path.segments), 0.0
     count = next((i for i, s in enumerate(first, 1) if (way := way + s.length) >= reach), len(first))
     head = Path(tuple(first[:count]))
@@ -305,6 +311,7 @@ def _with_long_start(path: Path, reach: float) -> Path:
 
 
 def _halfway(path: Path) -> Point:
+    """The point at half the length of a path."""
     left = path.length / 2
     for segment in path:
         if left <= segment.length:

@@ -57,6 +57,7 @@ def library_footprint(layout: Layout) -> str:
 
 
 def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> list[str]:
+    """What stands in the footprint of the contacts: texts, openings, pads."""
     place, owner = anchor(layout), (layout.spec.name, "board" if nets is not None else "library")
     low, high = extent(layout.pads)
     low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
@@ -82,6 +83,7 @@ def property_text(name: str, text: str, at: Grid, owner: tuple[str, ...]) -> str
 
 
 def _openings(layout: Layout, place: Grid, owner: tuple[str, ...]) -> list[str]:
+    """The openings of both masks beside the contacts' own."""
     rows = []
     for layer, openings, number in (
         ("F.Mask", layout.top_openings, 1),
@@ -142,6 +144,7 @@ def extent(pads: Sequence[Pad]) -> tuple[Grid, Grid]:
 
 
 def _overlaps(outline: Path, pad: Pad) -> bool:
+    """Whether the boxes of an outline and of a contact overlap."""
     x0, y0, x1, y1 = bounding_box([outline])
     half_x, half_y = pad.size[0] / 2, pad.size[1] / 2
     return (

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from enum import StrEnum
 
 from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, rectangle
+from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.record import record
+from sitscad.spec.pieces.plates import Cutting, ElastomerPad, Target
 from sitscad.spec.places import footprint, place_in_words
-from sitscad.spec.sensor import ElastomerPad, Target
 from sitscad.units import in_mm
 
 MARGIN = 5e-3
@@ -76,6 +78,19 @@ class Contour:
 
 
 @record
+class Nest:
+    """How copies lie on a sheet: `columns` by `rows`, of which `count` are there; which sheet it is, and how many times
+    it is cut.
+    """
+
+    count: int = 1
+    columns: int = 1
+    rows: int = 1
+    number: int = 1
+    times: int = 1
+
+
+@record
 class LaserSheet:
     """One part to be cut: contours with the lower left corner of the sheet at the origin, and notes on layer REF.
 
@@ -93,6 +108,12 @@ class LaserSheet:
     height: float
     contours: tuple[Contour, ...]
     notes: tuple[tuple[Point, str], ...]
+    nest: Nest = Nest()
+
+    @property
+    def name(self) -> str:
+        """What its file is called: the part, with a number where there are several sheets."""
+        return self.part if self.nest.number == 1 else f"{self.part}-{self.nest.number}"
 
     def on(self, layer: CutLayer) -> tuple[Contour, ...]:
         """The contours of one layer."""
@@ -112,32 +133,67 @@ def laser_sheets(layout: Layout) -> tuple[LaserSheet, ...]:
     spec = layout.spec
     plates = (("elastomer", spec.elastomer), ("target", spec.target))
     return tuple(
-        _sheet(layout, part, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf)
+        _sheet(layout, part, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, nest)
         for part, plate in plates
         if plate is not None
+        for nest in nests(plate.size, plate.kerf, spec.cutting, spec.fpc.boards or 1)
     )
+
+
+def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int) -> tuple[Nest, ...]:
+    """How so many copies of a plate [x, y] (m) are laid on sheets: as many full ones as it takes, and a rest.
+
+    Rows are filled from the left, as nearly square as the sheet allows; the coupon has a place beside them on each.
+    Raises ValueError where not even one plate fits.
+    """
+    if boards == 1:
+        return (Nest(),)
+    room = (cutting.sheet[0] - 3 * MARGIN - COUPON_SIZE - 2 * kerf, cutting.sheet[1] - 2 * MARGIN)
+    most = [math.floor((room[k] + cutting.gap + 1e-9) / (size[k] + kerf + cutting.gap)) for k in (0, 1)]
+    if min(most) < 1:
+        raise ValueError(
+            f"a plate of {in_mm(size[0])} x {in_mm(size[1])} mm and the coupon do not fit on a sheet of "
+            f"{in_mm(cutting.sheet[0])} x {in_mm(cutting.sheet[1])} mm: give cutting.sheet the size of yours"
+        )
+    full, rest = divmod(boards, most[0] * most[1])
+    found = [Nest(most[0] * most[1], most[0], most[1], 1, full)] if full else []
+    if rest:
+        columns = min(most[0], max(math.ceil(math.sqrt(rest)), math.ceil(rest / most[1])))
+        found.append(Nest(rest, columns, math.ceil(rest / columns), len(found) + 1))
+    return tuple(found)
 
 
 def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point) -> Contour:
     """The outline of a circle, square or rectangle of a size [x, y] (m) about a centre."""
-    if shape == "circle":
+    if PLATES[shape].is_round:
         return Contour(layer, circle(centre, size[0] / 2), size[0])
     x, y = size[0] / 2, size[1] / 2
     return Contour(layer, rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y))
 
 
 def _sheet(
-    layout: Layout, part: str, material: str, shape: str, size: tuple[float, float], thickness: float, kerf: float
+    layout: Layout,
+    part: str,
+    material: str,
+    shape: str,
+    size: tuple[float, float],
+    thickness: float,
+    kerf: float,
+    nest: Nest,
 ) -> LaserSheet:
+    """One plate's sheet: its contours with the kerf allowed for, the coupon beside them, and the notes above."""
     if not 0.0 <= kerf < COUPON_HOLE:
         raise ValueError(
             f"a kerf of {kerf * 1e3:g} mm cannot be compensated: it must be from 0 to {COUPON_HOLE * 1e3:g} mm"
         )
     floor = MARGIN + kerf / 2
     centre = Point(floor + size[0] / 2, floor + size[1] / 2)
-    coupon = Point(centre.x + size[0] / 2 + kerf + MARGIN + COUPON_SIZE / 2, floor + COUPON_SIZE / 2)
-    texts = _texts(layout, part, material, shape, size, thickness, kerf)
-    top = floor + max(size[1], COUPON_SIZE) + kerf / 2
+    step = tuple(length + kerf + layout.spec.cutting.gap for length in size)
+    centres = [centre.shifted(*_place(index, nest.columns, step)) for index in range(nest.count)]
+    right = centre.x + (nest.columns - 1) * step[0]
+    coupon = Point(right + size[0] / 2 + kerf + MARGIN + COUPON_SIZE / 2, floor + COUPON_SIZE / 2)
+    texts = (*_texts(layout, part, material, shape, size, thickness, kerf), *_counted(nest))
+    top = floor + max(size[1] + (nest.rows - 1) * step[1], COUPON_SIZE) + kerf / 2
     notes = tuple((Point(MARGIN, top + _LINE_STEP * (len(texts) - i)), text) for i, text in enumerate(texts))
     height = top + _LINE_STEP * (len(texts) + 1) + MARGIN
     width = (
@@ -146,18 +202,33 @@ def _sheet(
     contours = (
         *_label(coupon, kerf),
         plate(CutLayer.CUT_INNER, "square", (COUPON_HOLE - kerf,) * 2, coupon),
-        plate(CutLayer.CUT_OUTER, shape, (size[0] + kerf, size[1] + kerf), centre),
+        *(plate(CutLayer.CUT_OUTER, shape, (size[0] + kerf, size[1] + kerf), each) for each in centres),
         plate(CutLayer.CUT_OUTER, "square", (COUPON_SIZE + kerf,) * 2, coupon),
         plate(CutLayer.REF, shape, size, centre),
         *_marks(layout, part, centre, width, height),
     )
-    return LaserSheet(part, material, shape, size, thickness, kerf, width, height, contours, notes)
+    return LaserSheet(part, material, shape, size, thickness, kerf, width, height, contours, notes, nest)
+
+
+def _place(index: int, columns: int, step: tuple[float, ...]) -> tuple[float, float]:
+    """Where a copy lies from the first one (m): row by row, there and back, so that the beam travels little."""
+    row, column = divmod(index, columns)
+    return step[0] * (column if row % 2 == 0 else columns - 1 - column), step[1] * row
+
+
+def _counted(nest: Nest) -> Iterator[str]:
+    """How many are on the sheet, and how often it is cut; nothing for one."""
+    if nest.count > 1:
+        yield f"{nest.count} pieces in {nest.rows} row{'s' if nest.rows > 1 else ''}"
+    if nest.times > 1:
+        yield f"cut this sheet {nest.times} times"
 
 
 def _texts(
     layout: Layout, part: str, material: str, shape: str, size: tuple[float, float], thickness: float, kerf: float
 ) -> tuple[str, ...]:
-    sizes = f"diameter {in_mm(size[0])}" if shape == "circle" else f"{in_mm(size[0])} x {in_mm(size[1])}"
+    """The lines of text on a sheet."""
+    sizes = PLATES[shape].size_in_words(size)
     half = in_mm(kerf / 2)
     compensation = (
         (

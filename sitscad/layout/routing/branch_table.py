@@ -59,44 +59,45 @@ class BranchTable:
         """The set of all branches, one bit each."""
         return (1 << len(self.branches)) - 1
 
-    def beside_branch(self, other: BranchTable, row: int) -> int:
-        """The set of branches of this table that keep their distance from one branch of another."""
+    def beside_branches(self, other: BranchTable, rows: range) -> list[int]:
+        """The sets of branches of this table that keep their distance from each of some branches of another."""
         around = self.around
-        reach = (around.bus.pitch - 1e-9) / around.radius
-        near = np.zeros(len(self.branches), dtype=bool)
-        for i in range(LEGS):
-            for j in range(LEGS):
-                same = (self.layer[:, i] == other.layer[row, j]) & (self.layer[:, i] >= 0)
-                gap = _interval_gap(self.low[:, i], self.sweep[:, i], other.low[row, j], other.sweep[row, j])
-                near |= same & (gap < reach)
+        some = slice(rows.start, rows.stop)
+        layer, low, sweep = (table[some][:, None, None, :] for table in (other.layer, other.low, other.sweep))
+        same = (self.layer[:, :, None] == layer) & (layer >= 0)
+        gap = _interval_gap(self.low[:, :, None], self.sweep[:, :, None], low, sweep)
+        near = np.any(same & (gap < (around.bus.pitch - 1e-9) / around.radius), axis=(2, 3))
         need = around.keep_out + around.bus.width / 2 - 1e-9
-        if not math.isnan(other.angle[row]):
-            near |= self._meet(other.centre[row], other.angle[row], other.beside[row], need)
+        if other.has_vias:
+            self._meet(other, some, need, near)
             apart = hole_distance(around.joined, around.joined, around.spec.fpc.rules, around.bus.spacing) - 1e-9
-            near |= np.hypot(*(self.centre - other.centre[row]).T) < apart
-        near |= self._met_by(other, row, need)
-        return _as_set(~near)
+            away = self.centre - other.centre[some, None]
+            near |= np.hypot(away[..., 0], away[..., 1]) < apart
+        if self.has_vias:
+            self._met_by(other, some, need, near)
+        return _as_sets(~near)
 
-    def _meet(self, centre: Array, angle: float, beside: float, need: float) -> Flags:
-        """The branches of which a leg comes too near a via."""
-        near = np.zeros(len(self.branches), dtype=bool)
-        if beside < need:
-            gap = _interval_gap(self.low, self.sweep, angle, 0.0) * self.around.radius
-            near |= np.any((gap < need) & (self.layer >= 0), axis=1)
-        distance = _to_stretches(self.starts, self.steps, centre[None])[:, 0]
-        near[self.owner[distance < need]] = True
-        return near
+    @cached_property
+    def has_vias(self) -> bool:
+        """Whether any branch has a via."""
+        return not bool(np.isnan(self.angle).all())
 
-    def _met_by(self, other: BranchTable, row: int, need: float) -> Flags:
-        """The branches whose via comes too near a leg of one branch of another table."""
-        near = np.zeros(len(self.branches), dtype=bool)
-        for j in range(LEGS):
-            if other.layer[row, j] >= 0:
-                gap = _interval_gap(self.angle, 0.0, other.low[row, j], other.sweep[row, j]) * self.around.radius
-                near |= (self.beside < need) & (gap < need)
-        own = other.owner == row
-        distance = _to_stretches(other.starts[own], other.steps[own], self.centre)
-        return np.asarray(near | np.any(distance < need, axis=0))
+    def _meet(self, other: BranchTable, some: slice, need: float, near: Flags) -> None:
+        """Marks (rows, n) the branches of which a leg comes too near the via of another's rows."""
+        angle, beside = other.angle[some, None, None], other.beside[some, None]
+        gap = _interval_gap(self.low, self.sweep, angle, 0.0) * self.around.radius
+        near |= (beside < need) & np.any((gap < need) & (self.layer >= 0), axis=2)
+        stretch, row = np.nonzero(_to_stretches(self.starts, self.steps, other.centre[some]) < need)
+        near[row, self.owner[stretch]] = True
+
+    def _met_by(self, other: BranchTable, some: slice, need: float, near: Flags) -> None:
+        """Marks (rows, n) the branches whose via comes too near a leg of another's rows."""
+        low, sweep, layer = (table[some, None] for table in (other.low, other.sweep, other.layer))
+        gap = _interval_gap(self.angle[:, None], 0.0, low, sweep) * self.around.radius
+        near |= (self.beside < need) & np.any((gap < need) & (layer >= 0), axis=2)
+        own = slice(*np.searchsorted(other.owner, (some.start, some.stop)))
+        stretch, branch = np.nonzero(_to_stretches(other.starts[own], other.steps[own], self.centre) < need)
+        near[other.owner[own][stretch] - some.start, branch] = True
 
 
 def branch_table(around: Surroundings, branches: Sequence[Branch]) -> BranchTable:
@@ -121,18 +122,18 @@ def branch_table(around: Surroundings, branches: Sequence[Branch]) -> BranchTabl
 
 def _interval_gap(low: Any, sweep: Any, other_low: Any, other_sweep: Any) -> Array:
     """Angles (rad) between intervals on a circle; 0 where they overlap."""
-    ahead = (other_low - low) % TWO_PI - sweep
-    behind = (low - other_low) % TWO_PI - other_sweep
-    return np.asarray(np.maximum(0.0, np.minimum(ahead, behind)))
+    ahead = (other_low - low) % TWO_PI
+    behind = np.where(ahead > 0.0, TWO_PI - ahead, 0.0) - other_sweep
+    return np.asarray(np.maximum(0.0, np.minimum(ahead - sweep, behind)))
 
 
 def _to_stretches(starts: Array, steps: Array, points: Array) -> Array:
     """Distances (m) of points (p, 2) from straight stretches: (stretches, p); nan for points that are nan."""
-    away = points[None] - starts[:, None]
-    square = np.maximum(np.sum(steps * steps, axis=1), 1e-30)[:, None]
-    share = np.clip(np.sum(away * steps[:, None], axis=2) / square, 0.0, 1.0)
-    return np.asarray(np.hypot(*np.moveaxis(away - share[..., None] * steps[:, None], 2, 0)))
+    (x, y), (dx, dy) = (points[:, k] - starts[:, k, None] for k in (0, 1)), steps.T[:, :, None]
+    share = (x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-30)
+    np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)
+    return np.asarray(np.hypot(x - share * dx, y - share * dy))
 
 
-def _as_set(flags: Flags) -> int:
-    return int.from_bytes(np.packbits(flags, bitorder="little").tobytes(), "little")
+def _as_sets(flags: Flags) -> list[int]:
+    return [int.from_bytes(row.tobytes(), "little") for row in np.packbits(flags, axis=1, bitorder="little")]

@@ -28,6 +28,9 @@ TRIALS = 2_000
 QUICK = 100
 """Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
 
+ROWS_AT_ONCE = 16
+"""Branches that another connection's are held against at once: the next cheapest ones are asked for next."""
+
 SPARED = 0.04
 """Leads that run so little farther round their coil than they must (turns) are as good as any."""
 
@@ -142,6 +145,7 @@ class _Search:
         self._admitted: dict[int, tuple[Leg, bool]] = {}
         self._apart: dict[tuple[int, int, int], int] = {}
         self._exact: dict[tuple[int, int], bool] = {}
+        self._barred: dict[int, int] = {}
         self._asked: list[Sequence[BranchTable]] = []
         self._patience = patience
         self._total = self._left = TRIALS
@@ -156,24 +160,20 @@ class _Search:
         self.gave_up = False
         leads_a, leads_b, *joins = tables
         for row_a, row_b in _cheapest_pairs(leads_a, leads_b):
-            if not self._go_together(leads_a, row_a, leads_b, row_b):
+            pair = leads_a.branches[row_a], leads_b.branches[row_b]
+            if not self.admits(pair[0]) or not self._beside(leads_a, row_a, leads_b) >> row_b & 1:
+                continue
+            left = [self._beside(leads_a, row_a, table) & self._beside(leads_b, row_b, table) for table in joins]
+            if not all(left) or not self.admits(pair[1]) or not self._clear(pair[1], pair[0]):
                 continue
             if not self._goes_on():
                 return None
-            pair = leads_a.branches[row_a], leads_b.branches[row_b]
-            left = [self._beside(leads_a, row_a, table) & self._beside(leads_b, row_b, table) for table in joins]
-            chosen = self._combine(joins, left, pair) if all(left) else None
+            chosen = self._combine(joins, left, pair)
             if chosen is not None:
                 return Escape(chosen[2:], *pair)
             if self.gave_up:
                 return None
         return None
-
-    def _go_together(self, leads_a: BranchTable, row_a: int, leads_b: BranchTable, row_b: int) -> bool:
-        one, other = leads_a.branches[row_a], leads_b.branches[row_b]
-        if not self.admits(one) or not self._beside(leads_a, row_a, leads_b) >> row_b & 1:
-            return False
-        return self.admits(other) and self._clear(other, one)
 
     def _goes_on(self) -> bool:
         """Counts a trial; whether the search may go on."""
@@ -184,14 +184,20 @@ class _Search:
     def _combine(
         self, tables: Sequence[BranchTable], left: list[int], chosen: tuple[Branch, ...]
     ) -> tuple[Branch, ...] | None:
+        """The first branches, one of each table still left, that keep clear of each other; None where there are
+        none.
+        """
         if not tables:
             return chosen
-        options = left[0]
+        options = left[0] & ~self._barred.get(id(tables[0]), 0)
         while options:
             row = (options & -options).bit_length() - 1
             options &= options - 1
             branch = tables[0].branches[row]
-            if not self.admits(branch) or not all(self._clear(branch, other) for other in chosen):
+            if not self.admits(branch):
+                self._barred[id(tables[0])] = self._barred.get(id(tables[0]), 0) | 1 << row
+                continue
+            if not all(self._clear(branch, other) for other in chosen):
                 continue
             if not self._goes_on():
                 return None
@@ -207,7 +213,10 @@ class _Search:
     def _beside(self, table: BranchTable, row: int, other: BranchTable) -> int:
         key = (id(table), row, id(other))
         if key not in self._apart:
-            self._apart[key] = other.beside_branch(table, row)
+            first = row - row % ROWS_AT_ONCE
+            rows = range(first, min(first + ROWS_AT_ONCE, len(table.branches)))
+            for each, beside in zip(rows, other.beside_branches(table, rows), strict=True):
+                self._apart[id(table), each, id(other)] = beside
         return self._apart[key]
 
     def _clear(self, branch: Branch, other: Branch) -> bool:

@@ -156,6 +156,7 @@ def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool 
 
 
 def _single_exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
+    """Where a coil's pair may leave its ring: the angle (rad) and the way to the funnel."""
     ring = Ring(spec.coil, lane.placement, bus.ring_offset)
     if lane.side:
         height = lane.side * lane_height(bus, lane.index)

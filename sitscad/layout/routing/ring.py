@@ -46,6 +46,7 @@ class Ring:
         return self._known[angle]
 
     def _at(self, angle: float) -> Point:
+        """The ring's point in a direction (rad) from its centre."""
         if self.coil.outline.is_round:
             return polar(self.coil.size[0] / 2 + self.offset, angle, self.centre)
         local = angle - self.placement.rotation
@@ -66,6 +67,7 @@ class Ring:
         return {}
 
     def _facing(self, point: Point) -> tuple[float, float]:
+        """The directions (rad) between which the ring is nearest to a point."""
         centre = self.centre
         away = math.atan2(point.y - centre.y, point.x - centre.x)
         if self.coil.outline.is_round:
@@ -89,6 +91,7 @@ class Ring:
         return Path(tuple(Line(a, b) for a, b in pairwise(points) if a.distance(b) > 1e-9))
 
     def _corners(self, start: float, sweep: float) -> list[Point]:
+        """The ring's corners that are passed from a direction on over a sweep (rad), in their order."""
         turned = [segment.end for segment in self.boundary.segments[:-1]]
         passed = []
         for corner in turned:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import chain, islice, product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track, hole_keep_out, joined_hole
@@ -110,13 +110,13 @@ def route_in_line(
     first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(wound)]
     # the first try; pairs leave beside the corner; and coils choose in another order
     efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
+    known: _Known = {}
     for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
-        routed = (
-            _Lanes(
-                spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, turned, patience
-            ).routed(reordered)
+        tried = (
+            _Board(spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, patience)
             for (raised, breadth), side in product(boards(spec, bus), first_sides)
         )
+        routed = (_Lanes(board, turned, known).routed(reordered) for board in tried)
         found = _least_round((one for one in routed if one is not None), widest(spec), patience)
         if found is not None:
             return found
@@ -165,73 +165,90 @@ def _in_turn(
 
 
 @record
-class _Lanes:
-    # A board on which coils in one line are led out to their lanes.
+class _Board:
+    # A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run.
     spec: SensorSpec
     bus: Bus
     wound: tuple[WoundCoil, ...]
     lanes: tuple[Lane, ...]
     front: float
     breadth: Breadth
-    turned: bool
     patience: Patience
+
+    def around(self, index: int) -> Surroundings:
+        """What lies around one coil."""
+        return Surroundings(self.spec, self.bus, self.lanes[index].placement, self.breadth)
+
+
+_Known = dict[tuple[Any, ...], Escape | None]
+"""Ways out that were found, or not, by board, coil, what stands there and where the coil may leave its ring."""
+
+
+@record(eq=False)
+class _Lanes:
+    # Coils in one line, led out to their lanes; `turned` where pairs may leave beside the corner of their ring, `known`
+    # what other efforts found.
+    board: _Board
+    turned: bool
+    known: _Known
 
     def routed(self, reordered: bool) -> Routing | None:
         """The board with all its coils led out, far ones first, if they find a way."""
-        far_first = sorted(range(len(self.wound)), key=lambda i: self.lanes[i].placement.centre[0])
+        board = self.board
+        far_first = sorted(range(len(board.wound)), key=lambda i: board.lanes[i].placement.centre[0])
         escapes = _in_turn(far_first, self.lead_out, reordered)
         if isinstance(escapes, Stuck):
             return None
-        tail = body_frame(self.spec, self.bus, self.front, self.breadth)
-        return _routing(self.spec, self.bus, self.lanes, escapes, self.breadth, tail)
+        return _routing(board, escapes, body_frame(board.spec, board.bus, board.front, board.breadth))
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
         """Every coil's escape, or which coil found none."""
-        board = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.breadth)
+        board = self.board
+        laid = Obstacles(board.spec.fpc.rules, board.bus.spacing, board.breadth)
         escapes: dict[int, Escape] = {}
         for index in order:
-            if self.patience.is_spent:
+            if board.patience.is_spent:
                 return Stuck(index)
-            around = Surroundings(self.spec, self.bus, self.lanes[index].placement, self.breadth)
             found = None
             for turned in (False, True) if self.turned else (False,):
-                choices = exits(self.spec, self.bus, self.lanes[index], self.front, turned)
-                found = found or _lead_out(around, self.wound, index, choices, board, self.patience)
+                found = found or self._way_out(index, turned, laid, tuple(escapes.values()))
             if found is None:
                 return Stuck(index)
             for branch in found.branches:
-                board.add(branch.tracks, branch.holes)
+                laid.add(branch.tracks, branch.holes)
             escapes[index] = found
         return escapes
 
+    def _way_out(self, index: int, turned: bool, laid: Obstacles, there: tuple[Escape, ...]) -> Escape | None:
+        """One coil's escape on a board where some of the others are; efforts that come to the same search once."""
+        board = self.board
+        key = (board.bus.base, board.breadth, board.lanes[index], index, turned, *map(id, there))
+        if key not in self.known:
+            choices = exits(board.spec, board.bus, board.lanes[index], board.front, turned)
+            self.known[key] = _lead_out(board, index, choices, laid)
+        return self.known[key]
 
-def _routing(
-    spec: SensorSpec, bus: Bus, lanes: tuple[Lane, ...], escapes: dict[int, Escape], breadth: Breadth, tail: TailFrame
-) -> Routing:
+
+def _routing(board: _Board, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
     """The finished routing, on a tail long enough for it."""
+    spec, bus, lanes = board.spec, board.bus, board.lanes
     ways = tuple(escapes[i] for i in range(len(lanes)))
     down = ways_down(spec, bus, tail, lanes, [way.entries for way in ways])
     pieces = [branch for way in ways for branch in way.branches]
     far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
     long = reaching_ahead(spec, far, stretched(spec, bus, tail, down))
     laid = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
-    return Routing(bus, ways, laid, breadth, far, long)
+    return Routing(bus, ways, laid, board.breadth, far, long)
 
 
 def _lead_out(
-    around: Surroundings,
-    wound: tuple[WoundCoil, ...],
-    index: int,
-    choices: Iterable[tuple[Exit, Exit]],
-    board: Obstacles,
-    patience: Patience,
-    first: bool = False,
+    board: _Board, index: int, choices: Iterable[tuple[Exit, Exit]], laid: Obstacles, first: bool = False
 ) -> Escape | None:
-    """One coil's escape among the other coils and what is on the board already."""
-    obstacles = board.copy()
-    obstacles.add(_other_coils(around.spec, index), _inner_holes(wound[index]))
-    start, joins, end = _ends(wound[index])
-    return escape(around, joins, (start, end), choices, obstacles, patience, first)
+    """One coil's escape among the other coils and what is laid on the board already."""
+    obstacles = laid.copy()
+    obstacles.add(_other_coils(board.spec, index), _inner_holes(board.wound[index]))
+    start, joins, end = _ends(board.wound[index])
+    return escape(board.around(index), joins, (start, end), choices, obstacles, board.patience, first)
 
 
 def route_freely(
@@ -249,6 +266,7 @@ def route_freely(
 def _free_ways(
     spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
 ) -> Iterator[Routing]:
+    """Boards on which all coils are led out, narrow ones and likely orders first."""
     from sitscad.layout.routing.maze import Lattice  # coils in one line go without
 
     orders = rows_of_lanes(spec.array.placements)
@@ -262,8 +280,9 @@ def _free_ways(
     near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
     can_leave: set[int] = set()
 
-    def board(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
-        return _Rows(spec, ground[0], wound, lanes, front, *ground[1:], lattice, patience)
+    def rows(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
+        bus, breadth, tail = ground
+        return _Rows(_Board(spec, bus, wound, lanes, front, breadth, patience), tail, lattice)
 
     likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
     for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
@@ -272,14 +291,15 @@ def _free_ways(
             for rank, lanes in enumerate(ranks):
                 if (ground[1], rank) in walled:
                     continue
-                escapes = _in_turn(near_first, board(ground, lanes).lead_out, reordered)
+                tried = rows(ground, lanes)
+                escapes = _in_turn(near_first, tried.lead_out, reordered)
                 if not isinstance(escapes, Stuck):
-                    yield _routing(spec, ground[0], lanes, escapes, *ground[1:])
+                    yield _routing(tried.board, escapes, tried.tail)
                     continue
                 if escapes.walled:
                     walled.add((ground[1], rank))
                 alone = [escapes.coil]
-                if escapes.coil not in can_leave and isinstance(board(roomiest, lanes).lead_out(alone), Stuck):
+                if escapes.coil not in can_leave and isinstance(rows(roomiest, lanes).lead_out(alone), Stuck):
                     return  # not even alone
                 can_leave.add(escapes.coil)
 
@@ -301,41 +321,34 @@ def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
 
 @record
 class _Rows:
-    # A board on which coils that do not stand in one line are led out through a maze.
-    spec: SensorSpec
-    bus: Bus
-    wound: tuple[WoundCoil, ...]
-    lanes: tuple[Lane, ...]
-    front: float
-    breadth: Breadth
+    # Coils that do not stand in one line, led out through a maze to the tail.
+    board: _Board
     tail: TailFrame
     lattice: Lattice
-    patience: Patience
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
         """Every coil's escape, or which coil found none."""
         from sitscad.layout.routing.maze import Ground, Maze  # coils in one line go without
 
-        spec, tail = self.spec, self.tail
-        board = Obstacles(spec.fpc.rules, self.bus.spacing, self.breadth)
-        maze = Maze(self.lattice, self.bus, Ground(self.front, tail.funnel, self.breadth, tail.half_width))
+        board, tail = self.board, self.tail
+        laid = Obstacles(board.spec.fpc.rules, board.bus.spacing, board.breadth)
+        maze = Maze(self.lattice, board.bus, Ground(board.front, tail.funnel, board.breadth, tail.half_width))
         escapes: dict[int, Escape] = {}
         for index in order:
-            if self.patience.is_spent:
+            if board.patience.is_spent:
                 return Stuck(index)
-            self.patience.left -= TRIALS_OF_A_WAVE
-            lane = self.lanes[index]
-            entry = Point(tail.funnel, pair_height(spec, tail, lane))
-            around = Surroundings(spec, self.bus, lane.placement, self.breadth)
+            board.patience.left -= TRIALS_OF_A_WAVE
+            lane = board.lanes[index]
+            entry = Point(tail.funnel, pair_height(board.spec, tail, lane))
             choices = islice(maze.exits(lane.placement, entry), TRIED)
             shortest = next(choices, None)
             if shortest is None:
                 return Stuck(index, walled=True)
-            found = _lead_out(around, self.wound, index, chain([shortest], choices), board, self.patience, first=True)
+            found = _lead_out(board, index, chain([shortest], choices), laid, first=True)
             if found is None:
                 return Stuck(index)
             for branch in found.branches:
-                board.add(branch.tracks, branch.holes)
+                laid.add(branch.tracks, branch.holes)
                 maze.add(branch.tracks, branch.holes)
             escapes[index] = found
         return escapes

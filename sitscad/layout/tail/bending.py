@@ -139,6 +139,7 @@ def _askew(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:
 
 
 def _steps(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:
+    """Places inside the zone (x from and to, m) where a track's width changes."""
     widths: dict[tuple[int, int, int], float] = {}
     for trace in layout.traces:
         for end in (trace.path.start, trace.path.end):

@@ -92,6 +92,7 @@ def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, ways: tuple[De
 
 
 def _stacked_run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
+    """A conductor of a pair whose two run above each other, from the funnel to its contact."""
     neck, middle = _neck(bus, tail, way, end), way.height
     height = _track_height(tail, number)
     pad = _contact(tail, lane, number, end)

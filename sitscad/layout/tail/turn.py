@@ -78,6 +78,7 @@ class Course:
         return next((s for s in reversed(self.stretches) if x >= s.begin), self.stretches[0])
 
     def _segments(self, segment: Segment) -> Iterator[Segment]:
+        """A segment's pieces after the turn, one a stretch of the tail."""
         low, _, high, _ = segment.box
         cuts = [s.begin for s in self.stretches if low + _SAME < s.begin < high - _SAME]
         if isinstance(segment, Arc) or not cuts:
@@ -90,6 +91,7 @@ class Course:
             yield self._moved(Line(Point(a, segment.start.y), Point(b, segment.start.y)), self._at((a + b) / 2))
 
     def _moved(self, segment: Segment, stretch: Stretch) -> Segment:
+        """A segment that lies in one stretch, after the turn; ValueError for one that does not run along the tail."""
         start, end = stretch.place(segment.start), stretch.place(segment.end)
         if isinstance(segment, Arc):
             if stretch.radius is not None:

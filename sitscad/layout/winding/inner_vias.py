@@ -106,7 +106,7 @@ def place_inner_vias(
     room = _StubRoom(copper, ways, width + spacing, width + min(turn_spacing, rules.trace_spacing))
     options = [_Candidates(ends, places, room, hole) for ends in joins]
     found = _at_once(options, rules, spacing, width) or _choose([o.few for o in options], rules, spacing, width)
-    if found is not None or not _holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
+    if found is not None or not holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
         return found
     return _choose([_spread_out(list(option)) for option in options], rules, spacing, width)
 
@@ -241,6 +241,7 @@ def _stub(end: InnerEnd, place: Point, room: _StubRoom) -> Path | None:
 
 
 def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
+    """Ways from an inner end to a hole: straight, or round one corner."""
     dx, dy = place.x - end.point.x, place.y - end.point.y
     back = dx * end.back[0] + dy * end.back[1]
     if back <= SHARPEST * math.hypot(dx, dy):
@@ -289,6 +290,7 @@ class _Candidates:
         return near + list(self._at(rest[::stride]))
 
     def _at(self, order: range) -> Iterator[InnerJoin]:
+        """The joins at places of that order, worked out once each."""
         for index in order:
             if index not in self._known:
                 self._known[index] = self._join(Point(*self._places[index].tolist()))
@@ -327,13 +329,13 @@ def _spread_out(candidates: list[InnerJoin]) -> list[InnerJoin]:
     return first + rest[::stride]
 
 
-def _holes_fit(places: Array, count: int, apart: float) -> bool:
+def holes_fit(places: Array, count: int, apart: float) -> bool:
     """Whether so many holes may find room at the places, whatever their stubs: False is certain."""
     if len(places) < count:
         return False
     far = _sets(np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) >= apart - 1e-9)
     pairs = {(i, j): far for i in range(count) for j in range(i + 1, count)}
-    found, is_certain = _one_of_each([len(places)] * count, pairs)
+    found, is_certain = one_of_each([len(places)] * count, pairs)
     return found is not None or not is_certain
 
 
@@ -349,11 +351,11 @@ def _choose(
         for i in range(count)
         for j in range(i + 1, count)
     }
-    chosen, _ = _one_of_each([len(each) for each in candidates], apart)
+    chosen, _ = one_of_each([len(each) for each in candidates], apart)
     return None if chosen is None else tuple(each[k] for each, k in zip(candidates, chosen, strict=True))
 
 
-def _one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
+def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
     """One candidate of each join that leave one another room, and whether that is certain: the search has ended.
 
     `apart` are, for two joins and a candidate of the first, those of the second that it leaves room.
@@ -361,6 +363,7 @@ def _one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) 
     count, trials = len(sizes), 0
 
     def search(join: int, left: list[int]) -> list[int] | None:
+        """Numbers of candidates, one a join, that keep clear of each other; None where none do."""
         nonlocal trials
         options = left[join]
         while options and trials < TRIALS:

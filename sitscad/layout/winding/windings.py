@@ -21,7 +21,7 @@ def wind_coil(spec: SensorSpec, placement: CoilPlacement) -> tuple[Winding, ...]
 
 @lru_cache(maxsize=16)
 def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float) -> tuple[Winding, ...]:
-    # About the origin: the coils of an array differ in their places alone.
+    """The windings of a coil about the origin: the coils of an array differ in their places alone."""
     sense = -1 if coil.clockwise else 1
     sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
     angle = coil.outline.start(coil.start_angle, sense)

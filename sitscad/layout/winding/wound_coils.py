@@ -43,6 +43,7 @@ def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
 def _joined_inside(
     spec: SensorSpec, bus: Bus, placement: CoilPlacement
 ) -> tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]:
+    """The joins of a coil's layers inside it, and what found no room."""
     coil, rules, centre = spec.coil, spec.fpc.rules, Point(0.0, 0.0)
     windings = wind_coil(spec, replace(placement, centre=centre))
     if len(windings) % 2 and _way_out_layer(spec) is None:

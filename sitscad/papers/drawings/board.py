@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import groupby
 
 from sitscad.drawing.coil_outline import coil_extent, coil_outline
 from sitscad.drawing.drill_symbols import SYMBOLS
@@ -100,9 +101,9 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     x0, y0, x1, y1 = bounding_box([layout.outline])
     _zones(sheet, layout, view)
     _bend_taken(sheet, layout, view)
-    _copper(sheet, layout, view, x1)
-    sheet.draw(view.path(layout.outline), THICK)
-    _marks(sheet, layout, view)
+    _copper(sheet, layout, view, x1, "drawing")
+    sheet.draw(view.path(layout.outline), THICK, name="drawing-outline")
+    _marks(sheet, layout, view, "drawing")
     low, high = view.y(y0), view.y(y1)
     ordinates_x(sheet, view, list(_stations(layout)), low, low - 7.0)
     tail = _tail_reach(layout)
@@ -156,9 +157,9 @@ def _detail(sheet: Sheet, layout: Layout, view: View) -> None:
     """The body alone: what lies beyond it is cut off."""
     x0, y0, x1, y1 = layout.body
     limit = x1 + 0.05 * (x1 - x0)
-    _copper(sheet, layout, view, limit)
-    sheet.draw([view.path(piece) for piece in _until(layout.outline, limit)], THICK)
-    _marks(sheet, layout, view, limit)
+    _copper(sheet, layout, view, limit, "drawing-body")
+    sheet.draw([view.path(piece) for piece in _until(layout.outline, limit)], THICK, name="drawing-body-outline")
+    _marks(sheet, layout, view, "drawing-body", limit)
     sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
     for coil in layout.coils:
         _name(sheet, layout, view, coil)
@@ -240,20 +241,23 @@ def _bend_words(bend: Bend, room: float) -> tuple[str, ...]:
     return (one,) if text_width(one, 2.3) < room else (words, radius)
 
 
-def _copper(sheet: Sheet, layout: Layout, view: View, limit: float) -> None:
-    """The top layer's tracks as they are, up to a limit along x, and all contacts."""
-    for trace in layout.on_layer(1):
-        pieces = [view.path(piece) for piece in _until(trace.path, limit)]
-        if pieces:
-            sheet.draw(pieces, Pen(view.length(trace.width), COPPER))
-    areas = [drop.outline for drop in layout.teardrops if drop.layer == 1]
-    for area in (*areas, *(circle(via.centre, via.pad / 2) for via in layout.vias)):
+def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -> None:
+    """The top layer's tracks as they are, up to a limit along x, and all contacts; `name` begins every id."""
+    for net, traces in groupby(layout.on_layer(1), key=lambda trace: trace.net):
+        with sheet.group(f"{name}-copper-1-net-{net}", kind=f"net-{net}"):
+            for trace in traces:
+                pieces = [view.path(piece) for piece in _until(trace.path, limit)]
+                if pieces:
+                    sheet.draw(pieces, Pen(view.length(trace.width), COPPER))
+    areas = [(drop.outline, drop.net) for drop in layout.teardrops if drop.layer == 1]
+    for area, net in (*areas, *((circle(via.centre, via.pad / 2), via.net) for via in layout.vias)):
         if (inside := area_inside(area, (-math.inf, -math.inf, limit, math.inf))) is not None:
-            sheet.draw(view.path(inside), None, COPPER)
+            sheet.draw(view.path(inside), None, COPPER, kind=f"net-{net}")
     for pad in layout.all_pads:
         (w, h), (x, y) = pad.size, pad.centre
         if x + w / 2 <= limit + 1e-9:
-            sheet.draw(view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)), THIN, CONTACT)
+            drawn = view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2))
+            sheet.draw(drawn, THIN, CONTACT, name=f"{name}-pad-{pad.reference}-{pad.number}", kind=f"net-{pad.net}")
     if limit >= bounding_box([layout.outline])[2] - 1e-9:
         _first_and_last(sheet, layout, view)
 
@@ -280,10 +284,10 @@ def _until(path: Path, limit: float) -> list[Path]:
     return parts_inside(path, (-math.inf, -math.inf, limit + 1e-9, math.inf))
 
 
-def _marks(sheet: Sheet, layout: Layout, view: View, limit: float = float("inf")) -> None:
+def _marks(sheet: Sheet, layout: Layout, view: View, name: str, limit: float = float("inf")) -> None:
     """Each coil's outer size and centre, the holes, and the origin of the coordinates."""
     for coil in layout.coils:
-        sheet.draw(view.path(coil_outline(layout.spec.coil, coil)), CHAIN)
+        sheet.draw(view.path(coil_outline(layout.spec.coil, coil)), CHAIN, name=f"{name}-coil-{coil.name}")
         x0, y0, x1, y1 = coil_extent(layout.spec.coil, coil)
         sheet.line(view.x(x0), view.y(coil.centre.y), view.x(x1), view.y(coil.centre.y), CHAIN)
         sheet.line(view.x(coil.centre.x), view.y(y0), view.x(coil.centre.x), view.y(y1), CHAIN)

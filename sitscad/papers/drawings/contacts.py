@@ -5,6 +5,7 @@ where each leads.
 from __future__ import annotations
 
 import math
+from itertools import groupby
 
 from sitscad.drawing.frame import (
     CHAIN,
@@ -74,20 +75,24 @@ def _shape(pad: Pad) -> Path:
 
 
 def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
-    for trace in layout.on_layer(1):
-        half = trace.width / 2
-        for piece in parts_inside(trace.path, (box[0] + half, box[1] + half, box[2] - half, box[3] - half)):
-            sheet.draw(view.path(piece), Pen(view.length(trace.width), COPPER))
-    areas = [drop.outline for drop in layout.teardrops if drop.layer == 1]
-    areas += [circle(via.centre, via.pad / 2) for via in layout.vias]
-    for area in areas:
+    """Draw what lies inside the box: copper, holes, openings, outline, dimensions."""
+    for net, traces in groupby(layout.on_layer(1), key=lambda trace: trace.net):
+        with sheet.group(f"contacts-copper-1-net-{net}", kind=f"net-{net}"):
+            for trace in traces:
+                half = trace.width / 2
+                for piece in parts_inside(trace.path, (box[0] + half, box[1] + half, box[2] - half, box[3] - half)):
+                    sheet.draw(view.path(piece), Pen(view.length(trace.width), COPPER))
+    areas = [(drop.outline, drop.net) for drop in layout.teardrops if drop.layer == 1]
+    areas += [(circle(via.centre, via.pad / 2), via.net) for via in layout.vias]
+    for area, net in areas:
         if (inside := area_inside(area, box)) is not None:
-            sheet.draw(view.path(inside), None, COPPER)
+            sheet.draw(view.path(inside), None, COPPER, kind=f"net-{net}")
     for via in layout.vias:
         if (inside := area_inside(circle(via.centre, via.drill / 2), box)) is not None:
             sheet.draw(view.path(inside), THIN, "#ffffff")
     for pad in layout.pads:
-        sheet.draw(view.path(_shape(pad)), THIN, CONTACT)
+        name = f"contacts-pad-{pad.reference}-{pad.number}"
+        sheet.draw(view.path(_shape(pad)), THIN, CONTACT, name=name, kind=f"net-{pad.net}")
     for opening in layout.top_openings:
         for piece in parts_inside(opening.outline, box):
             sheet.draw(view.path(piece), HIDDEN)

@@ -216,7 +216,8 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     ends = right - scale * 1e3 * (pivot - start), right - scale * 1e3 * (pivot - heel)
     span(sheet, (ends[0], y), (ends[1], y), mm(jaw.length))
     if jaw.hinge:
-        span(sheet, (ends[1], y), (right, y), mm(jaw.hinge))
+        beside = f", pivot {mm(abs(jaw.pivot_offset))} beside the middle" if jaw.pivot_offset else ""
+        span(sheet, (ends[1], y), (right, y), f"{mm(jaw.hinge)}{beside}")
     if not turn:
         words = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
         fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [words], TEXT)
@@ -231,9 +232,13 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
 def _side(
     sheet: Sheet, layout: Layout, jaw: Jaw, at: tuple[float, float], pivot: float, scale: float, turn: float
 ) -> None:
-    """Both jaws from the side, each turned by an angle (rad) about the pivot, which stands at a place on paper."""
-    layers = levels(column(layout))
-    middle = layers["opposing-jaw"][1].nominal / 2
+    """Both jaws from the side, each turned by an angle (rad) about the pivot, which stands before a place on paper or
+    beside it.
+    """
+    layers, offset = levels(column(layout)), jaw.pivot_offset
+    middle = layers["opposing-jaw"][1].nominal / 2 - offset
+    level_line = at[1]
+    at = at[0], at[1] - scale * 1e3 * offset
     x0, x1 = jaw_range(layout, jaw)
     body = layout.body[0], layout.body[2]
     plates = {piece.name: (piece.footprint.box[0], piece.footprint.box[2]) for piece in above_board(layout.spec)}
@@ -250,10 +255,10 @@ def _side(
     tail = rectangle(body[1] - pivot, level, min(0.0, x1 - pivot + 1e-3), level + 1e-6)
     sheet.draw(_turned(tail, turn, at, scale), Pen(0.35, COLOURS["board"]))
     for angle in sorted({turn, -turn}):
-        along = polyline([Point(x0 - pivot, 0.0), Point(0.0, 0.0)])
+        along = polyline([Point(x0 - pivot, offset), Point(0.0, offset)])
         sheet.draw(_turned(along, angle, at, scale), HIDDEN)
     sheet.draw(circle(Point(*at), 0.8), EDGE, "#ffffff")
-    sheet.line(at[0] - scale * 1e3 * (pivot - x0) - 4.0, at[1], at[0] + 4.0, at[1], CHAIN)
+    sheet.line(at[0] - scale * 1e3 * (pivot - x0) - 4.0, level_line, at[0] + 4.0, level_line, CHAIN)
 
 
 def _turned(path: Path, angle: float, at: tuple[float, float], scale: float) -> Path:
@@ -279,7 +284,9 @@ def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:
     else:
         yield "2. No glue line is counted: assembly.glue_line is zero."
     if closes.parallel_at >= 0.0:
-        yield f"3. The faces are parallel on tissue {mm(closes.parallel_at)} thick."
+        slide = closes.slide(0.0)
+        slides = f" From none to that they slide by {mm(abs(slide))} along each other." if slide else ""
+        yield f"3. The faces are parallel on tissue {mm(closes.parallel_at)} thick.{slides}"
     else:
         yield "3. The sensor is too thick for the faces ever to be parallel: they touch at the heel first."
     if jaw.source:

@@ -61,9 +61,10 @@ def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     sheet = new_sheet(panel.layout.spec, "panel", scale_text(scale), artwork, forced)
     view = placed((0.0, 0.0, *panel.size), scale, ROOM)
     width, height = panel.size
-    sheet.draw(view.path(rectangle(0.0, 0.0, width, height)), THICK)
-    for cut in panel.cuts:
-        sheet.draw(view.path(cut), Pen(0.25))
+    sheet.draw(view.path(rectangle(0.0, 0.0, width, height)), THICK, name="panel-outline")
+    with sheet.group("panel-cuts"):
+        for cut in panel.cuts:
+            sheet.draw(view.path(cut), Pen(0.25))
     _bridges(sheet, panel, view)
     _frame(sheet, panel, view)
     span(sheet, (view.x(0.0), view.y(height) + 6.0), (view.x(width), view.y(height) + 6.0), mm(width))
@@ -111,6 +112,7 @@ def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
 
 
 def _frame(sheet: Sheet, panel: Panel, view: View) -> None:
+    """The holes and fiducials of the frame."""
     for at in panel.tooling_holes:
         sheet.draw(view.path(circle(at, TOOLING_HOLE / 2)), THICK)
     for at in panel.fiducials:

@@ -65,9 +65,9 @@ def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
     """All layers with their captions, and a plated hole."""
     layers = layout.spec.fpc.stackup.layers
     middles, copper, y = [], [], TOP
-    for layer in layers:
+    for number, layer in enumerate(layers, 1):
         height = layer.thickness * scale
-        _bar(sheet, JOINT, y, BODY - JOINT, height, COLOURS[layer.kind])
+        _bar(sheet, JOINT, y, BODY - JOINT, height, COLOURS[layer.kind], f"stackup-layer-{number}")
         copper += [y, y - height] if layer.kind is LayerKind.COPPER else []
         middles.append(y - height / 2)
         y -= height
@@ -114,8 +114,8 @@ def _tail_section(sheet: Sheet, layout: Layout, scale: float) -> None:
     sheet.text((TAIL + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
 
 
-def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str) -> None:
-    sheet.draw(rectangle(x, top - height, x + width, top), THIN, fill)
+def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str, name: str = "") -> None:
+    sheet.draw(rectangle(x, top - height, x + width, top), THIN, fill, name)
 
 
 def _barrel(sheet: Sheet, top: float, height: float) -> None:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.gaussian_sum import GaussianSum, gaussian_sum
-from sitscad.physics.eddy.graded_line import PARITIES, GradedLine, LineIntegrals, graded_line
+from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, LineIntegrals, graded_line
+from sitscad.physics.eddy.interior import of_vacuum
 from sitscad.physics.eddy.skin import Skin
 from sitscad.physics.eddy.surface import made_definite
 from sitscad.physics.special.legendre import gauss
@@ -83,6 +84,13 @@ class BoxClass:
         start = sum(sizes[:across])
         return potential[start : start + sizes[across]].reshape(2, counts[a], counts[b], *potential.shape[1:])
 
+    @cached_property
+    def vacuum(self) -> Array:
+        """See `CurrentClass`."""
+        grams = [line.grams(parity) for line, parity in zip(self.lines, self.parity, strict=True)]
+        members = np.nonzero(_on_surface([len(mass) for mass, _ in grams]))
+        return MU0 * of_vacuum([(mass.real, slope.real) for mass, slope in grams], members)
+
     def depths(self, skin: Skin) -> ComplexArray:
         """See `CurrentClass`."""
         found = np.zeros(self.inductance.shape, dtype=complex)
@@ -138,6 +146,7 @@ class Box:
         integrals: Sequence[Mapping[int, LineIntegrals]],
         projections: Sequence[Mapping[int, tuple[Array, Array]]],
     ) -> BoxClass:
+        """One class of parity: its inductance matrix (H per unit functions) and what projects potentials on it."""
         own = [integrals[axis][parity[axis]] for axis in range(3)]
         sizes = [self.lines[axis].values[parity[axis]].shape[1] for axis in range(3)]
         numbers = _numbers(sizes)
@@ -160,7 +169,7 @@ class Box:
         return BoxClass(parity, self.lines, MU0 / (4.0 * math.pi) * inductance, numbers, used)
 
     def _of_faces(self, across: int, parity: Parity, gaussians: GaussianSum, own: Sequence[LineIntegrals]) -> Array:
-        # The two faces across an axis, each with itself and with the other.
+        """The two faces across an axis, each with itself and with the other."""
         a, b = ACROSS[across]
         other = np.exp(-((2.0 * self.lines[across].half * gaussians.scales) ** 2))
         weights = 2.0 * gaussians.weights * (1.0 - parity[across] * other)
@@ -170,23 +179,30 @@ class Box:
         return np.asarray(found + 2.0 * gaussians.tail * nearest.real)
 
 
-def box(size: tuple[float, float, float], first: float, widest: float, counts: tuple[int, int, int]) -> Box:
+def box(
+    size: tuple[float, float, float], first: float, widest: float, counts: tuple[int, int, int], finer: int = FINER
+) -> Box:
     """A box of that size along x, y and z (m), knots `first` apart at edges and `widest` in faces (m), and how many
-    points fields are taken at along its edges.
+    points fields are taken at along its edges; `finer` as in `graded_line`.
     """
     through = min(first, 0.22 * size[THICKNESS]), max(0.25 * size[THICKNESS], first)
     steps = (first, widest), (first, widest), through
-    lines = tuple(graded_line(0.5 * length, *step) for length, step in zip(size, steps, strict=True))
+    lines = tuple(graded_line(0.5 * length, *step, finer) for length, step in zip(size, steps, strict=True))
     return Box(lines, counts)
 
 
 def _numbers(sizes: Sequence[int]) -> tuple[Index, ...]:
     # Functions that are not 0 on the surface: those with the last one along at least one axis.
-    kept = np.zeros(sizes, dtype=bool)
-    kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
+    kept = _on_surface(sizes)
     number = np.full(sizes, -1)
     number[kept] = np.arange(np.count_nonzero(kept))
     return number[-1], number[:, -1], number[:, :, -1]
+
+
+def _on_surface(sizes: Sequence[int]) -> NDArray[np.bool_]:
+    kept = np.zeros(sizes, dtype=bool)
+    kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
+    return kept
 
 
 def _with_axis(numbers: Index, first: int, across: int) -> Index:

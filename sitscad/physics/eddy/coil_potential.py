@@ -133,6 +133,7 @@ def coil_potential(
 
 def _octave(rising: ComplexArray, side: float, lowest: float, top: float, dipoles: Sequence[_Dipole],
             number: int) -> _Octave:  # fmt: skip
+    """A coil's potential on grids over one octave of heights, without the dipoles that repeat beyond the grid."""
     count = max(2 * math.ceil(0.5 * rising.shape[0] / 2**number), 64)
     waves = _cropped(rising, min(count, rising.shape[0]))
     count, spacing = waves.shape[0], side / waves.shape[0]
@@ -177,7 +178,7 @@ def _spread_spectrum(track: PolylineTrack, count: int, spacing: float) -> Comple
 
 
 def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
-    # Gauss points of pieces no longer than the spacing, and current times length (x + i y) of each.
+    """Gauss points of pieces no longer than the spacing, and current times length (x + i y) of each."""
     sides = np.diff(corners, axis=0)
     counts = np.ceil(np.hypot(*sides.T) / spacing).astype(np.intp)
     owner = np.repeat(np.arange(len(sides)), counts)
@@ -201,6 +202,7 @@ def _spline(x: Array) -> tuple[Index, Array]:
 
 
 def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
+    """The potential at points (n, 2) and heights (n,), by cubic splines on the grids."""
     count = octave.values.shape[1]
     (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
     level = np.log2(height / octave.lowest) * LEVELS + 1.0
@@ -224,6 +226,7 @@ def _cubic(t: Array) -> Array:
 
 
 def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float, direct: bool) -> tuple[_Dipole, ...]:
+    """The coil as dipoles, and its image below the floor."""
     areas, ends = [], []
     for track in tracks:
         x, y = track.corners.T

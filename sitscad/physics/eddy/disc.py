@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.graded_line import PARITIES, GradedLine, graded_line, interpolation
+from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, graded_line, interpolation
+from sitscad.physics.eddy.interior import of_vacuum
 from sitscad.physics.eddy.skin import Skin
 from sitscad.physics.eddy.surface import made_definite
 from sitscad.physics.eddy.toroidal import toroidal
@@ -57,6 +58,7 @@ class Meridian:
 
 
 def _meridian(face: GradedLine, wall: GradedLine) -> Meridian:
+    """Gauss points of half the disc's section, from the axis over the face down the wall."""
     radii, heights = face.nodes[face.nodes.size // 2 :], wall.nodes[wall.nodes.size // 2 :]
     top = np.stack([radii, np.full_like(radii, wall.half)], axis=1)
     side = np.stack([np.full_like(heights, face.half), heights], axis=1)[::-1]
@@ -95,7 +97,7 @@ class DiscClass:
 
     @cached_property
     def _linkage(self) -> Array:
-        # What a potential at the points (points, 3, n) drives: along the radius, round the axis, and up the wall.
+        """What a potential at the points (points, 3, n) drives: along the radius, round the axis, and up the wall."""
         disc, shape = self.disc, self.disc.meridian
         on_face = shape.on_face
         radius, weight = shape.places[on_face, 0], shape.weights[on_face]
@@ -120,6 +122,16 @@ class DiscClass:
                 - np.einsum("zn,ac->zacn", up_wall, turned[:, None] * upwards))  # fmt: skip
         flat = top.reshape(-1, 3, top.shape[-1])
         return np.concatenate([flat, -self.parity * flat, side.reshape(-1, 3, side.shape[-1])])
+
+    @cached_property
+    def vacuum(self) -> Array:
+        """See `CurrentClass`."""
+        around = 2.0 * math.pi if self.order == 0 else math.pi
+        mass, slope = self.disc.wall.grams(self.parity)
+        radial, along = self.disc.radial_grams(self.order)
+        last, inner = len(radial) - 1, np.arange(len(mass) - 1)
+        members = (np.r_[: last + 1, np.full(inner.size, last)], np.r_[np.full(last + 1, len(mass) - 1), inner])
+        return MU0 * around * of_vacuum([(radial, along), (mass.real, slope.real)], members)
 
     def depths(self, skin: Skin) -> ComplexArray:
         """See `CurrentClass`."""
@@ -177,12 +189,29 @@ class Disc:
                 found += [DiscClass(order, parity, phase, self, inductance, values, slopes) for phase in phases]
         return tuple(found)
 
+    def _radial(self, order: int) -> tuple[Array, Array]:
+        """Radii of the nodes, and values there; near the axis like rho^m, or rho^2 and rho^3 beyond that."""
+        middle = self.face.nodes.size // 2
+        radii, values = self.face.nodes[middle:], self.face.values[1 if order == 0 else -1][middle:]
+        return radii, values if order < 2 else values * (radii[:, None] / self.face.half) ** (1 + order % 2)
+
+    def radial_grams(self, order: int) -> tuple[Array, Array]:
+        """Integrals over the radius, times it, of products of functions and of their gradients (n, n)."""
+        radii, nodes = self._radial(order)
+        at, share = gauss(4)
+        steps = np.diff(radii)
+        rho = radii[:-1, None] + 0.5 * steps[:, None] * (1.0 + at)
+        weight = 0.5 * steps[:, None] * share * rho
+        part = (0.5 * (1.0 + at))[:, None]
+        values = nodes[:-1, None] * (1.0 - part) + nodes[1:, None] * part
+        slopes = np.diff(nodes, axis=0) / steps[:, None]
+        mass = np.einsum("eqi,eq,eqj->ij", values, weight, values, optimize=True)
+        turning = np.einsum("eqi,eq,eqj->ij", values, weight * (order / rho) ** 2, values, optimize=True)
+        return mass, (slopes * weight.sum(axis=1)[:, None]).T @ slopes + turning
+
     def _functions(self, order: int, parity: int) -> tuple[Array, Array]:
-        # Values and slopes along the meridian at its points; near the axis like rho^m, or rho^2 and rho^3 beyond that.
-        radii = self.face.nodes[self.face.nodes.size // 2 :]
-        face = self.face.values[1 if order == 0 else -1][self.face.nodes.size // 2 :]
-        if order > 1:
-            face = face * (radii[:, None] / self.face.half) ** (1 + order % 2)
+        """Values and slopes along the meridian at its points."""
+        face = self._radial(order)[1]
         wall = self.wall.values[parity][self.wall.nodes.size // 2 :][::-1]
         joined = face.shape[1] - 1
         nodes = np.zeros((len(face) + len(wall) - 1, joined + wall.shape[1]))
@@ -197,7 +226,7 @@ class Disc:
     def _inductance(
         self, order: int, parity: int, same: Array, other: Array, values: Array, slopes: Array
     ) -> Array:  # fmt: skip
-        # Currents along x +- i y have the orders m +- 1.
+        """Currents along x +- i y have the orders m +- 1."""
         radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
         out, up = np.where(on_face, order * values, 0.0), np.where(on_face, 0.0, order * values)
         more, less = slopes * radius - out, slopes * radius + out
@@ -210,11 +239,12 @@ class Disc:
 
 
 def disc(
-    diameter: float, thickness: float, first: float, widest: float, counts: tuple[int, int], orders: int
+    diameter: float, thickness: float, first: float, widest: float, counts: tuple[int, int], orders: int,
+    finer: int = FINER,
 ) -> Disc:  # fmt: skip
     """A disc of that diameter and thickness (m); see `box` and `Disc`."""
-    face = graded_line(0.5 * diameter, first, widest)
-    wall = graded_line(0.5 * thickness, min(first, 0.22 * thickness), max(0.25 * thickness, first))
+    face = graded_line(0.5 * diameter, first, widest, finer)
+    wall = graded_line(0.5 * thickness, min(first, 0.22 * thickness), max(0.25 * thickness, first), finer)
     return Disc(face, wall, counts, orders)
 
 

@@ -56,7 +56,7 @@ _ERF = np.frompyfunc(math.erf, 1, 1)
 
 
 def error_function(x: Array) -> Array:
-    """Erf of every element."""
+    """Erf (without a unit) of every element, 1 where it is that to rounding."""
     found = np.sign(x)
     near = np.abs(x) < 6.0
     found[near] = _ERF(x[near])

@@ -23,6 +23,9 @@ ComplexArray = NDArray[np.complex128]
 RATIO, FINER, DEGREE = 1.7, 4, 3
 """Growth of knot distances from the ends inwards, nodes for each of them, degree of the splines."""
 
+FINEST = 8
+"""Nodes for each of them where currents nearly cancel what the body leads, as in thin magnets: ten times less error."""
+
 PARITIES = (1, -1)
 
 
@@ -109,10 +112,10 @@ def interpolation(count: int, places: Array) -> Array:
     return np.asarray(legendre(count - 1, places) @ to_legendre)
 
 
-def graded_line(half: float, first: float, widest: float) -> GradedLine:
-    """The line from -half to half; knots `first` apart at the ends, `widest` in the middle (m)."""
+def graded_line(half: float, first: float, widest: float, finer: int = FINER) -> GradedLine:
+    """The line from -half to half; knots `first` apart at the ends, `widest` in the middle (m), `finer` nodes each."""
     knots = _knots(half, first, widest)
-    pieces = [np.linspace(a, b, FINER + 1)[:-1] for a, b in pairwise(knots)]
+    pieces = [np.linspace(a, b, finer + 1)[:-1] for a, b in pairwise(knots)]
     nodes = np.concatenate([*pieces, [half]])
     nodes = 0.5 * (nodes - nodes[::-1])
     splines = _splines(knots, nodes)
@@ -126,6 +129,7 @@ def graded_line(half: float, first: float, widest: float) -> GradedLine:
 
 
 def _knots(half: float, first: float, widest: float) -> Array:
+    """Knots from -half to half (m), the first step from each end given, none wider than `widest`."""
     steps: list[float] = []
     while sum(steps) < half:
         steps.append(min(first * RATIO ** len(steps), widest))
@@ -135,7 +139,7 @@ def _knots(half: float, first: float, widest: float) -> Array:
 
 
 def _splines(knots: Array, x: Array) -> Array:
-    # Cox and de Boor's recursion, the end knots repeated.
+    """Cox and de Boor's recursion, the end knots repeated."""
     t = np.concatenate([[knots[0]] * DEGREE, knots, [knots[-1]] * DEGREE])
     found = ((x[:, None] >= t[:-1]) & (x[:, None] < t[1:])).astype(float)
     found[x == knots[-1], np.nonzero(t[:-1] < t[1:])[0][-1]] = 1.0

@@ -33,6 +33,10 @@ class CurrentClass(Protocol):
         It is also the current (A m) at every point that stands for a combination seen from afar.
         """
 
+    @property
+    def vacuum(self) -> Array:
+        """Energies of the functions as potentials of vacuum within the body (`interior.of_vacuum`), times mu0 (H)."""
+
     def depths(self, skin: Skin) -> ComplexArray:
         """Their impedance over j omega (H), (n, n): mu0 times the skin's complex depths, of products of currents."""
 

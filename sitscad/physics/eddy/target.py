@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from sitscad.physics.eddy.coil_potential import CoilPotential
 from sitscad.physics.eddy.image import ImageModes, Mirror, combined
+from sitscad.physics.eddy.interior import through_magnet
 from sitscad.physics.eddy.skin import Skin
-from sitscad.physics.eddy.surface import Surface
+from sitscad.physics.eddy.surface import CurrentClass, Surface
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -46,7 +47,7 @@ class SolvedTarget:
         return changes_at([self], turns, places, coils, centres)[0]
 
     def _changes(self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int]) -> ComplexArray:
-        # From what the coils drive of every class, and what the image couples in every pose.
+        """From what the coils drive of every class, and what the image couples in every pose."""
         total = np.zeros((*shape, shape[1]), dtype=complex)
         responses = []
         for drive, answer in zip(linked, self.answers, strict=True):
@@ -62,7 +63,7 @@ class SolvedTarget:
         return total
 
     def _potential(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> Array:
-        # Of every coil in every pose, in the target's own directions: (points, 3, poses * coils).
+        """Of every coil in every pose, in the target's own directions: (points, 3, poses * coils)."""
         local = self.surface.points - np.array([0.0, 0.0, self.near_face])
         points = np.einsum("pij,nj->pni", turns, local) + places[:, None]
         flat = np.empty((len(places), len(centres), len(local)), dtype=complex)
@@ -101,12 +102,18 @@ def solve(
     surface: Surface, near_face: float, skin: Skin, mirror: Mirror | None = None, images: ImageModes | None = None
 ) -> SolvedTarget:
     """The target's currents at the frequency of a skin."""
-    answers = tuple(np.linalg.inv(one.inductance + one.depths(skin)).astype(complex) for one in surface.classes)
+    answers = tuple(np.linalg.inv(one.inductance + _material(one, skin)).astype(complex) for one in surface.classes)
     if mirror is None or images is None:
         return SolvedTarget(surface, near_face, answers)
     driven = [(answer @ one).astype(complex) for answer, one in zip(answers, images.within, strict=True)]
     among = combined(driven, images.within)
     return SolvedTarget(surface, near_face, answers, mirror, images, among)
+
+
+def _material(one: CurrentClass, skin: Skin) -> ComplexArray:
+    """What the body's material adds to the inductances of a class (H)."""
+    depths = one.depths(skin)
+    return depths if skin.permeability == 1.0 else through_magnet(depths, one.vacuum, skin)
 
 
 def turned(angles: Array) -> Array:

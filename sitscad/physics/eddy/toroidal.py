@@ -30,7 +30,7 @@ def toroidal(excess: Array, order: int) -> Array:
 
 
 def _elliptic(complement: Array) -> tuple[Array, Array]:
-    # K and E by the arithmetic-geometric mean, from the complementary modulus.
+    """K and E by the arithmetic-geometric mean, from the complementary modulus."""
     a, b = np.ones_like(complement), complement
     total, weight = 0.5 * (1.0 - complement**2), 1.0
     for _ in range(8):
@@ -51,7 +51,7 @@ def _upwards(x: Array, lowest: Array, next_one: Array, order: int) -> Array:
 
 
 def _downwards(x: Array, lowest: Array, order: int) -> Array:
-    # Ratios of one order to the one below, from far beyond: no number grows too large.
+    """Ratios of one order to the one below, from far beyond: no number grows too large."""
     found, ratio = np.empty((order + 1, x.size)), np.zeros_like(x)
     for n in range(order + BEYOND, 0, -1):
         ratio = (n - 0.5) / (2 * n * x - (n + 0.5) * ratio)

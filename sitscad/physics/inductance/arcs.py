@@ -56,7 +56,9 @@ def _plain(count: int) -> Rule:
 
 
 def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, Array]:
-    # At a rule's p shares of m arcs, for k strands: points (m, k, p, 2), unit tangents (m, 1, p, 2), lengths (m, k, p).
+    """At a rule's p shares of m arcs, for k strands: points (m, k, p, 2), unit tangents (m, 1, p, 2), lengths (m, k,
+    p).
+    """
     t, weights = rule
     radius = arcs[:, 2, None] - arcs[:, 4, None] * offsets
     azimuth = arcs[:, 3, None] + (arcs[:, 4] * arcs[:, 5])[:, None] * t
@@ -125,6 +127,7 @@ def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> 
 
 
 def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bundle, rule: Rule) -> float:
+    """Sum of t1.t2 / distance (m) over pairs of arcs and sides: Neumann's inner integral over the side is closed."""
     where, tangent, length = _arc_points(arcs[pairs.first], strands.offsets[0], rule)
     start, end = strands.ends(other, pairs.second, 1)
     t = directions(other.ends[pairs.second] - other.starts[pairs.second])[:, None, :]
@@ -160,7 +163,7 @@ def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> f
 
 
 def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[NDArray[np.bool_], ...]:
-    # Which pairs are far, and to which one of METHODS the others go.
+    """Which pairs are far, and to which one of METHODS the others go."""
     a, b = one.arcs[pairs.first], other.arcs[pairs.second]
     apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
     low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))
@@ -184,7 +187,7 @@ def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[NDArray[np.bool_], 
 
 
 def _distances(a: Array, b: Array) -> Array:
-    # Least distances (m) of pairs of arcs (n, 6), as their samples have it.
+    """Least distances (m) of pairs of arcs (n, 6), as their samples have it."""
     one, other = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
     found = np.empty(len(a))
     for k in range(0, len(a), 500):
@@ -194,7 +197,7 @@ def _distances(a: Array, b: Array) -> Array:
 
 
 def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | None = None) -> float:
-    # Arcs about centres well apart, on one layer: they meet at most at their ends, where points are crowded on both.
+    """Sum over pairs of arcs about centres well apart (m), points crowded at the ends where they may meet."""
     rule, middle = rule or _crowded(10), np.zeros(1)
     p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
     x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
@@ -219,7 +222,7 @@ def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule
 
 
 def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float:
-    # Only the difference of azimuth v matters: (angle - v) is how much of the arcs has it.
+    """Sum over pairs of arcs about one centre (m): only the difference of azimuths matters."""
     r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
     r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
     angle = a[:, 5, None, None]
@@ -240,7 +243,7 @@ def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float
 
 
 def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | None = None) -> float:
-    # Points of the one in the closed-graded inner integral over the other, at any distance.
+    """Sum over the other pairs of arcs (m): points of the one in the graded inner integral over the other."""
     where, tangent, length = _arc_points(a, strands.offsets[0], rule or _crowded(20))
     b = b[:, :, None, None]
     radius = b[:, 2] - b[:, 4] * strands.offsets[1][:, None]
@@ -276,7 +279,9 @@ class _Turned:
     away: Array
 
     def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
-        # From the nearest azimuth to an edge, of tangents' product over distance, at points graded by `scale` (rad).
+        """From the nearest azimuth to an edge, of tangents' product over distance, at points graded by `scale`
+        (rad).
+        """
         nodes, weights = gauss(8)
         reach = np.arcsinh(edge / scale)
         v = scale * np.sinh(0.5 * reach * (1.0 + nodes))

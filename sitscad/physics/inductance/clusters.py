@@ -164,7 +164,7 @@ def _gap(one: Cluster, other: Cluster) -> float:
 
 
 def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:
-    # Points that stand for pairs of clusters, and how far (m) these are apart at least.
+    """Points that stand for pairs of clusters, and how far (m) these are apart at least."""
     size, other_size, gap = float(one.half.max()), float(other.half.max()), _gap(one, other)
     if gap >= APART * max(size, other_size, 1e-300):
         return [(one.seen, other.seen, gap)]

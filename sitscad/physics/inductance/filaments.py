@@ -76,6 +76,7 @@ def _twice(u: Array, rho: Array) -> Array:
 
 
 def _parallel_far(length: Array, start: Array, end: Array, square: Array) -> Array:
+    """Integral of 1 / distance (m) of parallel sides that are far from each other, by 4 x 4 Gauss points."""
     nodes, weights = gauss(4)
     u = 0.5 * length[..., None, None] * (1.0 + nodes[:, None])
     v = 0.5 * (start + end)[..., None, None] + 0.5 * (end - start)[..., None, None] * nodes
@@ -171,6 +172,7 @@ def _directions(p: Segments) -> tuple[Array, Array]:
 
 
 def _segments_mutual(p: Segments, q: Segments, height: float, clearance: Array) -> float:
+    """Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined."""
     t, lengths = _directions(p)
     other, _ = _directions(q)
     parallel = np.abs(t[:, :1] * other[:, 1] - t[:, 1:] * other[:, 0]) < 1e-9
@@ -197,6 +199,7 @@ def _parallel_sides(
 def _inclined_sides(
     p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, height: float, clearance: Array
 ) -> Array:
+    """Mutual inductance over cosine (H) of pairs of inclined sides: Campbell's closed form in `inclined_integral`."""
     own = (p[1][i] - p[0][i]) / lengths[:, None]
     sine, cosine = own[:, 0] * axis[:, 1] - own[:, 1] * axis[:, 0], np.sum(own * axis, axis=1)
     away = q[0][j] - p[0][i]

@@ -20,8 +20,9 @@ def nodes_enough(squares: Array, apart: Array) -> Index:
     low, high = float(squares[0]), float(squares[-1])
     if high <= low:
         return np.ones(apart.shape, dtype=np.intp)
-    beyond = 2.0 * (np.maximum(apart, 0.0) ** 2 + low) / (high - low)
-    return np.minimum(np.ceil(-RIGHT / np.arccosh(1.0 + np.maximum(beyond, 1e-12))), squares.size).astype(np.intp)
+    beyond = 2.0 * (np.maximum(apart, 0.0) ** 2 + low) / max(high - low, 1e-300)
+    count = np.ceil(-RIGHT / np.arccosh(1.0 + np.maximum(beyond, 1e-12)))
+    return np.clip(count, 1, squares.size).astype(np.intp)
 
 
 def height_nodes(squares: Array, count: int) -> tuple[Array, Array]:

@@ -85,7 +85,9 @@ def level_heights(height: float, thicknesses: tuple[float, float], levels: int) 
 
 
 def _solved_clearance(squares: Array, share: Array, wanted: Array) -> Array:
-    # The mean of ln(a + c) is concave in c: Newton's method started left of the root approaches it from the left.
+    """The clearance c with which the mean of ln(a + c) is right: concave in c, so Newton's method comes from
+    the left.
+    """
     smallest = squares.min(axis=-1)
     clearance = np.maximum(-0.5 * smallest, np.exp(np.minimum(wanted, 600.0)) * 1e-3 - smallest)
     start = np.sum(share * np.log(squares + clearance[..., None]), axis=-1)
@@ -100,7 +102,7 @@ def _solved_clearance(squares: Array, share: Array, wanted: Array) -> Array:
 
 
 def _series(zeta: NDArray[np.complex128], w: tuple[float, float], t: tuple[float, float]) -> Array:
-    # <Re ln(zeta + xi)> with xi = x - x' + i (z - z'): only even moments of xi survive.
+    """<Re ln(zeta + xi)> with xi = x - x' + i (z - z'): only even moments of xi survive."""
     moments = _even_moments(w, t)
     inverse = 1.0 / (zeta * zeta)
     total = np.zeros_like(zeta)
@@ -120,7 +122,8 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
 
 @lru_cache(maxsize=64)
 def _difference_moments(a: float, b: float) -> tuple[float, ...]:
-    # Even moments of the difference of two uniform variables of widths a and b.
+    """Even moments of the difference of two uniform variables of widths a and b."""
+
     def uniform(width: float, n: int) -> float:
         return (width / 2) ** (2 * n) / (2 * n + 1)
 
@@ -130,6 +133,7 @@ def _difference_moments(a: float, b: float) -> tuple[float, ...]:
 
 
 def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:
+    """Mean logarithm of distance of two rectangles: closed across, Gauss points over the heights."""
     heights, weights = _height_nodes(h, t)
     outer, inner = 0.5 * (w[0] + w[1]), 0.5 * abs(w[0] - w[1])
     x = d[..., None]
@@ -151,7 +155,9 @@ def _twice_integrated(x: Array, z: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
-    # Quadrature over the difference of two uniform heights: its density is a trapezium with corners at outer and inner.
+    """Quadrature over the difference of two uniform heights: its density is a trapezium with corners at outer and
+    inner.
+    """
     outer, inner = 0.5 * (t[0] + t[1]), 0.5 * abs(t[0] - t[1])
     if outer == 0.0:
         return np.array([max(h, 1e-12)]), np.array([1.0])

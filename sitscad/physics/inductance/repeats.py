@@ -75,7 +75,7 @@ def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
 
 
 def _sides(track: Track) -> tuple[Array, Array, Array]:
-    # Rows that a turn leaves alone, those of the mirror images, and directions (rad).
+    """Rows that a turn leaves alone, those of the mirror images, and directions (rad)."""
     step = track.ends - track.starts
     along = step / np.hypot(step[:, 0], step[:, 1])[:, None]
     left = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -90,6 +90,7 @@ def _sides(track: Track) -> tuple[Array, Array, Array]:
 
 
 def _arcs(track: Track) -> tuple[Array, Array, Array]:
+    """Rows that a turn leaves alone, those of the mirror images, and directions (rad), of arcs."""
     x, y, radius, start, way, angle = track.arcs.T
     middle = start + 0.5 * way * angle
     cosine, sine = np.cos(middle), np.sin(middle)
@@ -133,7 +134,7 @@ def distinct_pairs(
 def _counted(
     one: Kinds, other: Kinds, turns: Turns, layers: Sequence[tuple[int, int, float]]
 ) -> Iterator[tuple[Index, Index, Array]]:
-    # Numbers of pairs that differ, where one such pair stands in the table of all pairs, and how often it occurs.
+    """Numbers of pairs that differ, where one such pair stands in the table of all pairs, and how often it occurs."""
     for first, second, times in layers:
         rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
         size = max(1, AT_ONCE // max(1, columns.size))
@@ -146,7 +147,7 @@ def _counted(
 
 
 def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
-    # A number that pairs which lie alike share: the least of those of the pair, its mirror image, and both swapped.
+    """A number that pairs which lie alike share: the least of those of the pair, its mirror image, and both swapped."""
     angles = turns.opposite.size
     turn = turns.between[one.heading[i], other.heading[j]]
     back = turns.opposite[turn]
@@ -160,7 +161,7 @@ def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[
 
 
 def _tallied(codes: Index, space: int) -> tuple[Index, Index, Index]:
-    # What numbers there are, where one of each stands, and how many.
+    """What numbers there are, where one of each stands, and how many."""
     if space > SPACE:
         return np.unique(codes, return_index=True, return_counts=True)
     counts: Index = np.bincount(codes, minlength=space)

@@ -143,6 +143,7 @@ class Pieces:
         return np.hypot(away[..., 0], away[..., 1])
 
     def _from_curves(self, p: Array) -> Array:
+        """Distances (points, pieces; m) of points from pieces of spirals, radially or from their ends."""
         x, y, radius, azimuth, direction, angle, fall = self.rows.T
         dx, dy = p[..., 0] - x, p[..., 1] - y
         turned = direction * (np.arctan2(dy, dx) - azimuth) % (2.0 * math.pi)
@@ -174,7 +175,7 @@ def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
 
 
 def _plans(layers: Sequence[Array]) -> list[int]:
-    # The number of each layer's plan: every other layer repeats.
+    """The number of each layer's plan: every other layer repeats."""
     known: list[Array] = []
     found = []
     for layer in layers:
@@ -195,6 +196,7 @@ def _layers(plans: Sequence[int], layers: Sequence[Track | SpiralLayer]) -> Laye
 
 
 def _half_turns(layer: SpiralLayer) -> Array:
+    """A layer as rows of half turns: centre, radius (m), azimuth, direction, angle (rad) and fall (m/rad)."""
     count, slope = max(1, math.ceil(2.0 * layer.turns)), layer.pitch / (2.0 * math.pi)
     step = layer.span / count
     theta = step * np.arange(count)
@@ -232,6 +234,7 @@ def tracks_side_by_side(
 
 
 def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Pieces], others: Layers) -> SideBySide:
+    """Mutual inductance (H) of two windings that do not overlap, by Neumann's sum over parts."""
     outline, other_outline = _outline(first), _outline(second)
     parts = [_parts(pieces, other_outline) for pieces in first]
     other_parts = [_parts(pieces, outline) for pieces in second]
@@ -278,6 +281,7 @@ class _Parts:
 
 
 def _parts(own: Pieces, other: _Outline) -> _Parts:
+    """Pieces halved until each is short and straight against its distance from the other winding."""
     index = np.arange(len(own.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))
     kept, least = [], math.inf
@@ -312,7 +316,7 @@ def _strands(pieces: Pieces, away: Array) -> Index:
 
 
 def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
-    # The points of all strands.
+    """The points of all strands."""
     found = [
         _points(one, count, strands)
         for one in parts
@@ -323,7 +327,7 @@ def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
 
 
 def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Index]:
-    # Points (n, 2) of the parts that get so many, their elements (n, 2), and whose they are (n).
+    """Points (n, 2) of the parts that get so many, their elements (n, 2), and whose they are (n)."""
     chosen = (parts.counts == count) & (parts.strands == strands)
     index, low, step = parts.index[chosen], parts.low[chosen, None], parts.step[chosen, None]
     (nodes, weights), (across, shares) = gauss(count), gauss(strands)

@@ -87,6 +87,7 @@ def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
 
 
 def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
+    """Sum of t1.t2 / distance (m) over pairs of sides, those near each other by more strands."""
     near = side_distances(one, other, pairs) < NEAR * max(one.width, other.width)
     usual = _sum(
         one, other, pairs.where(~near), bundle(one, other, strands[0], _levels(one, other, strands[0], smooth))
@@ -98,6 +99,7 @@ def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smoo
 
 
 def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+    """The same with one bundle of strands: parallel sides and inclined ones."""
     t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
     sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
     parallel = np.abs(sine) < 1e-9
@@ -125,7 +127,7 @@ def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
 
 
 def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Array) -> Array:
-    # Least squared distances (n; m2) of both ends and the middle of one side from the other (all n, 2).
+    """Least squared distances (n; m2) of both ends and the middle of one side from the other (all n, 2)."""
     step = other_end - other_start
     length = np.hypot(step[:, 0], step[:, 1])
     tx, ty = step[:, 0] / length, step[:, 1] / length
@@ -140,7 +142,7 @@ def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Ar
 
 
 def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strands: Bundle) -> float:
-    # `along` (n, 2) are the first sides' directions.
+    """Sum over pairs of parallel sides (m); `along` (n, 2) are the first sides' directions."""
     away = other.starts[pairs.second] - one.starts[pairs.first]
     lateral = np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0])
     clearance = strands.clearance(lateral)[:, None, None]
@@ -158,7 +160,9 @@ def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strand
 
 
 def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle) -> float:
-    # Where tracks of two layers cross, the mean over their thicknesses leaves 1/distance as it is (to fourth order).
+    """Sum over pairs of inclined sides (m); over crossing tracks the mean of 1/distance needs no heights (to 4th
+    order).
+    """
     extra = np.zeros(pairs.first.size) if one.z != other.z else strands.clearance(side_distances(one, other, pairs))
     total = 0.0
     for part in strands.blocks(extra.size):

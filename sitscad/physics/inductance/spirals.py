@@ -98,8 +98,9 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
 
 
 def _likeness(a: SpiralLayer, b: SpiralLayer) -> tuple[object, ...]:
-    # Pairs that a rotation, a mirror or (of layers of as many turns) an exchange turns into each other have one
-    # inductance.
+    """A key that pairs share which a rotation, a mirror or an exchange turns into each other: one inductance
+    for all.
+    """
     turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
     sections = ((a.width, a.thickness), (b.width, b.thickness))
     alike = a.turns == b.turns
@@ -118,7 +119,7 @@ def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, A
 
 
 def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple[Array, Array, Array]:
-    # Panels of [low, high]: each belongs to the nearest centre, ends at it, half-way to the next, or at a cut.
+    """Panels of [low, high]: each belongs to the nearest centre, ends at it, half-way to the next, or at a cut."""
     edges = {low, high, *(c for c in cuts if low < c < high)}
     halves = np.concatenate([centres, centres - math.pi, centres + math.pi])
     edges.update(float(e) for e in halves if low < e < high)
@@ -130,6 +131,7 @@ def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple
 
 
 def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+    """Integral of Neumann's formula (in units of length `unit`) of two spirals that wind alike, over their angles."""
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
     span = max(spans)
@@ -174,8 +176,9 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
 
 
 def _beside(radius: Array, b: float, width: float, count: int) -> list[tuple[float, Array, Array, Array, Array]]:
-    # The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
-    # along radius and azimuth, how far out it lies, and how much longer it is than the centre line.
+    """The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
+    along radius and azimuth, how far out it lies, and how much longer it is than the centre line.
+    """
     speed = np.sqrt(radius**2 + b * b)
     curvature = (radius**2 + 2.0 * b * b) / speed**3
     found = []
@@ -201,6 +204,7 @@ def _inverse_distance(squared: Array, levels_apart: float) -> Array:
 
 
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+    """The same of two spirals that wind against each other, and so cross."""
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
     span = max(spans)

@@ -70,6 +70,7 @@ def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, in
 
 
 def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> float:
+    """The whole stack's inductance (H) by Neumann's formula, with what ends and corners add."""
     size = max(float(np.max(np.abs(x), initial=0.0)) for t in tracks for x in (t.starts, t.ends, t.arcs[:, :3]))
     scaled = [track.scaled(1.0 / size) for track in tracks]
     total = math.fsum(_sums(_stack(scaled, layers, strands)))
@@ -114,6 +115,7 @@ class _Stack:
 
 
 def _stack(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> _Stack:
+    """The relations of layers that are alike, each once, with the heights between them."""
     found: dict[tuple[float, ...], list[Layers]] = {}
     for i, j, times in layers:
         one, other = tracks[i], tracks[j]
@@ -129,7 +131,7 @@ def _stack(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int
 
 
 def _sums(stack: _Stack) -> Iterator[float]:
-    # Of t1.t2 / distance (m): sides with sides, arcs with arcs, arcs with sides.
+    """Of t1.t2 / distance (m): sides with sides, arcs with arcs, arcs with sides."""
     sides, arcs, turns = kinds(stack.tracks)
     smooth = stack.is_smooth
     if len(stack.whole.starts):
@@ -164,8 +166,9 @@ def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
 
 
 def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
-    # The distant ones, with how often they count at as few heights as their distance allows, their distances (m), and
-    # the squares of those heights (m2).
+    """The distant ones, with how often they count at as few heights as their distance allows, their distances (m), and
+    the squares of those heights (m2).
+    """
     beyond = apart >= stack.distant
     enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
     for count in np.unique(enough[beyond]).tolist():
@@ -176,6 +179,7 @@ def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs,
 
 
 def _bent_strands(one: Track, other: Track) -> int:
+    """How many strands the tracks of two layers get where they bend."""
     pieces = len(one.starts) + len(one.arcs)
     if one.z == other.z:
         return next((strands for most, strands in OWN if one is other and pieces <= most), 2)

@@ -65,6 +65,12 @@ class BentTrack:
     thickness: float
     z: float
 
+    @property
+    def length(self) -> float:
+        """Length of the centre line (m)."""
+        half = np.maximum(0.5 * np.abs(self.turns), 1e-9)
+        return float(np.sum(np.hypot(*(self.ends - self.starts).T) * half / np.sin(half)))
+
 
 @record(eq=False)
 class _Sides:
@@ -121,7 +127,7 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
                   steps: int, end: int | None) -> list[ProximityLoss]:  # fmt: skip
-    # With an `end` (0: where the current comes from, 1: where it goes), only that half of the sides is cut.
+    """Losses and inductance of a group of sides; with an `end` (0 or 1) only that half of the sides is cut."""
     if sides.curvature[index[0]]:
         return losses([_cut_system(sides, index, 0.5, 1.0, conductivity, modes, None)], steps)
     spans = sides.end[index] - sides.start[index]
@@ -147,6 +153,7 @@ def _crowded(count: int, scale: float) -> tuple[Array, Array]:
 
 
 def _sides(tracks: Sequence[BentTrack]) -> _Sides:
+    """All tracks as sides with lengths, curvatures and groups of directions."""
     rows, keys, block, few, number = [], [], [], [], 0
     known: list[tuple[float, int]] = []
     shapes: dict[bytes, list[Block]] = {}
@@ -179,8 +186,9 @@ Block = tuple[Array, float, float, float]
 
 
 def _blocks(track: BentTrack) -> Iterator[Block]:
-    # Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
-    # nodes, length (m), turn (rad), direction (rad).
+    """Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
+    nodes, length (m), turn (rad), direction (rad).
+    """
     first = 0
     while first < len(track.turns):
         last = first + 1
@@ -196,7 +204,7 @@ def _blocks(track: BentTrack) -> Iterator[Block]:
 
 
 def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    # The blocks of a run of arcs; one arc alone is alike in every turn of a polygon.
+    """The blocks of a run of arcs; one arc alone is alike in every turn of a polygon."""
     if len(turns) > 1:
         yield from _curve(starts, ends, turns, width)
         return
@@ -212,6 +220,7 @@ def _alone(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
 
 
 def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
+    """Blocks of a run of arcs between directions: nodes, length (m), turn (rad), direction (rad)."""
     sign = math.copysign(1.0, turns[0])
     spans = ends - starts
     radii = np.hypot(spans[:, 0], spans[:, 1]) / (2.0 * np.sin(0.5 * np.abs(turns)))
@@ -237,7 +246,7 @@ def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[B
 
 
 def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
-    # Points at fractions of arcs, all arrays (n, ...): the chord's start turned about the arc's centre.
+    """Points at fractions of arcs, all arrays (n, ...): the chord's start turned about the arc's centre."""
     span = end - start
     left = np.stack([-span[:, 1], span[:, 0]], axis=1)
     centre = 0.5 * (start + end) + left * (0.5 / np.tan(0.5 * turn))[:, None]
@@ -270,6 +279,7 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
 
 def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
                 modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:  # fmt: skip
+    """The modes of the sides cut there, and the flux that bends and the rest of the path send through them."""
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
     offset = 0.5 * cut.width[:, None] * field_nodes(modes)
@@ -280,6 +290,7 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
+    """Flux of arcs as parts of rings through the modes, instead of what straight tracks make."""
     # mode_system weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a
     # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
     bend = cut.curvature[:, None]
@@ -306,6 +317,7 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
 
 def _smooth_field(sides: _Sides, index: Index, cut: Cut, along: Array, tangent: Array,
                   offset: Array) -> Array:  # fmt: skip
+    """Normal field of the whole path per ampere (n, points), without that of the cut's tracks as straight ones."""
     # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
     # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
     # the potential along the track: near corners that would miss half of the flux.
@@ -340,8 +352,9 @@ class _Straight:
 
 
 def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
-    # The chords that a cut at places (n, 2) sees, fewer where arcs are farther than they are long; and which of them
-    # are the cut's own.
+    """The chords that a cut at places (n, 2) sees, fewer where arcs are farther than they are long; and which of them
+    are the cut's own.
+    """
     apart = np.sum(sides.middle**2, axis=1)[:, None] - 2.0 * (sides.middle @ place.T)
     near = np.min(apart + np.sum(place**2, axis=1), axis=1) < (DISTANT * sides.reach) ** 2
     near[sides.block[index]] = True
@@ -354,6 +367,7 @@ def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
 
 
 def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, least: float) -> _Straight:
+    """The chords as straight filaments in the plane, with the least distance squared (m2) that each counts at."""
     axis = (chords.end - chords.start).T
     length = np.hypot(*axis)
     axis = axis / length
@@ -369,6 +383,9 @@ def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, leas
 
 
 def _field(filaments: _Straight, point: Array, level: float, ratio: Array, block: Index) -> Array:
+    """Normal field per ampere of straight filaments at points (tracks, nodes, 2) of a height (m), by Biot and
+    Savart.
+    """
     # At points (tracks, nodes, 2) of a height (m): for each filament its distance to the right, where the field points
     # down (the current's own normal is to the right), over the squared distance, times the difference of the cosines at
     # its ends; less 2 `ratio` (tracks, own) for the cut's own tracks, nothing for chords of the own `block`. Where they
@@ -395,7 +412,7 @@ def _field(filaments: _Straight, point: Array, level: float, ratio: Array, block
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
-    # What the other tracks of the cut make along each one as straight filaments (n, points).
+    """What the other tracks of the cut make along each one as straight filaments (n, points)."""
     across = cut.across[:, None, None] + offset[..., None] - cut.across
     square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2
     square = np.maximum(square / cut.unit**2, 1e-20)

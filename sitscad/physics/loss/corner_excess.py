@@ -39,11 +39,11 @@ INWARDS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.023, 0.049, 0.152), (0.0, 0.032, 0.068,
 """How much further inside than a sharp corner's the middle of such a loop lies, likewise."""
 
 GENTLE = np.array([
-    (0.7, 0.0589, 0.0659, 0.0726, -0.00646, -0.00975, -0.01883),
-    (0.85, 0.0383, 0.0414, 0.0434, -0.00391, -0.00632, -0.01292),
-    (1.0, 0.0272, 0.0287, 0.0291, -0.00241, -0.00422, -0.00919),
-    (1.4, 0.0136, 0.0136, 0.0130, -0.00053, -0.00145, -0.00399),
-    (2.0, 0.0064, 0.0061, 0.0052, 0.0, -0.0001, -0.0011),
+    (0.7, 0.0589, 0.0659, 0.0726, -0.00655, -0.00951, -0.01836),
+    (0.85, 0.0383, 0.0414, 0.0434, -0.00395, -0.00600, -0.01229),
+    (1.0, 0.0272, 0.0287, 0.0291, -0.00244, -0.00394, -0.00860),
+    (1.4, 0.0136, 0.0136, 0.0130, -0.00059, -0.00131, -0.00365),
+    (2.0, 0.0064, 0.0061, 0.0052, 0.0, 0.0, -0.0010),
     (3.0, 0.0026, 0.0023, 0.0011, 0.0, 0.0, 0.0),
     (4.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
 ])  # fmt: skip
@@ -127,13 +127,17 @@ def own_inductance(turn: float, width: float, thickness: float, radius: float = 
 
 @lru_cache(maxsize=256)
 def tight_squares(turn: float, radius: float) -> float:
-    """Squares of a corner beyond its straight sides, for a radius over the width up to the last of TIGHT."""
+    """Resistance of a corner beyond its straight sides in squares (ohm over those of a square), for a turn (rad) and a
+    radius over the width up to the last of TIGHT; by the tables of `corner_flow.py`.
+    """
     return _tight(SQUARES, turn, radius)
 
 
 @lru_cache(maxsize=256)
 def gentle_squares(turn: float, radius: float) -> float:
-    """Squares of a wider arc between straight sides, in which the current goes over into 1 / radius and back."""
+    """The same in squares of a wider arc between straight sides, in which the current goes over into 1 / radius and
+    back: turn (rad) over ln of the radii, and what is fitted for both ends.
+    """
     return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + _gentle(GENTLE[:, 1:4], turn, radius)
 
 

@@ -109,7 +109,9 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 
 
 def _relaxations(tracks: Sequence[BentTrack], conductivity: float) -> tuple[Array, Array]:
-    # What alternating current makes less of the bends' inductance (H), and relaxation times (s): bends alike as one.
+    """What alternating current makes less of the bends' inductance (H), and relaxation times (s): bends alike
+    as one.
+    """
     found: dict[tuple[float, float, float, float], int] = {}
     for track in tracks:
         for bend in _bends(track):
@@ -164,7 +166,7 @@ def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], t
 
 
 def _rounded(track: BentTrack, bends: Sequence[_Bend], radius: float) -> BentTrack:
-    # The track with some of its bends rounded with another radius (widths).
+    """The track with some of its bends rounded with another radius (widths)."""
     starts, ends = track.starts.copy(), track.ends.copy()
     for bend in bends:
         k, corner = bend.piece, np.array(bend.corner)
@@ -237,6 +239,7 @@ def _lengths(track: BentTrack) -> Array:
 
 
 def _bends(track: BentTrack) -> list[_Bend]:
+    """Where a track bends: at mitred corners and along arcs, with turn (rad) and radius (widths)."""
     step = track.ends - track.starts
     heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
     turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
@@ -257,6 +260,7 @@ def _bends(track: BentTrack) -> list[_Bend]:
 
 
 def _corners(tracks: Sequence[BentTrack]) -> Corners:
+    """All tight bends of the tracks as loops of current."""
     rows, arms, first = [], [], 0
     for track in tracks:
         numbers = first + np.concatenate([[0], np.cumsum(_chords(track))])
@@ -271,6 +275,7 @@ def _corners(tracks: Sequence[BentTrack]) -> Corners:
 
 
 def _corner(track: BentTrack, bend: _Bend) -> tuple[Array, float, float, Array, Array, float, float]:
+    """One bend's loop: middle, height, moment (m2), points, shares, width (m), own inductance (H)."""
     w, here, after = track.width, np.array(bend.corner), bend.piece + (1 if bend.radius else 0)
     one, other = here - track.starts[bend.piece - 1], track.ends[after] - here
     inwards = other / np.hypot(*other) - one / np.hypot(*one)
@@ -293,6 +298,7 @@ def _filaments(tracks: Sequence[BentTrack]) -> Filaments:
 
 
 def _pieces(track: BentTrack) -> tuple[Array, ...]:
+    """A track's chords with the mitres at their ends, height and width (m)."""
     nodes = [track.starts[0]]
     for start, end, turn, count in zip(track.starts, track.ends, track.turns, _chords(track), strict=True):
         nodes += [_on_arc(start, end, turn, k / count) for k in range(1, count)]
@@ -345,7 +351,7 @@ def _distances(point: Array, filaments: Filaments) -> Array:
 
 
 def _from_near(filaments: Filaments, corners: Corners, i: Index, j: Index) -> Array:
-    # The mean over the loops i of the field of the sides j, which are as wide as they are.
+    """The mean over the loops i of the field of the sides j, which are as wide as they are."""
     total = np.zeros(i.size)
     incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
     within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
@@ -386,7 +392,7 @@ def normal_field(point: Array, height: Array, start: Array, end: Array, level: A
 
 
 def _onwards(point: Array, end: Array, way: Array) -> Array:
-    # The field (T/A) in its own plane of an endless filament from `end` along `way`, its current along it.
+    """The field (T/A) in its own plane of an endless filament from `end` along `way`, its current along it."""
     t = way / np.hypot(way[:, 0], way[:, 1])[:, None]
     away = point - end
     back = -np.sum(away * t, axis=1)
@@ -396,7 +402,7 @@ def _onwards(point: Array, end: Array, way: Array) -> Array:
 
 
 def _between(corners: Corners) -> float:
-    # Twice the mutual inductances of different loops: coaxial ones as the map has them, others as dipoles.
+    """Twice the mutual inductances of different loops: coaxial ones as the map has them, others as dipoles."""
     total = 0.0
     for k in range(corners.width.size - 1):
         rest = slice(k + 1, None)

@@ -115,7 +115,7 @@ class ModeSystem:
         return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
 
     def loss(self, steps: int) -> ProximityLoss:
-        """R and L at every frequency by a Lanczos run of so many steps; few modes are solved whole."""
+        """R (ohm) and L (H) at every frequency by a Lanczos run of so many steps; few modes are solved whole."""
         return losses([self], steps)[0]
 
     def whole(self) -> tuple[Array, Array] | None:
@@ -132,8 +132,8 @@ class ModeSystem:
 
 
 def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
-    """R and L of systems of one matrix and one carrier, driven otherwise: by Lanczos runs side by side, because what
-    they cost is reading the matrix.
+    """R (ohm) and L (H) of systems of one matrix and one carrier, driven otherwise: by Lanczos runs side by side,
+    because what they cost is reading the matrix.
     """
     known = [system.whole() for system in systems]
     found = [measure for measure in known if measure is not None]
@@ -186,12 +186,14 @@ def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity
 
 def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: ModeSet, steps: int = 16,
                          ) -> ProximityLoss:  # fmt: skip
-    """Loss of long straight parallel tracks, one alone or several with their currents (+1, -1)."""
+    """Loss (ohm and H for the length in `cut`, m) of long straight parallel tracks, one alone or several with their
+    currents (+1, -1); conductivity in S/m.
+    """
     return cut_loss(cut, None, current, conductivity, modes, steps)
 
 
 def _carrier(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
-    # Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of.
+    """Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of."""
     nodes, weights = gauss(modes.across + 2)
     root = np.sqrt(1.0 + 0.5 * (cut.curvature * cut.width)[:, None] * nodes)
     values = legendre(modes.across, nodes)
@@ -203,8 +205,9 @@ def _carrier(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
 def _lanczos(
     matrix: Array | NearAndFar, vectors: Array, steps: int, project: Callable[[Array], Array]
 ) -> list[tuple[Array, Array]]:
-    # Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
-    # nodes and weights, exact in 2 * steps moments.
+    """Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
+    nodes and weights, exact in 2 * steps moments.
+    """
     norms = np.linalg.norm(vectors, axis=1)
     count, length = min(steps, vectors.shape[1]), np.zeros(len(vectors), dtype=np.intp)
     basis = np.zeros((len(vectors), count + 1, vectors.shape[1]))

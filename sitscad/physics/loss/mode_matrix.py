@@ -1,7 +1,8 @@
 """How the modes of parallel tracks see each other: the logarithm of the distance between all pairs of them.
 
 Modes that carry no net current have local fields: tracks far apart see of each other only the lowest. So the matrix of
-many tracks is kept as full blocks of neighbours and, beyond them, the modes of the lowest orders.
+many tracks is kept as full blocks of neighbours and, beyond them, the modes of the lowest orders. Turns lie a pitch
+apart: most pairs lie as others do, and each way that two tracks lie is worked out, and kept, once.
 """
 
 from __future__ import annotations
@@ -38,18 +39,27 @@ FAR_POINTS = 3
 """Points across and, at most, through a track at which far ones see it: exact for the orders of LOW."""
 
 
+SAME = 9
+"""Decimal places, of the narrowest track's width, to which pairs lie alike."""
+
+REPEATED = 8
+"""Pairs for each way that they lie from which on they are multiplied way by way."""
+
+
 @record(eq=False)
 class NearAndFar:
     """A symmetric matrix of the modes of many tracks, to be multiplied by (n modes,) or (n modes, k) numbers.
 
-    `blocks` (pairs, modes, modes) are those of tracks `first` (sorted, every track there) and `second`; `far` those of
-    the modes `low` of all other pairs (n low, n low), in single precision; both are multiplied by `scale` (n, modes) on
-    either side.
+    Near pairs are sorted by how they lie: `blocks` (ways, modes, modes) are those of tracks `first` and `second` from
+    `begins` on; `order` sorts the pairs by their first track, every track there. `far` are the modes `low` of all other
+    pairs (n low, n low), in single precision. Both are multiplied by `scale` (n, modes) on either side.
     """
 
+    blocks: Array
+    begins: Index
     first: Index
     second: Index
-    blocks: Array
+    order: Index
     low: Index
     far: NDArray[np.float32]
     scale: Array
@@ -57,11 +67,22 @@ class NearAndFar:
     def __matmul__(self, vector: Array) -> Array:
         count, modes = self.scale.shape
         table = vector.reshape(count, modes, -1) * self.scale[:, :, None]
-        begins = np.searchsorted(self.first, np.arange(count))
-        found = np.add.reduceat(np.matmul(self.blocks, table[self.second]), begins, axis=0)
+        rows = np.searchsorted(self.first[self.order], np.arange(count))
+        found = np.swapaxes(np.add.reduceat(self._near(table)[self.order], rows, axis=0), 1, 2)
         lowest = table[:, self.low].reshape(count * self.low.size, -1)
         found[:, self.low] += (self.far @ lowest.astype(np.float32)).reshape(count, self.low.size, -1)
         return np.asarray((found * self.scale[:, :, None]).reshape(vector.shape))
+
+    def _near(self, table: Array) -> Array:
+        """What every near pair's second track does to its first: (pairs, k, modes)."""
+        given = np.ascontiguousarray(np.swapaxes(table, 1, 2))[self.second]
+        turned = np.swapaxes(self.blocks, 1, 2)
+        if len(turned) == len(given):
+            return np.matmul(given, turned)
+        found = np.empty_like(given)
+        for block, low, high in zip(turned, self.begins, [*self.begins[1:], len(given)], strict=True):
+            np.matmul(given[low:high], block, out=found[low:high])
+        return found
 
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAndFar:
@@ -72,7 +93,8 @@ def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAn
     flat = scale.ravel()
     first, second = np.triu_indices(len(scale), 1)
     mutual = np.empty((*scale.shape, *scale.shape))
-    for part, block in _mutual_logs(cut, modes, first, second):
+    examples, way = _ways(cut, first, second)
+    for part, block in _each(_mutual_logs(cut, modes, first[examples], second[examples]), way):
         i, j = first[part], second[part]
         mutual[i, :, j, :] = block
         mutual[j, :, i, :] = np.swapaxes(block, 1, 2)
@@ -85,48 +107,86 @@ def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAn
 
 
 def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
+    """The matrix of modes as blocks near each other and a coarse matrix of the rest."""
     count = len(scale)
     size = np.hypot(cut.width, cut.thickness)
     apart = np.hypot(cut.across[:, None] - cut.across, cut.height[:, None] - cut.height)
     near = apart < REACH * np.maximum(size[:, None], size)
-    i, j = np.nonzero(np.triu(near, 1))
-    parts = [block.copy() for _, block in _mutual_logs(cut, modes, i, j)]
-    blocks = np.concatenate([*parts, *(np.swapaxes(block, 1, 2) for block in parts), _own_logs(cut, modes)])
-    own = np.arange(count)
-    first, second = np.concatenate([i, j, own]), np.concatenate([j, i, own])
-    order = np.argsort(first, kind="stable")
     few = replace(modes, points=(FAR_POINTS, min(FAR_POINTS, modes.through + 1)))
     low = np.array([k for k, (a, b) in enumerate(modes.orders) if a + b <= LOW], dtype=np.intp)
     far = np.zeros((count, low.size, count, low.size), dtype=np.float32)
     i, j = np.nonzero(np.triu(~near, 1))
-    for part, block in _mutual_logs(cut, few, i, j, low):
+    examples, way = _ways(cut, i, j)
+    for part, block in _each(_mutual_logs(cut, few, i[examples], j[examples], low), way):
         far[i[part], :, j[part], :] = block
         far[j[part], :, i[part], :] = np.swapaxes(block, 1, 2)
+    first, second, blocks, begins = _neighbours(cut, modes, near)
     root = math.sqrt(MU0 / (2.0 * math.pi))
-    return NearAndFar(
-        first[order], second[order], -blocks[order], low, -far.reshape(count * low.size, -1), root * scale
-    )
+    return NearAndFar(-blocks, begins, first, second, np.argsort(first, kind="stable"), low,
+                      -far.reshape(count * low.size, -1), root * scale)  # fmt: skip
 
 
-def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | None = None,
-                 ) -> Iterator[tuple[slice, Array]]:  # fmt: skip
-    # <P_m ln(distance / unit) P_n> of pairs of tracks (pairs, modes, modes), some at once; `kept` modes only.
+def _neighbours(cut: Cut, modes: ModeSet, near: NDArray[np.bool_]) -> tuple[Index, Index, Array, Index]:
+    """The near pairs sorted by how they lie, both ways round and each track with itself: first, second, the block of
+    each way and where it begins. Where few lie alike, every pair has its own block.
+    """
+    i, j = np.nonzero(np.triu(near, 1))
+    examples, way = _ways(cut, i, j)
+    own = np.arange(len(near))
+    alone, section = _ways(cut, own, own)
+    if REPEATED * len(examples) > len(i):
+        examples, way, alone, section = (np.arange(size) for size in (len(i), len(i), len(near), len(near)))
+    order, by_section = np.argsort(way, kind="stable"), np.argsort(section, kind="stable")
+    i, j, own = i[order], j[order], own[by_section]
+    begins = np.searchsorted(way[order], np.arange(len(examples)))
+    blocks = _mutual_logs(cut, modes, i[begins], j[begins])
+    own_begins = np.searchsorted(section[by_section], np.arange(len(alone)))
+    own_blocks = _own_logs(cut, modes)[own[own_begins]]
+    return (np.concatenate([i, j, own]), np.concatenate([j, i, own]),
+            np.concatenate([blocks, np.swapaxes(blocks, 1, 2), own_blocks]),
+            np.concatenate([begins, len(i) + begins, 2 * len(i) + own_begins]))  # fmt: skip
+
+
+def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
+    """How pairs of tracks lie: the number of one pair of each kind, and which kind every pair is of."""
+    size = float(cut.width.min())
+    sections = np.round(np.stack([cut.width, cut.thickness]) / size, SAME)
+    _, section = np.unique(sections, axis=1, return_inverse=True)
+    code = section[i] * (section.max() + 1) + section[j]
+    for place in (cut.across, cut.height):
+        distinct, number = np.unique(np.round((place[i] - place[j]) / size, SAME) + 0.0, return_inverse=True)
+        code = code * max(distinct.size, 1) + number
+    _, examples, way = np.unique(code, return_index=True, return_inverse=True)
+    return examples, way
+
+
+def _each(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
+    # The block of every pair, of those of all ways that they lie (ways, modes, modes): some at once.
+    step = max(1, AT_ONCE // max(blocks[0].size, 1)) if len(blocks) else 1
+    for low in range(0, way.size, step):
+        part = slice(low, min(low + step, way.size))
+        yield part, blocks[way[part]]
+
+
+def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | None = None) -> Array:
+    """<P_m ln(distance / unit) P_n> of pairs of tracks (pairs, modes, modes); `kept` modes only."""
     x, z = (table / cut.unit for table in points_of(cut, modes))
     weights = projection(modes) if kept is None else projection(modes)[kept]
     points = x.shape[1]
+    found = np.empty((i.size, len(weights), len(weights)))
     step = max(1, AT_ONCE // points**2)
     for low in range(0, i.size, step):
-        part = slice(low, min(low + step, i.size))
-        first, second = i[part], j[part]
+        first, second = i[low : low + step], j[low : low + step]
         squared = np.square(x[first][:, :, None] - x[second][:, None, :])
         squared += np.square(z[first][:, :, None] - z[second][:, None, :])
         np.log(np.maximum(squared, 1e-30, out=squared), out=squared)
         half = squared.reshape(-1, points) @ (0.5 * weights.T)
-        yield part, weights @ half.reshape(first.size, points, -1)
+        found[low : low + step] = weights @ half.reshape(first.size, points, -1)
+    return found
 
 
 def _own_logs(cut: Cut, modes: ModeSet) -> Array:
-    # The same of every track with itself (n, modes, modes).
+    """The same of every track with itself (n, modes, modes)."""
     found = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
         block = log_block(thickness / width, replace(modes, points=(1, 1))).copy()

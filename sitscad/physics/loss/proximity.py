@@ -20,7 +20,16 @@ from sitscad.physics.constants import MU0, skin_depth
 from sitscad.physics.inductance.rings import radii_at
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.current_modes import ModeSystem, ProximityLoss, joined, mode_system
-from sitscad.physics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of, suited_modes
+from sitscad.physics.loss.track_modes import (
+    Cut,
+    ModeSet,
+    at_all_points,
+    few_points,
+    field_nodes,
+    integrated,
+    points_of,
+    suited_modes,
+)
 from sitscad.physics.special.elliptic import coaxial_rings
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
@@ -177,27 +186,30 @@ def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) ->
 def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, conductivity: float,
                    modes: ModeSet) -> ModeSystem:  # fmt: skip
     """The modes of such a cut, driven by the real winding."""
-    smooth = _ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
+    smooth = ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
     smooth += _end_flux(layers, azimuth, cut, modes)
     return mode_system(cut, smooth, None, conductivity, modes)
 
 
-def _ring_flux(cut: Cut, modes: ModeSet) -> Array:
-    # Flux per ampere (Wb/A) through the circles at every point (n, points), of rings that carry the current as
-    # filaments, without the logarithm that straight tracks have.
-    r, z = points_of(cut, modes)
+def ring_flux(cut: Cut, modes: ModeSet) -> Array:
+    """Flux per ampere (Wb/A) through the circles at every point (n, points), of rings that carry the current as
+    filaments, without the logarithm that straight tracks have.
+    """
+    r, z = points_of(cut, few_points(modes))
     squared = (r[..., None] - cut.across) ** 2 + (z[..., None] - cut.height) ** 2
     own = np.arange(cut.across.size)
     squared[own, :, own] = 1.0
     mutual = smooth_rings(r[..., None], cut.across, squared, cut.unit)
     mutual[own, :, own] = 0.0
+    others = at_all_points(mutual.sum(axis=2), modes)
     # In its own track the kernel's remainder is averaged over the source's width.
+    r, z = points_of(cut, modes)
     nodes, share = gauss(modes.points[0])
     source = cut.across[:, None] + 0.5 * cut.width[:, None] * nodes
     pair = (r[:, :, None] - source[:, None, :]) ** 2 + (z - cut.height[:, None])[:, :, None] ** 2
     pair = np.maximum(pair, 1e-12 * cut.width[:, None, None] ** 2)
     self_part = smooth_rings(r[:, :, None], source[:, None, :], pair, cut.unit)
-    return np.asarray(mutual.sum(axis=2) + self_part @ (0.5 * share), dtype=np.float64)
+    return np.asarray(others + self_part @ (0.5 * share), dtype=np.float64)
 
 
 def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Array:
@@ -206,6 +218,7 @@ def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Ar
 
 
 def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: ModeSet) -> Array:
+    """Flux (n, points; Wb/m/A) of what a layer's ends are more or less than full rings: an arc at either end."""
     # Full rings reach from half a turn before a layer's first passage to half a turn after its last one. What the real
     # layer has more (or less) than that is an arc at either end. (n, points; Wb/m/A)
     radius = cut.across[:, None] + 0.5 * cut.width[:, None] * field_nodes(modes)

@@ -46,11 +46,6 @@ def bend_squares(turn: float) -> float:
     return 2.0 * kappa / math.pi - math.tan(0.5 * abs(turn))
 
 
-def track_resistance(length: float, width: float, thickness: float, conductivity: float) -> float:
-    """Resistance (ohm) of a track with uniform current: length / (conductivity width thickness), lengths in metres."""
-    return length / (conductivity * width * thickness)
-
-
 def via_resistance(length: float, drill: float, plating: float, conductivity: float) -> float:
     """Resistance (ohm) of a plated hole's barrel between two layers: drill is its outer diameter, lengths in metres."""
     plating = min(plating, drill / 2.0)

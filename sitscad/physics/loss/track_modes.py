@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,6 +16,9 @@ Array = NDArray[np.float64]
 
 FIELD_POINTS = 3
 """Points across a track at which the field of distant currents is taken at most: it is smooth."""
+
+SMOOTH_POINTS = 4, 2
+"""Points across and through a track at which what rings have beyond straight tracks is taken at most."""
 
 
 @record
@@ -96,6 +100,27 @@ def _integrals(modes: ModeSet) -> Array:
     nodes = field_nodes(modes)
     coefficients = np.linalg.inv(legendre(nodes.size - 1, nodes))
     return np.asarray(coefficients.T @ legendre_integrals(nodes.size - 1, local_points(modes)[0]).T)
+
+
+def few_points(modes: ModeSet) -> ModeSet:
+    """The set with no more points than what is smooth over a cross-section needs: see `at_all_points`."""
+    return replace(modes, points=(min(SMOOTH_POINTS[0], modes.points[0]), min(SMOOTH_POINTS[1], modes.points[1])))
+
+
+def at_all_points(values: Array, modes: ModeSet) -> Array:
+    """Values at the points of `few_points` (n, few) as polynomials through them have them at all points (n, points)."""
+    return np.asarray(values @ _interpolation(modes))
+
+
+@lru_cache(maxsize=16)
+def _interpolation(modes: ModeSet) -> Array:
+    """Values at the many points of a track from those at few ones (many, few), by their polynomials."""
+    few = few_points(modes)
+    across, through = (
+        np.linalg.solve(legendre(few.points[k] - 1, gauss(few.points[k])[0]).T,
+                        legendre(few.points[k] - 1, gauss(modes.points[k])[0]).T) for k in (0, 1)
+    )  # fmt: skip
+    return np.kron(across, through)
 
 
 def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:

@@ -24,6 +24,10 @@ LEAST_HARMONICS, MOST_HARMONICS = 3, 8
 """Harmonics of a spiral's winding that are kept; more than the least only for metal nearer than some pitches."""
 
 
+AT_ONCE = 100_000
+"""Waves at radii that are worked out at once: all of them together took a gigabyte near metal."""
+
+
 @record(eq=False)
 class CurrentSpectrum:
     """What reflection needs of a coil: wave numbers (1/m), weights, heights (m) and power spectra of its layers.
@@ -53,9 +57,9 @@ class CurrentSpectrum:
 def wave_numbers(outer: float, nearest: float) -> tuple[Array, Array]:
     """Nodes and weights (1/m) of the integral over k for a coil of radius `outer` and distances from `nearest` (m) on.
 
-    Up to where exp(-2 k nearest) has died out (1e-7), as dense as products of two waves of the coil's size ask.
+    Up to where exp(-2 k nearest) has died out (6e-6), as dense as products of two waves of the coil's size ask.
     """
-    top = 8.0 / max(nearest, 1e-3 * outer)
+    top = 6.0 / max(nearest, 1e-3 * outer)
     panels = 3 + math.ceil(top * outer / 12.0)
     nodes, share = gauss(16)
     k = top * (np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels
@@ -75,13 +79,17 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
     highest = _harmonics(layers, nearest) if harmonics is None else harmonics
-    known: dict[tuple[float, ...], _Radial] = {}
-    for layer in layers:  # layers of one size share all but angle, sense and way of the current
-        if _size(layer) not in known:
-            known[_size(layer)] = _radial(layer, k, highest)
-    values = np.array([_spiral_waves(layer, k, known[_size(layer)]) for layer in layers])
+    radii = {_size(layer): _radii(layer, float(k[-1]), highest) for layer in layers}
     twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
-    power = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
+    power = np.empty((k.size, len(layers), len(layers)))
+    step = max(1, AT_ONCE // max(r.size for r, _ in radii.values()))
+    for first in range(0, k.size, step):
+        some = slice(first, first + step)
+        # layers of one size share all but angle, sense and way of the current
+        known = {size: _Radial(r, share, *_bessel_slopes(k[some, None] * r, highest))
+                 for size, (r, share) in radii.items()}  # fmt: skip
+        values = np.array([_spiral_waves(layer, k[some], known[_size(layer)]) for layer in layers])
+        power[some] = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
     return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), power)
 
 
@@ -104,16 +112,16 @@ class _Radial:
     slopes: Array
 
 
-def _radial(layer: SpiralLayer, k: Array, highest: int) -> _Radial:
+def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
+    # Radii between a spiral's ends, dense enough for waves up to `top` (1/m), and their weights (m).
     low = layer.inner_radius
     half = 0.5 * (layer.radius - low)
-    nodes, share = gauss(12 + math.ceil(0.6 * (half * float(k[-1]) + math.pi * highest * layer.turns)))
-    r = low + half * (1.0 + nodes)
-    return _Radial(r, share * half, *_bessel_slopes(k[:, None] * r, highest))
+    nodes, share = gauss(12 + math.ceil(0.6 * (half * top + math.pi * highest * layer.turns)))
+    return low + half * (1.0 + nodes), share * half
 
 
 def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> ComplexArray:
-    # Harmonics of one layer across and along the waves, (2, highest + 1, k).
+    """Harmonics of one layer across and along the waves, (2, highest + 1, k)."""
     r, values, slopes = radial_part.radii, radial_part.values, radial_part.slopes
     angle = layer.angle + layer.sense * 2.0 * math.pi * (layer.radius - r) / layer.pitch
     m = np.arange(len(values))[:, None]
@@ -143,7 +151,7 @@ def thickness_waves(k: Array, thickness: float) -> Array:
 
 
 def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:
-    # J_m(x) and J_m'(x) for m = 0 to `highest`, the order first: upwards from J0 and J1 where x is large enough.
+    """J_m(x) and J_m'(x) for m = 0 to `highest`, the order first: upwards from J0 and J1 where x is large enough."""
     orders = np.empty((highest + 2, *x.shape))
     orders[0], orders[1] = j0(x), j1(x)
     inverse = 2.0 / np.maximum(x, 1e-9)

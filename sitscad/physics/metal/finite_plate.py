@@ -68,11 +68,11 @@ class CoaxialRings:
 
 @record
 class Plate:
-    """A flat plate: "rectangle" or "circle", size along x and y (m; a circle's diameter twice) and thickness (m)."""
+    """A flat plate, a rectangle or a disc: size along x and y (m; a disc's diameter twice) and thickness (m)."""
 
-    shape: str
     size: tuple[float, float]
     thickness: float
+    is_round: bool = False
 
 
 def plate_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
@@ -87,7 +87,7 @@ def plate_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, fl
     """
     found, front = _changes(plate, coil, offsets, gap, floor)
     for thickness in {0.0, min(plate.thickness, DEEPEST * 2.0 * float(coil.radii.max()))} - {plate.thickness}:
-        thinner, _ = _changes(Plate(plate.shape, plate.size, thickness), coil, offsets, gap, floor)
+        thinner, _ = _changes(Plate(plate.size, thickness, plate.is_round), coil, offsets, gap, floor)
         found = np.maximum(found, thinner)
     return found / front
 
@@ -103,14 +103,14 @@ def plate_loss_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: floa
 
     def receded(by: float) -> tuple[Array, float]:
         size = plate.size[0] - 2.0 * by, plate.size[1] - 2.0 * by
-        return _changes(Plate(plate.shape, size, plate.thickness - 2.0 * by), coil, offsets, gap + by, floor)
+        return _changes(Plate(size, plate.thickness - 2.0 * by, plate.is_round), coil, offsets, gap + by, floor)
 
     (more, more_front), (less, less_front) = receded(-step), receded(step)
     return np.maximum(more - less, 0.0) / (more_front - less_front)
 
 
 def _changes(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
-    # Size of the change of inductance by the plate at every place, and by an endless one, in units of mu0 pi.
+    """Size of the change of inductance by the plate at every place, and by an endless one, in units of mu0 pi."""
     offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
@@ -123,7 +123,7 @@ def _changes(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor
     sheet = _endless(k, weights, spectrum, room)
     source = k, weights, spectrum
     detail = min(depth, 0.5 * outer)
-    if plate.shape == "circle":
+    if plate.is_round:
         changes = _disc(float(half[0]), offsets, source, detail, room)
     else:
         changes = _rectangle(half, offsets, source, detail, room)
@@ -148,7 +148,7 @@ def magnetic_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float,
     thick = min(plate.thickness, LONGEST * 2.0 * outer, 4.0 * math.pi * width)
     depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
     reach = float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
-    area = math.pi / 4.0 if plate.shape == "circle" else 1.0
+    area = math.pi / 4.0 if plate.is_round else 1.0
     growth = thick / (2.0 * math.pi) * (1.0 + math.log(4.0 * math.pi * width / thick))
     radius = math.sqrt(area * plate.size[0] * plate.size[1] / math.pi) + growth
     k, weights = _wave_numbers(11.0 / depth, reach)
@@ -244,12 +244,12 @@ def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool
 def _field_on(
     plate: Plate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
 ) -> Array:
-    # The part that falls on the plate of the squared field: along its plane with J1, through it with J0.
+    """The part of the squared field that falls on the plate: along its plane with J1, through it with J0."""
     k, weights, spectrum = source
     panels = min(6, 1 + math.ceil(float(half.max()) / (6.0 * detail)))
     nodes, share = (np.tile(values, panels) / panels for values in gauss(16))
     nodes = nodes + np.repeat((2.0 * np.arange(panels) + 1.0) / panels - 1.0, 16)
-    if plate.shape == "circle":
+    if plate.is_round:
         angle = 2.0 * math.pi * np.arange(nodes.size) / nodes.size
         r = 0.5 * half[0] * (1.0 + nodes[:, None])
         x, y = r * np.cos(angle), r * np.sin(angle)
@@ -281,6 +281,7 @@ def _modes(half: float, detail: float) -> int:
 
 
 def _rectangle(half: Array, offsets: Array, source: Source, detail: float, room: float) -> Array:
+    """Size of the change by a rectangular plate at every place, by projection of the field on Chebyshev's functions."""
     counts = _modes(half[0], detail), _modes(half[1], detail)
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
@@ -315,7 +316,7 @@ def _normal_field(radii: Array, k: Array, weights: Array, spectrum: Array) -> Ar
 
 
 def _cubic(at: Array, step: float, table: Array) -> Array:
-    # Catmull and Rom's spline through values at 0, step, 2 step ... of an even function.
+    """Catmull and Rom's spline through values at 0, step, 2 step ... of an even function."""
     padded = np.concatenate((table[1:2], table, table[-1:], table[-1:]))
     cell = np.minimum((at / step).astype(int), table.size - 2)
     t = at / step - cell
@@ -325,6 +326,7 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
 
 
 def _rectangle_energy(half: Array, x: Array, y: Array, room: float) -> Array:
+    """Energies of products of Chebyshev's functions, closed but for one quadrature, and the mirror's echo."""
     # k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
     # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
     q, weights, transforms = _transforms(2 * (int(max(x.max(), y.max())) // 2 + 1))
@@ -354,7 +356,7 @@ def _overlap(orders: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def _transforms(count: int) -> tuple[Array, Array, Array]:
-    # Nodes and weights over q > 0, and (m + 1) J_(m+1)(q) / q for m < count with the sign of i^m folded in.
+    """Nodes and weights over q > 0, and (m + 1) J_(m+1)(q) / q for m < count with the sign of i^m folded in."""
     panels = math.ceil((count + 40) / 8)
     nodes, share = gauss(16)
     q = (8.0 * (np.arange(panels)[:, None] + 0.5 * (1.0 + nodes))).ravel()
@@ -367,6 +369,7 @@ def _transforms(count: int) -> tuple[Array, Array, Array]:
 
 
 def _disc(radius: float, offsets: Array, source: Source, detail: float, room: float, poles: bool = False) -> Array:
+    """Size of the change by a disc at every place, one angular order after another."""
     # Functions exp(i m phi) with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., whose energies are 1 / (2l + 1)
     # apart from the mirror's echo: every angular order stands alone. Poles have j_l (k R), l = m, m + 2 ... but not 0,
     # the same energies, and an echo of the other sign.

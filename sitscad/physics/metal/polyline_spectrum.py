@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -20,11 +19,12 @@ from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corner_excess import Loops
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, thickness_waves, wave_numbers
+from sitscad.physics.metal.figures import figures
+from sitscad.physics.metal.images import Image, images
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 ComplexArray = NDArray[np.complex128]
 
 CHORD = math.radians(20.0)
@@ -36,6 +36,9 @@ MOST_NORMALS = 12
 ROUND = 48, 1.0
 """Directions over which the waves of such a track are averaged, and how many more for each radian through which a wave
 runs over what it is longer than wide."""
+
+EVENLY = 12
+"""They are a multiple of so many, so that what is turned or mirrored by 15 degrees is seen from the same ones."""
 
 AT_ONCE = 12_000
 """Waves at nodes that are worked out at once: as many as stay near the processor."""
@@ -74,7 +77,9 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     k, weights = wave_numbers(float(np.hypot(*(everything - centre).T).max()), nearest)
     distinct, owner = _distinct(tracks)
     directions = _Directions.of([track.corners for track in distinct])
-    shapes = [_Mitred(track, centre, loops[owner.index(n)] if loops else None) for n, track in enumerate(distinct)]
+    used = [loops[owner.index(n)] for n in range(len(distinct))] if loops else []
+    shapes = [_Mitred(track, centre, used[n] if used else None) for n, track in enumerate(distinct)]
+    follows = images(distinct, used, centre)
     sides = np.concatenate([shape.after for shape in shapes])
     tangents = np.unique(np.round(sides[sides.any(axis=1)], 9), axis=0)
     power = np.empty((k.size, len(tracks), len(tracks)))
@@ -84,9 +89,7 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
         some = slice(first, first + max(1, AT_ONCE // (nodes * directions.count(float(k[first])))))
         first = some.stop
         angle, share = directions.about(k[some])
-        unit = _beside(np.stack([np.cos(angle), np.sin(angle)]).reshape(2, -1), tangents)
-        number = np.repeat(k[some], share.shape[1])
-        waves = np.array([shape.waves(number, unit) for shape in shapes]).reshape(len(shapes), 2, *share.shape)
+        waves = _all_waves(shapes, follows, k[some], angle, tangents)
         mean = np.einsum("idkn,jdkn,kn->kij", waves, waves.conj(), share, optimize=True).real / (4.0 * math.pi**2)
         power[some] = mean[:, owner][:, :, owner]
     through = np.array([thickness_waves(k, track.thickness) for track in tracks]).T
@@ -94,8 +97,26 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     return CurrentSpectrum(k, weights, np.array([track.z for track in tracks]), power)
 
 
+def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[Image | None], numbers: Array, angle: Array,
+               tangents: Array) -> ComplexArray:  # fmt: skip
+    """The waves of shapes (shapes, 2, k, directions) at wave numbers (k; 1/m) and directions (k, n; rad), of images
+    those of what they are images of.
+    """
+    unit = np.stack([np.cos(angle), np.sin(angle)])
+    number = np.repeat(numbers, angle.shape[1])
+    flat = _beside(unit.reshape(2, -1), tangents)
+    found = np.empty((len(shapes), *unit.shape), dtype=np.complex128)
+    for n, (shape, image) in enumerate(zip(shapes, follows, strict=True)):
+        seen = None if image is None else image.directions(angle)
+        if image is None or seen is None:
+            found[n] = shape.waves(number, flat).reshape(unit.shape)
+        else:
+            found[n] = image.waves(found[image.of], numbers[:, None] * unit, *seen)
+    return found
+
+
 def _distinct(tracks: Sequence[PolylineTrack]) -> tuple[list[PolylineTrack], list[int]]:
-    # Paths that differ, and which of them each one is: every other layer repeats.
+    """Paths that differ, and which of them each one is: every other layer repeats."""
     shapes: list[PolylineTrack] = []
     owner = []
     for track in tracks:
@@ -140,7 +161,7 @@ class _Directions:
         """How many directions waves of a wave number (1/m) and somewhat shorter ones are averaged over."""
         phase = number * self.length
         if not self.normals:
-            return ROUND[0] + math.ceil(ROUND[1] * phase)
+            return EVENLY * math.ceil((ROUND[0] + ROUND[1] * phase) / EVENLY)
         return 2 * len(self.normals) * (6 + math.ceil(2.6 * math.log1p(phase)))
 
     def about(self, numbers: Array) -> tuple[Array, Array]:
@@ -163,60 +184,6 @@ class _Directions:
         return np.concatenate(found, axis=1), np.concatenate(weights, axis=1)
 
 
-@record(eq=False)
-class _Figures:
-    """Points as figures that repeat: those between two steps that occur only once, each figure with every place where
-    it stands. `kinds` are the numbers of one figure's points, all figures one after another, from `first` on; `inner`
-    (m) where they lie from its first point; `places` (m) are the first points, figure by figure, from `begins` on.
-    """
-
-    kinds: Index
-    inner: Array
-    first: Index
-    places: Array
-    begins: Index
-
-    @cached_property
-    def sizes(self) -> Index:
-        """How many points each figure has."""
-        return np.diff(np.append(self.first, len(self.kinds)))
-
-    def sums(self, wave: Array, factors: Array) -> ComplexArray:
-        """Sum of factors (..., kinds, directions) times exp(-i k.r) over all points; `wave` (2, directions) in 1/m."""
-        if len(self.places) == len(self.begins):  # none repeats: all points one by one
-            turned = _turned((self.inner + np.repeat(self.places, self.sizes, axis=0)) @ wave)
-            return np.asarray(np.einsum("...kd,kd->...d", factors, turned))
-        figure = np.add.reduceat(factors * _turned(self.inner @ wave), self.first, axis=-2)
-        return np.asarray(np.sum(figure * np.add.reduceat(_turned(self.places @ wave), self.begins, axis=0), axis=-2))
-
-
-def _figures(points: Array, labels: Array, same: float) -> _Figures:
-    """The figures of points (n, 2; m), equal within `same` (m), whose labels (n, any) are equal too."""
-    _, kind = np.unique(np.round(labels, 9) + 0.0, axis=0, return_inverse=True)
-    step = np.round(np.diff(points, axis=0) / same) + 0.0
-    _, way, times = np.unique(step, axis=0, return_inverse=True, return_counts=True)
-    ends = [0, *(np.nonzero(times[way] < 2)[0] + 1).tolist(), len(points)]
-    found: dict[tuple[bytes, bytes], list[int]] = {}
-    for low, high in pairwise(ends):
-        found.setdefault((kind[low:high].tobytes(), way[low : high - 1].tobytes()), []).append(low)
-    sizes = [len(kinds) // kind.itemsize for kinds, _ in found]
-    one = [np.arange(runs[0], runs[0] + size) for runs, size in zip(found.values(), sizes, strict=True)]
-    kinds, anchors = np.concatenate(one), np.repeat([runs[0] for runs in found.values()], sizes)
-    begins = np.cumsum([0, *(len(runs) for runs in found.values())])
-    return _Figures(kinds, points[kinds] - points[anchors], np.cumsum([0, *sizes])[:-1],
-                    points[[run for runs in found.values() for run in runs]], begins[:-1])  # fmt: skip
-
-
-def _turned(phase: Array) -> ComplexArray:
-    # exp(-i phase) by the tangent of half the phase, which costs a tenth of sine and cosine.
-    tangent = np.tan(0.5 * phase)
-    both = 2.0 / (1.0 + tangent * tangent)
-    found = np.empty(phase.shape, dtype=np.complex128)
-    np.subtract(both, 1.0, out=found.real)
-    np.multiply(-tangent, both, out=found.imag)
-    return found
-
-
 def _beside(unit: Array, tangents: Array) -> Array:
     # Directions (2, n), those across a side to within rounding turned a little off: there the nodes' waves cancel.
     across = np.any(np.abs(tangents @ unit) < ROUNDING, axis=0)
@@ -236,13 +203,13 @@ class _Mitred:
         tangents = steps / np.hypot(steps[:, 0], steps[:, 1])[:, None]
         none = np.zeros((1, 2))
         after, before = np.concatenate([tangents, none]), np.concatenate([none, tangents])
-        self.nodes = _figures(corners, np.concatenate([before, after], axis=1), same)
+        self.nodes = figures(corners, np.concatenate([before, after], axis=1), same)
         self.after, self.before = after[self.nodes.kinds], before[self.nodes.kinds]
         self.mitres = (track.strand(0.5 * track.width) - track.corners)[self.nodes.kinds]
         self.spread, self.moments = 0.0, np.zeros(0)
         if loops is not None and loops.moments.size:
             size = float(np.abs(loops.moments).max())
-            self.loops = _figures(loops.places - centre, loops.moments[:, None] / size, same)
+            self.loops = figures(loops.places - centre, loops.moments[:, None] / size, same)
             self.moments, self.spread = loops.moments[self.loops.kinds], loops.spread
 
     def waves(self, numbers: Array, unit: Array) -> ComplexArray:

@@ -29,7 +29,7 @@ def coaxial_rings(radius: ArrayLike, other: ArrayLike, distance_squared: ArrayLi
 
 
 def _k_minus_e(k: Array, complement: Array) -> Array:
-    # K - E = K * sum of 2^(n-1) c_n^2, c_0 = k, from the arithmetic-geometric mean of 1 and k'.
+    """K - E = K * sum of 2^(n-1) c_n^2, c_0 = k, from the arithmetic-geometric mean of 1 and k'."""
     a, b = np.ones_like(complement), complement
     square = k * k
     total = 0.5 * square
@@ -47,9 +47,3 @@ def _k_minus_e(k: Array, complement: Array) -> Array:
         if np.max(square, initial=0.0) * weight < 1e-17 * np.min(total, initial=1.0):
             break
     return 0.5 * np.pi / a * total
-
-
-def ring_loop_inductance(radius: ArrayLike, mean_distance: ArrayLike) -> Array:
-    """Self-inductance (H) of a ring of radius (m) whose cross-section has the geometric mean distance given (m)."""
-    distance = np.asarray(mean_distance, dtype=float)
-    return coaxial_rings(radius, radius, distance * distance)

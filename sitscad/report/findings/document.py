@@ -117,6 +117,7 @@ def remedy_json(remedy: Remedy) -> dict[str, Any]:
 
 
 def _finite(value: object) -> object:
+    """The same with None for numbers that JSON has not."""
     if isinstance(value, Mapping):
         return {key: _finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):

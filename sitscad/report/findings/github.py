@@ -29,6 +29,7 @@ def render(checked: Sequence[CheckedSpec], manner: Manner) -> str:
 
 
 def _command(spec: CheckedSpec, finding: Finding, manner: Manner) -> str:
+    """A finding as a command of GitHub's workflows."""
     places = {"line": finding.line, "col": finding.column}
     properties = {
         "file": manner.path_from_root(finding.file or spec.path),
@@ -58,6 +59,7 @@ def job_summary(checked: Sequence[CheckedSpec], pictures: Mapping[str, str]) -> 
 
 
 def _section(spec: CheckedSpec, pictures: Mapping[str, str]) -> str:
+    """One spec's part of the job's page."""
     lines = [f"### {_cell(spec.path)}", "", summary([spec]), ""]
     if picture := pictures.get(spec.path):
         lines += ["```text", picture, "```", ""]

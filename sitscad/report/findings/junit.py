@@ -29,6 +29,7 @@ def render(checked: Sequence[CheckedSpec], manner: Manner) -> str:
 
 
 def _suite(top: Element, spec: CheckedSpec, manner: Manner) -> None:
+    """Add one spec as a suite of tests, a case a rule."""
     path = _shown(manner.path_from_root(spec.path))
     suite = SubElement(top, "testsuite", name=path)
     rules = {rule.id: rule.name for rule in manner.rules}
@@ -42,6 +43,7 @@ def _suite(top: Element, spec: CheckedSpec, manner: Manner) -> None:
 
 
 def _case(suite: Element, spec: CheckedSpec, manner: Manner, path: str, rule: str, name: str) -> None:
+    """Add one rule as a test, with what it found."""
     found = [finding for finding in spec.findings if finding.rule == rule]
     case = SubElement(suite, "testcase", classname=path, name=f"{rule} {name}", time="0")
     failing = [finding for finding in found if finding.severity.weighs(manner.fail_on)]

@@ -25,6 +25,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
 
 
 def _finding(entry: dict[str, Any]) -> Finding:
+    """The finding that an entry of JSON says."""
     place = entry.get("place")
     told = ("rule", "name", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
     return Finding(

@@ -46,6 +46,7 @@ def render(checked: Sequence[CheckedSpec], manner: Manner) -> str:
 
 
 def _rule(rule: RuleTexts) -> dict[str, Any]:
+    """One rule as SARIF describes it."""
     help_text = f"{rule.summary}\n\nWhy: {rule.why}\n\nTo mend it: {rule.mend}\n\nSource: {rule.source}"
     markdown = f"{rule.summary}\n\n**Why:** {rule.why}\n\n**To mend it:** {rule.mend}\n\n**Source:** {rule.source}"
     return {
@@ -60,6 +61,7 @@ def _rule(rule: RuleTexts) -> dict[str, Any]:
 
 
 def _invocation(checked: Sequence[CheckedSpec], indices: dict[str, int]) -> dict[str, Any]:
+    """What SARIF says of the run: rules that were not checked."""
     notifications = [
         {
             "level": "note",
@@ -86,6 +88,7 @@ def _results(spec: CheckedSpec, manner: Manner, indices: dict[str, int]) -> list
 def _result(
     spec: CheckedSpec, finding: Finding, name: str, manner: Manner, indices: dict[str, int], ignored: Ignored | None
 ) -> dict[str, Any]:
+    """One finding as SARIF has it."""
     where = _artifact(manner.uri_from_root(finding.file or spec.path))
     mark = fingerprint(manner.path_from_root(spec.path), name)
     index = {"ruleIndex": indices[finding.rule]} if finding.rule in indices else {}
@@ -144,6 +147,7 @@ def _artifact(uri: str) -> dict[str, Any]:
 
 
 def _location(spec: CheckedSpec, finding: Finding, where: dict[str, Any]) -> dict[str, Any]:
+    """Where SARIF says that a finding lies."""
     region = _region(spec, finding)
     place = {"artifactLocation": where} | ({"region": region} if region else {})
     location: dict[str, Any] = {"physicalLocation": place}

@@ -55,6 +55,7 @@ def printable(text: str) -> str:
 
 
 def _finding_text(spec: CheckedSpec, finding: Finding, colour: bool) -> str:
+    """One finding with its line of the spec and its hint."""
     where = ":".join(str(part) for part in (printable(finding.file or spec.path), finding.line, finding.column) if part)
     severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], colour)
     lines = [f"{styled(where, 'bold', colour)} {finding.rule} {severity} {printable(finding.message)}"]

@@ -11,10 +11,10 @@ from pydantic_core import ValidationError
 
 from sitscad.finding import Edit, Finding, Remedy, Severity
 from sitscad.spec.format.document import SpecDocument
-from sitscad.spec.format.kinds import described, is_like
+from sitscad.spec.format.kinds.refusal import described, is_like
 from sitscad.spec.format.remarks import Flaw
 from sitscad.spec.format.section import GATHERED, NAME, WRITTEN, Section, section_of
-from sitscad.spec.format.yaml_text import TextError, dotted, undotted
+from sitscad.spec.format.yaml.text import TextError, dotted, undotted
 from sitscad.spec.rules import RULE_NAMES
 from sitscad.spec.source import SpecSource
 
@@ -65,6 +65,7 @@ def _key(loc: Iterable[Any]) -> str:
 
 
 def _from_error(error: Mapping[str, Any], key: str, source: SpecSource, form: type[Section]) -> Finding:
+    """The finding that one of pydantic's errors becomes."""
     kind, context = error["type"], error.get("ctx", {})
     if kind == "unexpected_keyword_argument":
         return _unknown_key(error["loc"], key, source, form)
@@ -84,6 +85,7 @@ def _from_error(error: Mapping[str, Any], key: str, source: SpecSource, form: ty
 
 
 def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[Section]) -> Finding:
+    """The finding for a key that there is not, with the one that may be meant."""
     line, column = source.keys.get(key, (1, 1))
     section = _section(loc[:-1], form)
     allowed = tuple(section.keys) if section else ()

@@ -8,27 +8,26 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.geometry.shapes import SHAPES
+from sitscad.geometry.shapes import PLATES, SHAPES
 from sitscad.spec.format.fabricator_document import RulesChoice, RulesDocument
-from sitscad.spec.format.kinds import (
-    Choice,
-    Either,
-    Layers,
-    Number,
-    NumberOrList,
-    Pair,
-    Preset,
-    Quantity,
-    Special,
-    Text,
-    described,
-    refuse,
+from sitscad.spec.format.kinds.kind import Either, Special
+from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList
+from sitscad.spec.format.kinds.preset import Preset
+from sitscad.spec.format.kinds.quantity import Pair, Quantity
+from sitscad.spec.format.kinds.refusal import described, refuse
+from sitscad.spec.format.kinds.word import Choice, Text
+from sitscad.spec.format.loads_document import LoadsDocument
+from sitscad.spec.format.materials_document import (
+    ConductorChoice,
+    ConductorDocument,
+    ElastomerChoice,
+    ElastomerDocument,
 )
+from sitscad.spec.format.mount_document import MountDocument
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1
 FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")
-PROCESSES = ("resin", "powder", "filament", "machined")
 
 
 def _version(value: Any) -> int:
@@ -52,13 +51,27 @@ def _columns_and_rows(value: Any) -> tuple[int, ...]:
     return tuple(int(Number(1, 64, whole=True).read(entry)) for entry in value)
 
 
+def _temperature_range(value: Any) -> tuple[float, float]:
+    """The lowest and the highest temperature (degC), bare numbers or texts with their unit."""
+    if not isinstance(value, list) or len(value) != 2:
+        refuse(
+            "SIT004", f"{described(value)}, where [lowest, highest] is wanted", "write degrees Celsius, like [15, 45]"
+        )
+    low, high = (
+        Temperature.read(entry if isinstance(entry, (str, bool)) or entry is None else f"{entry} degC")
+        for entry in value
+    )
+    if low > high:
+        refuse("SIT006", f"{described(value)} begins above its end", "write the lower temperature first")
+    return low, high
+
+
 _COUNT_SCHEMA = {"type": "integer", "minimum": 1, "maximum": 64}
 
 _PAIR_OF_COUNTS = {"type": "array", "items": _COUNT_SCHEMA, "minItems": 2, "maxItems": 2}
 
 Version = Special(_version, {"const": VERSION})
 Name = Text(64, "[a-z0-9][a-z0-9._-]*", "small letters, digits, '.', '_' and '-', a letter or digit first")
-Label = Text(64)
 _ISSUE = "([A-Za-z0-9]([A-Za-z0-9 ._/+#:()-]*[A-Za-z0-9+#)])?)?"
 _ISSUE_WORDS = "letters, digits, spaces and . _ / + # : ( ) -, a letter or digit first"
 Revision = Text(16, _ISSUE, _ISSUE_WORDS)
@@ -90,40 +103,19 @@ Resistance = Quantity("resistance", "0 ohm", "1 kohm")
 Clock = Quantity("frequency", "100 kHz", "1 GHz")
 Rate = Quantity("frequency", "0.01 Hz", "1 MHz")
 Force = Quantity("force", "0 N", "10 kN")
-ShearModulus = Quantity("pressure", "100 Pa", "100 MPa")
-BulkModulus = Quantity("pressure", "1 MPa", "100 GPa")
-Conductivity = Quantity("conductivity", "0 S/m", "100 MS/m")
+Resolution = Quantity("force", "1 uN", "10 kN")
+TiltOfContact = Quantity("angle", "0 deg", "15 deg")
 Temperature = Quantity("temperature", "-60 degC", "200 degC")
-TemperatureCoefficient = Quantity("temperature coefficient", "-0.005 1/K", "0.012 1/K")  # conducts from -60 to 200 degC
+TemperatureRange = Special(
+    _temperature_range,
+    {"type": "array", "items": {"anyOf": [{"type": "number"}, Temperature.schema()]}, "minItems": 2, "maxItems": 2},
+)
 PanelGap = Quantity("length", "0.5 mm", "20 mm")
 Rail = Quantity("length", "3 mm", "30 mm")
 Bridge = Quantity("length", "0.2 mm", "3 mm")
 Count = Special(_count, {"anyOf": [_COUNT_SCHEMA, _PAIR_OF_COUNTS]})
 BoardCount = Number(1, 100_000, whole=True)
 PartCount = Either("auto", Special(_columns_and_rows, _PAIR_OF_COUNTS))
-
-
-class ConductorDocument(Section):
-    """A metal, or a magnetic sheet, written out."""
-
-    name: str = key(Label, "what to call it", "written out")
-    conductivity: float = key(Conductivity, "at 20 C, like 58 MS/m")
-    relative_permeability: float = key(Number(1, 100000), "1 for non-magnetic metals", 1)
-    temperature_coefficient: float = key(TemperatureCoefficient, "of the resistivity, like 3930 ppm/K", "0 1/K")
-
-
-class ElastomerDocument(Section):
-    """A silicone, written out."""
-
-    name: str = key(Label, "what to call it", "written out")
-    shear_modulus: float = key(ShearModulus, "at small strain, like 24 kPa; a third of Young's modulus")
-    uncertainty: float = key(Number(0, 2), "relative, one sigma", 0.3)
-    bulk_modulus: float = key(BulkModulus, "stiffness against change of volume", "1.5 GPa")
-    hardness: str = key(Label, "Shore hardness, for the bill of materials", "")
-
-
-ConductorChoice = NameOr(Preset("conductor"), Part(ConductorDocument))
-ElastomerChoice = NameOr(Preset("elastomer"), Part(ElastomerDocument))
 
 
 class CoilDocument(Section):
@@ -269,7 +261,7 @@ class FpcDocument(Section):
 class TargetDocument(Section):
     """The conducting plate over the coils."""
 
-    shape: str | None = key(Choice(("square", "circle", "rectangle")), "outline", None)
+    shape: str | None = key(Choice(tuple(PLATES)), "outline", None)
     size: tuple[float, float] | None = key(PlateSize, "side or diameter; rectangle: [x, y]", None)
     thickness: float = key(Thickness, "of the plate", 0.2)
     material: str | ConductorDocument = key(ConductorChoice, "a conductor, or written out", "copper")
@@ -284,7 +276,7 @@ class ElastomerPadDocument(Section):
     """The soft pad between board and target."""
 
     material: str | ElastomerDocument = key(ElastomerChoice, "a silicone, or written out", "dragon-skin-10")
-    shape: str | None = key(Choice(("square", "circle", "rectangle")), "outline", None)
+    shape: str | None = key(Choice(tuple(PLATES)), "outline", None)
     size: tuple[float, float] | None = key(PlateSize, "side or diameter; rectangle: [x, y]", None)
     thickness: float = key(Thickness, "unloaded", 1)
     kerf: float = key(Kerf, "width of the laser's cut", 0.15)
@@ -298,50 +290,6 @@ class EncapsulationDocument(Section):
 
     material: str | ElastomerDocument = key(ElastomerChoice, "a silicone, or written out", "pdms")
     thickness: float = key(Thickness, "of the film", 0.1)
-
-
-class JawDocument(Section):
-    """A grasper's jaw written out."""
-
-    name: str = key(Label, "what to call it", "written out")
-    width: float = key(Size, "of the face that carries the sensor")
-    length: float = key(Size, "of that face, along the jaw")
-    height: float = key(Thickness, "of one jaw, face to back")
-    port_diameter: float = key(Size, "of the circle that the closed pair must pass", 5)
-    material: str | ConductorDocument = key(ConductorChoice, "the jaw's metal", "stainless-304")
-    opposing_pad_thickness: float = key(Gap, "pad on the other jaw", 0)
-    face: float | None = key(
-        Size, "true width of the flat, measured; if left out, the chord of a back that is as round as the port", None
-    )
-    recess: float = key(Gap, "how far rims beside a pad pocket stand above its floor; the floor is the face then", 0)
-    pocket: tuple[float, float] | None = key(
-        Pair(Size), "[length, width] of a pad pocket; as long and wide as the face if left out", None
-    )
-    hinge: float | None = key(Gap, "from the face's heel to the pivot, along the jaw", None)
-    opening: float | None = key(BendAngle, "between the faces, wide open, like 60 deg", None)
-    fenestration: tuple[float, float] | None = key(
-        Pair(Size), "[length, width] of a window through the middle of the face; none if left out", None
-    )
-
-
-JawChoice = NameOr(Preset("jaw"), Part(JawDocument))
-
-
-class MountDocument(Section):
-    """What carries the sensor."""
-
-    kind: str = key(
-        Choice(("grasper-pad", "bench-plate")), "a pad on a grasper's jaw, or a plate on the bench", "grasper-pad"
-    )
-    jaw: str | JawDocument | None = key(JawChoice, "a jaw preset (with its metal), or written out", None)
-    standoff: float | None = key(
-        Gap,
-        "height of the board over the metal: from the jaw's upper face to the board's bottom face, a shield between "
-        "them included; it is filled with printed plastic. On a bench plate, the plastic below the board. 1 mm, or "
-        "more for a shield, if left out",
-        None,
-    )
-    process: str = key(Choice(PROCESSES), "how its pieces are made: sets least walls and tolerances", "resin")
 
 
 class ShieldDocument(Section):
@@ -377,9 +325,22 @@ class AssemblyDocument(Section):
         Quantity("length", "0 mm", "1 mm"), "thickness of each glue line; the adhesive's if left out", None
     )
     glue_tolerance: float | None = key(Tolerance, "of each glue line; the adhesive's if left out", None)
+    shaft_bore: float | None = key(
+        Size, "inside the tube behind the jaws; what is usual for the port if left out", None
+    )
+    hinge_pin: float | None = key(Size, "diameter of the pin that the jaws turn about; as the bore", None)
     tolerances: TolerancesDocument = key(
         Part(TolerancesDocument), "half the band of a part's size, where it is not its process's", {}
     )
+
+
+class CuttingDocument(Section):
+    """The sheets that elastomer and target are cut from, and how copies lie on them (`fpc.boards` says how many)."""
+
+    sheet: tuple[float, float] = key(
+        Pair(Size), "[x, y] of the sheet, all of it; unverified: measure yours", [100, 100]
+    )
+    gap: float = key(Gap, "between two cuts", 1.5)
 
 
 class CableDocument(Section):
@@ -415,6 +376,22 @@ class RequirementsDocument(Section):
     shear_force: float | None = key(Force, "to be borne, like 1 N", None)
     bandwidth: float | None = key(Rate, "of the force signal, like 100 Hz", None)
     temperature: float = key(Temperature, "of the sensor in use: copper and metal are computed there", "20 degC")
+    normal_resolution: float | None = key(
+        Resolution, "one sigma of noise at the scan rate, at every working point, like 20 mN", None
+    )
+    shear_resolution: float | None = key(Resolution, "the same of every shear axis", None)
+    crosstalk: float | None = key(
+        Number(0, 10), "error of an axis per full scale of another, over its own full scale, after calibration", None
+    )
+    tilt: float | None = key(TiltOfContact, "that the contact may have, like 2 deg", None)
+    tilt_error: float | None = key(Resolution, "what that may cost on any axis, like 100 mN", None)
+    friction_error: float | None = key(
+        Number(0, 10), "of shear over normal at full load: 0.05 shows slip on tissue", None
+    )
+    temperature_range: tuple[float, float] | None = key(
+        TemperatureRange, "between which the sensor is used after a tare, degrees Celsius, like [15, 45]", None
+    )
+    temperature_error: float | None = key(Resolution, "what it may drift by on any axis within that, like 0.5 N", None)
 
 
 class SpecDocument(Section):
@@ -440,5 +417,7 @@ class SpecDocument(Section):
     mount: MountDocument | None = key(Part(MountDocument), "what carries the sensor", None)
     shield: ShieldDocument | None = key(Part(ShieldDocument), "a sheet between coil and jaw", None)
     assembly: AssemblyDocument = key(Part(AssemblyDocument), "how the pieces are put together", {})
+    cutting: CuttingDocument = key(Part(CuttingDocument), "the sheets that elastomer and target are cut from", {})
     readout: ReadoutDocument = key(Part(ReadoutDocument), "the converter that reads the coils", {})
     requirements: RequirementsDocument = key(Part(RequirementsDocument), "what the sensor must bear and follow", {})
+    loads: LoadsDocument = key(Part(LoadsDocument), "ways in which the sensor is pushed in use", {})

@@ -6,7 +6,11 @@ from __future__ import annotations
 
 import re
 
-from sitscad.spec.format.kinds import Figure, Number, Pair, Preset, ProfileName, Quantity, Sourced, Text, Truth
+from sitscad.spec.format.kinds.figure import Figure, Sourced
+from sitscad.spec.format.kinds.number import Number, Truth
+from sitscad.spec.format.kinds.preset import Preset, ProfileName
+from sitscad.spec.format.kinds.quantity import Pair, Quantity
+from sitscad.spec.format.kinds.word import Text
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key, keys_like
 
 Label = Text(64)

@@ -15,8 +15,8 @@ from pydantic_core import SchemaValidator, ValidationError
 from sitscad.finding import Finding
 from sitscad.spec.format.diagnosis import finding_from_text, findings_from_pydantic
 from sitscad.spec.format.section import Section, validator_of
-from sitscad.spec.format.yaml_reader import read_yaml
-from sitscad.spec.format.yaml_text import MAX_BYTES, TextError, dotted, undotted
+from sitscad.spec.format.yaml.reader import read_yaml
+from sitscad.spec.format.yaml.text import MAX_BYTES, TextError, dotted, undotted
 from sitscad.spec.rules import SpecError
 from sitscad.spec.source import SpecSource
 

@@ -14,8 +14,8 @@ from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.record import record
-from sitscad.spec.format.yaml_reader import read_yaml
-from sitscad.spec.format.yaml_text import Position, TextError, YamlText, dotted, undotted
+from sitscad.spec.format.yaml.reader import read_yaml
+from sitscad.spec.format.yaml.text import Position, TextError, YamlText, dotted, undotted
 from sitscad.units import UNITS, UnitError, parse_quantity
 
 BOM = "\ufeff"
@@ -159,6 +159,7 @@ class _Text:
 
 
 def _edited(text: _Text, edit: Edit) -> str:
+    """The text with one edit made; CannotWriteError where it would then say something else."""
     changed = text.raw
     if edit.what == "name":
         changed = _renamed(text, edit)

@@ -18,6 +18,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def _object(section: type[Section]) -> dict[str, Any]:
+    """The JSON Schema of a section."""
     return {
         "type": "object",
         "description": section.__doc__,

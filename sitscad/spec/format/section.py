@@ -12,7 +12,9 @@ from typing import Any, ClassVar, NoReturn
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
 from sitscad.record import record
-from sitscad.spec.format.kinds import Choice, Kind, Preset, ProfileName
+from sitscad.spec.format.kinds.kind import Kind
+from sitscad.spec.format.kinds.preset import Preset, ProfileName
+from sitscad.spec.format.kinds.word import Choice
 
 NAME = "<name>"
 WRITTEN = "<written out>"

@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from sitscad.spec.format.kinds import described
-from sitscad.spec.format.yaml_text import TextError, dotted, plain_value, undotted
+from sitscad.spec.format.kinds.refusal import described
+from sitscad.spec.format.yaml.text import TextError, dotted, plain_value, undotted
 
 MOST_VALUES = 20_000
 """Values of a spec, sections and lists among them; and of an array that one of them is."""
@@ -33,6 +33,7 @@ def plain(value: Any, key: str = "") -> Any:
 
 
 def _plain(value: Any, key: str, left: Iterator[int]) -> Any:
+    """The value in YAML's own types; TextError for what no spec can hold."""
     if next(left, None) is None:
         raise TextError("SIT010", f"more than {MOST_VALUES} values", "is this a spec?", key=key)
     if value is None or isinstance(value, bool):
@@ -104,6 +105,7 @@ def _quoted(text: str) -> str:
 
 
 def _escaped(letter: str) -> str:
+    """A letter as it stands in double quotes."""
     if letter in '"\\':
         return f"\\{letter}"
     code = ord(letter)

@@ -14,7 +14,8 @@ from typing import Any
 
 from sitscad.spec.design_rules import DesignRules, FoilLines
 from sitscad.spec.format.fabricator_document import RulesDocument, TracksDocument
-from sitscad.spec.format.kinds import Figure, is_profile_file
+from sitscad.spec.format.kinds.figure import Figure
+from sitscad.spec.format.kinds.preset import is_profile_file
 from sitscad.spec.format.reading import read_section
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.profiles.files import opened

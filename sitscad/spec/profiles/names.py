@@ -8,7 +8,10 @@ from pathlib import Path
 
 DATA = Path(__file__).parents[2] / "data"
 
-FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws"}
+FOLDERS = {
+    "stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws",
+    "hole pattern": "hole_patterns",
+}  # fmt: skip
 TABLES = {
     "conductor": "conductors", "dielectric": "dielectrics", "elastomer": "elastomers", "chip": "chips",
     "converter": "converters", "adhesive": "adhesives",
@@ -17,7 +20,9 @@ TABLES = {
 
 @cache
 def names(kind: str) -> tuple[str, ...]:
-    """The presets of a kind, sorted: stackup, rules, connector, jaw, material kinds, chip, converter, file naming."""
+    """The presets of a kind, sorted: stackup, rules, connector, jaw, hole pattern, material kinds, chip, converter and
+    file naming.
+    """
     if kind == "file naming":
         return tuple(sorted({row["naming"] for row in read_table(DATA / "archive_names.csv")}))
     if kind in FOLDERS:

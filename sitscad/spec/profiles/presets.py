@@ -13,12 +13,13 @@ from typing import Any
 
 from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.materials import Adhesive, Conductor, ElastomerMaterial, Finish
+from sitscad.spec.materials import NEO_HOOKEAN, Adhesive, Conductor, ElastomerMaterial, Finish, Losses
+from sitscad.spec.pieces.mounting import Hole, HolePattern, Jaw
 from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.profiles.names import DATA as DATA
 from sitscad.spec.profiles.names import FOLDERS, TABLES, read_table
 from sitscad.spec.profiles.names import names as names
-from sitscad.spec.sensor import Chip, Connector, Jaw
+from sitscad.spec.sensor import Chip, Connector
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 from sitscad.units import parse_quantity
 
@@ -94,14 +95,35 @@ def jaw(name: str) -> Jaw:
     """A grasper's jaw; raises KeyError where there is no such preset."""
     rows = _fields("jaw", name)
     figures = {field: _jaw_figure(field, row["value"]) for field, row in rows.items() if field != "material"}
-    return Jaw(name=name, material=conductor(rows["material"]["value"]), **figures, source=_sources(rows))
+    material = conductor(rows["material"]["value"])
+    return Jaw(name=name, material=material, **figures, source=_sources(rows), preset=name)
+
+
+def jaw_source(name: str, written: tuple[str, ...]) -> str:
+    """Where the figures of a jaw's preset come from that a spec does not write itself."""
+    return _sources({field: row for field, row in _fields("jaw", name).items() if field not in written})
+
+
+@cache
+def hole_pattern(name: str) -> HolePattern:
+    """The holes of a bench plate; raises KeyError where there is no such preset."""
+    rows = _fields("hole pattern", name)
+    sizes = {field: parse_quantity(rows[field]["value"], "length") for field in ("hole", "head")}
+    grid = parse_quantity(rows["grid"]["value"], "length") if "grid" in rows else None
+    places: list[tuple[float, float]] = [(0.0, 0.0)]  # of a grid or the corners: one hole's sizes, placed later
+    if "circle" in rows:
+        radius, count = parse_quantity(rows["circle"]["value"], "length") / 2, int(rows["count"]["value"])
+        turns = [2.0 * math.pi * i / count for i in range(count)]
+        places = [(radius * math.cos(turn), radius * math.sin(turn)) for turn in turns]
+    holes = tuple(Hole(place, sizes["hole"], sizes["head"]) for place in places)
+    return HolePattern(name, holes, grid, rows["thread"]["value"], _sources(rows))
 
 
 def _jaw_figure(field: str, value: str) -> Any:
     """One figure of a jaw: an angle, a length and a width, or a length."""
     if field == "opening":
         return parse_quantity(value, "angle")
-    if field in ("pocket", "fenestration"):
+    if field in ("pocket", "fenestration", "opposing_pocket"):
         length, _, width = value.partition(" x ")
         return parse_quantity(length, "length"), parse_quantity(width, "length")
     return parse_quantity(value, "length")
@@ -152,7 +174,19 @@ def elastomer(name: str) -> ElastomerMaterial:
         row["hardness"],
         float(row["density"]) if row["density"] else None,
         _source(row),
+        float(row["ogden_exponent"] or NEO_HOOKEAN),
+        _losses(row),
     )
+
+
+def _losses(row: Row) -> Losses:
+    """Hysteresis, creep and what temperature does to a silicone."""
+    normal, shear, creep = (float(row[field]) for field in ("hysteresis_normal", "hysteresis_shear", "creep"))
+    modulus, expansion = (
+        parse_quantity(row[field], "temperature coefficient")
+        for field in ("modulus_temperature_coefficient", "expansion")
+    )
+    return Losses(normal, shear, creep, modulus, expansion, row["loss_source"])
 
 
 @cache

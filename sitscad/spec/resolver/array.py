@@ -53,6 +53,7 @@ def _implied_pattern(document: ArrayDocument) -> str:
 
 
 def _check_keys(document: ArrayDocument, pattern: str, remarks: Remarks) -> None:
+    """Note keys that mean nothing with a pattern, or are missing."""
     wanted = _PATTERN_KEYS[pattern]
     for name in ("count", "pitch", "centres", "rotations"):
         value = getattr(document, name)
@@ -69,6 +70,7 @@ def _check_keys(document: ArrayDocument, pattern: str, remarks: Remarks) -> None
 
 
 def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remarks) -> float | None:
+    """The pitch (m) that is written, else the least one at which alike coils stand apart; None where there is none."""
     if document.pitch is not None or "pitch" not in _PATTERN_KEYS[pattern]:
         return document.pitch
     size = coil.size[0] if pattern == "line" else max(coil.size)
@@ -88,6 +90,7 @@ def _smallest(pattern: str, pitch: float) -> ArraySpec:
 
 
 def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remarks) -> tuple[tuple[float, float], ...]:
+    """The coils' centres (m) by their pattern."""
     if pattern == "explicit":
         return ((0.0, 0.0),) if document.centres is None else tuple(document.centres)
     if pattern == "single":
@@ -101,6 +104,7 @@ def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remar
 
 
 def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remarks) -> tuple[float, ...]:
+    """The coils' rotations (rad); 0 for all patterns but the explicit one."""
     if document.rotations is None or pattern != "explicit":
         return (0.0,) * coils
     if len(document.rotations) == coils:

@@ -53,6 +53,7 @@ def resolve_fpc(
 
 
 def _panel(document: str | PanelDocument, remarks: Remarks) -> PanelSpec:
+    """The panel that is asked for; too many boards are noted."""
     if isinstance(document, str):
         return PanelSpec(wish=document)
     boards = math.prod(document.parts or ())
@@ -67,6 +68,7 @@ def _panel(document: str | PanelDocument, remarks: Remarks) -> PanelSpec:
 
 
 def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
+    """The stack-up that is written, named, or the default for so many layers."""
     if isinstance(document.stackup, list):
         return _plated(_written_stackup(document.stackup, remarks), document.plating, remarks)
     if document.plating is not None:
@@ -81,6 +83,7 @@ def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup
 
 
 def _written_stackup(layers: list[LayerDocument], remarks: Remarks) -> Stackup:
+    """The stack-up that is written layer by layer; what cannot be is noted."""
     found = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(layers)]
     kinds = [layer.kind for layer in found]
     if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(found) > 40:
@@ -126,6 +129,7 @@ def _plated(stackup: Stackup, plating: float | None, remarks: Remarks) -> Stacku
 
 
 def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer:
+    """One layer that is written out, with its material's permittivity."""
     given = [(kind, getattr(layer, kind)) for kind in ("coverlay", "copper", "dielectric")]
     given = [(kind, thickness) for kind, thickness in given if thickness is not None]
     if len(given) != 1:
@@ -145,6 +149,7 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
 
 
 def _tail(document: FpcDocument, copper: int, rules: DesignRules, remarks: Remarks) -> Tail | None:
+    """The tail with all defaults; None where none is wanted."""
     written = document.tail
     if written is None:
         return None

@@ -66,6 +66,7 @@ def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
 
 
 def _check_size(coil: CoilSpec, remarks: Remarks) -> None:
+    """Note a size that the shape cannot have."""
     x, y = coil.size
     if not coil.outline.is_long and x != y:
         hint = f"write one number, or choose {' or '.join(name for name, row in SHAPES.items() if row.is_long)}"
@@ -111,6 +112,7 @@ def _check_turns(coil: CoilSpec, turns: float, key: str, remarks: Remarks) -> No
 
 
 def _check_corner(coil: CoilSpec, remarks: Remarks) -> None:
+    """Note a corner radius that the shape cannot have."""
     if coil.corner_radius and not coil.outline.sides:
         message = f"a {coil.shape} has no corners to round"
         none = (Edit("coil.corner_radius", "0"),)

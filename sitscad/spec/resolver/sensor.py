@@ -9,22 +9,26 @@ from typing import Any
 from sitscad.finding import Edit
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Point
-from sitscad.spec.format.document import CableDocument, ConductorDocument, ElastomerDocument, JawDocument, SpecDocument
+from sitscad.geometry.shapes import LONG_PLATE, PLATES, plate_shape
+from sitscad.spec.format.document import CableDocument, SpecDocument
+from sitscad.spec.format.materials_document import ElastomerDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.format.section import Section
 from sitscad.spec.issue import Issue
-from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.materials import ElastomerMaterial, Losses
+from sitscad.spec.pieces.plates import Cutting
 from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.origin import spec_origin
 from sitscad.spec.resolver.array import resolve_array
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coil import check_amount, resolve_coil
+from sitscad.spec.resolver.loads import resolve_loads
+from sitscad.spec.resolver.mount import resolve_conductor, resolve_mount
 from sitscad.spec.sensor import (
     Assembly,
     Cable,
     ElastomerPad,
     Encapsulation,
-    Jaw,
-    Mount,
     ReadoutSpec,
     Requirements,
     SensorSpec,
@@ -35,7 +39,6 @@ from sitscad.spec.sensor import (
 from sitscad.spec.source import SpecSource
 from sitscad.units import show
 
-_DEFAULT_STANDOFF = 1e-3
 _CABLE_PER_METRE = {"inductance": 600e-9, "capacitance": 100e-12, "resistance": 1.0}
 _WRITTEN = "written out"
 
@@ -54,6 +57,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     side = max(coil.outer_diameter, array.pitch or 0.0)
     target = resolve_target(document, side, remarks)
     shield = resolve_shield(document)
+    mount = resolve_mount(document.mount, shield, remarks, spec_origin(source, folder))
     spec = SensorSpec(
         name=document.name,
         coil=coil,
@@ -62,13 +66,15 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         target=target,
         elastomer=resolve_elastomer(document, side, target, remarks),
         encapsulation=resolve_encapsulation(document),
-        mount=resolve_mount(document, shield, remarks),
+        mount=mount,
         shield=shield,
         readout=resolve_readout(document, remarks),
         requirements=Requirements(**document.requirements.values()),
         source=source,
         issue=Issue(document.revision, document.part_number, document.date),
         assembly=resolve_assembly(document, remarks),
+        cutting=Cutting(document.cutting.sheet, document.cutting.gap),
+        loads=resolve_loads(document, mount, remarks),
     )
     _note_plain_defaults(document, "", source.keys, remarks)
     return spec, remarks
@@ -91,13 +97,12 @@ def _plate(part: Any, key: str, size: tuple[float, float], remarks: Remarks) -> 
         shown = show(size[0], "m") if size[0] == size[1] else f"[{show(size[0], 'm')}, {show(size[1], 'm')}]"
         remarks.default(f"{key}.size", shown, "after what lies under it")
     size = part.size or size
-    shape = part.shape or ("square" if size[0] == size[1] else "rectangle")
+    shape = part.shape or plate_shape(size)
     if part.shape is None:
         remarks.default(f"{key}.shape", shape, "after its size")
-    if shape != "rectangle" and size[0] != size[1]:
-        remarks.flaw(
-            "SIT009", f"{key}.size", f"a {shape} has one size, not [x, y]", "write one number, or shape: rectangle"
-        )
+    if not PLATES[shape].is_long and size[0] != size[1]:
+        hint = f"write one number, or shape: {LONG_PLATE}"
+        remarks.flaw("SIT009", f"{key}.size", f"a {shape} has one size, not [x, y]", hint)
     return shape, size
 
 
@@ -107,7 +112,7 @@ def resolve_target(document: SpecDocument, side: float, remarks: Remarks) -> Tar
     if part is None:
         return None
     shape, size = _plate(part, "target", (side, side), remarks)
-    return Target(shape, size, part.thickness, _conductor(part.material), part.kerf, part.offset, part.rotation)
+    return Target(shape, size, part.thickness, resolve_conductor(part.material), part.kerf, part.offset, part.rotation)
 
 
 def resolve_elastomer(
@@ -124,7 +129,7 @@ def resolve_elastomer(
 
 def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
     """The sides (m) of the least pad, offset so far from the mean of the coils' centres, that carries a target."""
-    reach = Footprint(target.shape == "circle", target.size, Point(*target.offset), target.rotation).reach
+    reach = Footprint(target.outline.is_round, target.size, Point(*target.offset), target.rotation).reach
     x, y = (2.0 * (abs(target.offset[axis] - offset[axis]) + reach[axis]) for axis in (0, 1))
     return x, y
 
@@ -138,46 +143,7 @@ def resolve_encapsulation(document: SpecDocument) -> Encapsulation | None:
 def resolve_shield(document: SpecDocument) -> Shield | None:
     """The shield behind the board."""
     part = document.shield
-    return None if part is None else Shield(_conductor(part.material), part.thickness, part.gap)
-
-
-def resolve_mount(document: SpecDocument, shield: Shield | None, remarks: Remarks) -> Mount | None:
-    """The mount; the shield has to fit between board and metal."""
-    part = document.mount
-    if part is None:
-        return None
-    needed = shield.gap + shield.thickness if shield else 0.0
-    standoff = part.standoff
-    if standoff is None:
-        standoff = max(_DEFAULT_STANDOFF, needed)
-        remarks.default("mount.standoff", show(standoff, "m"))
-    if standoff < needed * (1 - 1e-9):
-        message = (
-            f"the shield ends {show(needed, 'm')} below the board's bottom face, the metal begins at "
-            f"{show(standoff, 'm')} (mount.standoff)"
-        )
-        least = f"{needed * 1e3:.6g} mm"
-        hint = f"mount.standoff: {least} or more: shield.gap and shield.thickness together"
-        facts = {"measured": standoff, "limit": needed, "unit": "m", "edits": (Edit("mount.standoff", least),)}
-        remarks.flaw("SIT009", "mount.standoff", message, hint, **facts)
-    if part.kind == "bench-plate":
-        if part.jaw is not None:
-            remarks.flaw("SIT009", "mount.jaw", "a bench plate has no jaw", "leave jaw out, or kind: grasper-pad")
-        return Mount(part.kind, None, standoff, part.process)
-    if part.jaw is None:
-        remarks.default("mount.jaw", "generic-5mm")
-    jaw = _jaw(part.jaw or "generic-5mm")
-    _check_jaw(jaw, remarks)
-    return Mount(part.kind, jaw, standoff, part.process)
-
-
-def _check_jaw(jaw: Jaw, remarks: Remarks) -> None:
-    """Whether pocket and window of a jaw lie inside its face."""
-    for name, size in (("pocket", jaw.pocket), ("fenestration", jaw.fenestration)):
-        if size is not None and (size[0] > jaw.length or size[1] > jaw.width):
-            shown = f"{show(size[0], 'm')} x {show(size[1], 'm')}"
-            message = f"the {name} is {shown}, the face {show(jaw.length, 'm')} x {show(jaw.width, 'm')}"
-            remarks.flaw("SIT009", f"mount.jaw.{name}", message, "[length, width], inside length and width of the jaw")
+    return None if part is None else Shield(resolve_conductor(part.material), part.thickness, part.gap)
 
 
 def resolve_assembly(document: SpecDocument, remarks: Remarks) -> Assembly:
@@ -198,37 +164,11 @@ def resolve_assembly(document: SpecDocument, remarks: Remarks) -> Assembly:
         message = f"a glue line of {show(line, 'm')} cannot come out {show(spread, 'm')} thinner"
         remarks.flaw("SIT009", "assembly.glue_tolerance", message, "at most the thickness of the line itself")
     written = tuple((name, value) for name, value in part.tolerances.values().items() if value is not None)
-    return Assembly(adhesive, line, spread, written)
-
-
-def _jaw(document: str | JawDocument) -> Jaw:
-    if isinstance(document, str):
-        return presets.jaw(document)
-    return Jaw(
-        name=document.name,
-        width=document.width,
-        length=document.length,
-        height=document.height,
-        port_diameter=document.port_diameter,
-        material=_conductor(document.material),
-        opposing_pad_thickness=document.opposing_pad_thickness,
-        source="the spec",
-        face=document.face,
-        recess=document.recess,
-        pocket=document.pocket,
-        hinge=document.hinge,
-        opening=document.opening,
-        fenestration=document.fenestration,
-    )
-
-
-def _conductor(document: str | ConductorDocument) -> Conductor:
-    if isinstance(document, str):
-        return presets.conductor(document)
-    return Conductor(**document.values(), source="the spec")
+    return Assembly(adhesive, line, spread, written, part.shaft_bore, part.hinge_pin)
 
 
 def _elastomer(document: str | ElastomerDocument) -> ElastomerMaterial:
+    """The silicone of a preset, or as it is written out."""
     if isinstance(document, str):
         return presets.elastomer(document)
     return ElastomerMaterial(
@@ -238,6 +178,15 @@ def _elastomer(document: str | ElastomerDocument) -> ElastomerMaterial:
         bulk_modulus=document.bulk_modulus,
         hardness=document.hardness,
         source="the spec",
+        ogden_exponent=document.ogden_exponent,
+        losses=Losses(
+            document.hysteresis,
+            document.hysteresis,
+            document.creep,
+            document.modulus_temperature_coefficient,
+            document.expansion,
+            "the spec",
+        ),
     )
 
 

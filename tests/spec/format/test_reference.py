@@ -84,7 +84,7 @@ def test_the_example_loads_and_passes_its_checks():
     [
         ("fpc: {rules: oshpark}", ["any of name, based_on, source, trace_width"]),
         ("fpc: {stackup: my-build}", ["a list of sections with coverlay, copper, dielectric"]),
-        ("mount: {jaw: mine}", ["width, length, height and, if wanted, name, port_diameter"]),
+        ("mount: {jaw: mine}", ["any of name, based_on, width, length, height, port_diameter"]),
         ("target: {material: gold}", ["conductivity and, if wanted"]),
         ("elastomer: {material: mine}", ["shear_modulus and, if wanted, name, uncertainty"]),
     ],

@@ -9,7 +9,7 @@ import pytest
 from sitscad.spec import templates
 from sitscad.spec.format.document import SpecDocument
 from sitscad.spec.format.schema import DIALECT, json_schema
-from sitscad.spec.format.yaml_reader import read_yaml
+from sitscad.spec.format.yaml.reader import read_yaml
 from sitscad.spec.profiles import presets
 
 

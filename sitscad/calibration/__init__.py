@@ -1,0 +1,34 @@
+"""Calibration: simulated sensors, points worth taking, the fit of measured ones, maps from readings to forces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sitscad.calibration.calibrate import Calibration
+from sitscad.calibration.maps.inverse_map import InverseMap, map_of
+
+if TYPE_CHECKING:
+    from sitscad.design import Design
+
+__all__ = ["Calibration", "InverseMap", "calibrate", "map_of"]
+
+
+def calibrate(design: Design, data: str | None = None, *, is_held: bool = False, points: int = 8) -> Calibration:
+    """The calibration of a design: without `data` the loads to take (so many `points`) and the map that is foretold,
+    with the CSV file of a bench the map of the sensor that was measured.
+
+    `is_held`: loads leave the target level, as a flat face does that presses on it; else it tilts as it likes. Raises
+    `BenchError` (a ValueError) for a table that cannot be read or that no sensor of the design would give, NoResponse
+    (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
+    """
+    from sitscad.calibration.bench_data import points_of, read_table
+    from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of
+    from sitscad.calibration.suspicion import require_plausible
+
+    if data is None:
+        return foretell(design.response, is_held, points)
+    table = read_table(data, [coil.name for coil in design.layout.coils])
+    sensors = sensors_of(design.response, is_held)
+    found = points_of(table, sensors)
+    require_plausible(table, found, sensors)
+    return calibrate_by(sensors, found)

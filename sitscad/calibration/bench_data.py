@@ -1,0 +1,210 @@
+"""A bench's table of points, as it is written down: loads or poses, and what every coil read."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.points import Points
+from sitscad.calibration.sensors import Sensors
+from sitscad.record import record
+from sitscad.scene.motions import LOAD, POSE
+
+Array = NDArray[np.float64]
+
+READING_UNITS = {"counts": 1.0, "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "H": 1.0, "mH": 1e-3, "uH": 1e-6, "nH": 1e-9}
+"""Units that a coil's column may name after its name and an underscore."""
+
+MOTION_UNITS = {"N": 1.0, "mN": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0, "deg": math.pi / 180.0}
+"""Units that a load's or a pose's column may name."""
+
+KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm", "um")),
+         **dict.fromkeys(POSE[3:], ("rad", "deg"))}  # fmt: skip
+"""The units of every load and pose."""
+
+LARGEST = 16_000_000
+"""Bytes at most of a file."""
+
+
+class BenchError(ValueError):
+    """A table that cannot be read, or that no sensor of the design gives; the text begins with file:line:column."""
+
+
+@record
+class Column:
+    """A column: where it stands (from 1), what it is of, its unit, and whether that is a coil."""
+
+    number: int
+    name: str
+    unit: str
+    is_coil: bool
+
+    @property
+    def factor(self) -> float:
+        """What its numbers are multiplied with."""
+        return (READING_UNITS if self.is_coil else MOTION_UNITS)[self.unit]
+
+
+@record(eq=False)
+class Table:
+    """A table: its path, its columns, the lines (n) and the numbers (n, columns) in their own units."""
+
+    path: str
+    columns: tuple[Column, ...]
+    lines: tuple[int, ...]
+    values: Array
+
+    def where(self, row: int, column: Column) -> str:
+        """The place of a number."""
+        return f"{self.path}:{self.lines[row]}:{column.number}"
+
+    def named(self, name: str) -> int | None:
+        """Where a column of that name stands among the others; None where there is none."""
+        return next((k for k, column in enumerate(self.columns) if column.name == name), None)
+
+
+def read_table(path: str, coils: Sequence[str]) -> Table:
+    """The table in a CSV file, whose header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``).
+
+    Lines that begin with # and empty ones are left out. Raises BenchError for what cannot be read, OSError for a file
+    that cannot be opened.
+    """
+    with Path(path).open("rb") as file:  # a device has no size and no end
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        raise BenchError(f"{path}:1:1 is larger than {LARGEST // 1_000_000} MB")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise BenchError(f"{path}:1:1 is not text in UTF-8") from error
+    rows = [(number, cells) for number, cells in enumerate(csv.reader(io.StringIO(text)), start=1)
+            if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")]  # fmt: skip
+    if not rows:
+        raise BenchError(f"{path}:1:1 is empty: a header like normal_N,shear_x_N,C1_counts,C2_counts is wanted")
+    (line, head), body = rows[0], rows[1:]
+    columns = _columns(f"{path}:{line}", head, coils)
+    values = [_numbers(f"{path}:{number}", cells, head, columns) for number, cells in body]
+    return Table(path, columns, tuple(number for number, _ in body), np.array(values).reshape(-1, len(columns)))
+
+
+def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Column, ...]:
+    found = []
+    for number, title in enumerate((cell.strip() for cell in head), start=1):
+        name, _, unit = title.rpartition("_")
+        if title in coils:
+            raise BenchError(
+                f"{where}:{number} {title} says no unit: {title}_counts, {title}_Hz or {title}_H is wanted"
+            )
+        if name in coils:
+            found.append(_column(f"{where}:{number}", number, name, unit, tuple(READING_UNITS), True))
+        elif name in KINDS:
+            found.append(_column(f"{where}:{number}", number, name, unit, KINDS[name], False))
+        elif title in KINDS:
+            raise BenchError(f"{where}:{number} {title} says no unit: {title}_{KINDS[title][0]} is wanted")
+        else:
+            raise BenchError(f"{where}:{number} column {title!r} is none of {', '.join((*LOAD, *POSE, *coils))}, "
+                             "each with its unit: normal_N, x_mm, C1_counts")  # fmt: skip
+    _require_all(where, found, coils)
+    return tuple(found)
+
+
+def _column(where: str, number: int, name: str, unit: str, units: Sequence[str], is_coil: bool) -> Column:
+    if unit not in units:
+        raise BenchError(f"{where} {name} in {unit!r}: {', '.join(units)} are read")
+    return Column(number, name, unit, is_coil)
+
+
+def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> None:
+    names = [column.name for column in found]
+    end = f"{where}:{max((column.number for column in found), default=1)}"
+    for column in found:
+        if names.count(column.name) > 1:
+            raise BenchError(f"{where}:{column.number} {column.name} has two columns")
+    missing = [name for name in coils if name not in names]
+    if missing:
+        raise BenchError(
+            f"{end} no column for {', '.join(missing)}: every coil's reading is wanted, like {missing[0]}_counts"
+        )
+    if len({column.unit for column in found if column.is_coil} - {"counts"}) > 0 and any(
+        column.is_coil and column.unit == "counts" for column in found
+    ):
+        raise BenchError(f"{end} coils in counts and in other units: one kind for all is wanted")
+    kinds = {"load" if name in LOAD else "pose" for name in names if name in KINDS}
+    if len(kinds) != 1:
+        said = "loads and poses: one of both is wanted" if kinds else "neither loads nor poses: normal_N is wanted"
+        raise BenchError(f"{end} {said}")
+
+
+def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Sequence[Column]) -> list[float]:
+    if len(cells) != len(head):
+        raise BenchError(f"{where}:{min(len(cells), len(head)) + 1} {len(cells)} cells under {len(head)} columns")
+    found = []
+    for column in columns:
+        text = cells[column.number - 1].strip()
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            said = f"{text!r} is no finite number" if text else "nothing was read here"
+            raise BenchError(f"{where}:{column.number} {column.name}: {said}")
+        found.append(value)
+    return found
+
+
+def points_of(table: Table, sensors: Sensors) -> Points:
+    """A table's points: loads or poses in SI units, readings as frequencies.
+
+    Raises BenchError where a load pulls, where there is no tare or there are too few points.
+    """
+    motion = LOAD if table.named("normal") is not None or not any(c.name in POSE for c in table.columns) else POSE
+    moved = np.zeros((len(table.values), len(motion)))
+    for k, name in enumerate(motion):
+        place = table.named(name)
+        if place is not None:
+            moved[:, k] = table.values[:, place] * table.columns[place].factor
+    at_rest = np.all(moved == 0.0, axis=1)
+    _require_enough(table, moved, at_rest, motion)
+    frequency = np.stack([_frequency(table, sensors, name) for name in sensors.coils], axis=1)
+    return Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
+
+
+FEWEST = 3
+"""Points beside the tare, at least."""
+
+
+def _require_enough(table: Table, moved: Array, at_rest: NDArray[np.bool_], motion: tuple[str, ...]) -> None:
+    end = f"{table.path}:{table.lines[-1] if table.lines else 1}:1"
+    if not at_rest.any():
+        raise BenchError(
+            f"{end} no point is at rest: a row with all {'loads' if motion == LOAD else 'poses'} 0 is the tare"
+        )
+    if len({tuple(row) for row in moved[~at_rest]}) < FEWEST:
+        raise BenchError(f"{end} {int((~at_rest).sum())} points beside the tare: {FEWEST} different ones at least, "
+                         "five to ten serve well")  # fmt: skip
+    place = table.named("normal")
+    if motion == LOAD and place is not None and np.any(moved[:, 0] < 0.0):
+        row = int(np.argmax(moved[:, 0] < 0.0))
+        raise BenchError(f"{table.where(row, table.columns[place])} normal below 0: presses are positive")
+
+
+def _frequency(table: Table, sensors: Sensors, coil: str) -> Array:
+    """A coil's frequencies (Hz)."""
+    place = table.named(coil)
+    assert place is not None
+    column, readout = table.columns[place], sensors.model.estimates.readout
+    values = table.values[:, place] * column.factor
+    if np.any(values <= 0.0):
+        raise BenchError(f"{table.where(int(np.argmax(values <= 0.0)), column)} {coil}: a reading is above 0")
+    if column.unit == "counts":
+        return np.asarray(values / 2.0**28 * (readout.input_divider or 1) * readout.reference_frequency)
+    if column.unit.endswith("H"):
+        assert readout.conversion_capacitance is not None
+        return np.asarray(1.0 / (2.0 * math.pi * np.sqrt(values * readout.conversion_capacitance)))
+    return np.asarray(values)

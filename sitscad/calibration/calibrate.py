@@ -1,0 +1,145 @@
+"""The calibration of a design: what is foretold before anything is measured, and what measured points make of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.making import chosen_form, drawn_map, error_by_unknowns, own_map
+from sitscad.calibration.maps.forms import Tried
+from sitscad.calibration.maps.inverse_map import InverseMap
+from sitscad.calibration.maps.residual import Correction, correct
+from sitscad.calibration.model_fit import ModelFit, fit_model
+from sitscad.calibration.plan import Plan, plan
+from sitscad.calibration.points import Points
+from sitscad.calibration.sensors import Sensors
+from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.response.pad import NoResponse
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+USUAL_POINTS, FEWEST, MOST = 8, 3, 40
+"""Loads that a plan has beside the tare: as a rule, at least and at most."""
+
+
+@record(eq=False)
+class Calibration:
+    """A map from readings to forces and where it comes from. Without measured points `plan` says which to take; with
+    them `fit` is what they say of the sensor, `correction` what they say of the map (None for poses).
+    """
+
+    sensors: Sensors
+    map: InverseMap
+    form: Tried
+    tried: tuple[Tried, ...]
+    plan: Plan | None = None
+    points: Points | None = None
+    fit: ModelFit | None = None
+    correction: Correction | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to say of it."""
+        found = list(self.sensors.range.notes)
+        if len(self.map.axes) < 3:
+            found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
+        if self.fit is not None and self.fit.excess > 1.5:
+            found.append(f"loads and model were off by {self.fit.excess:.1f} times what is expected: hysteresis, "
+                         "creep, or loads that were not what the file says")  # fmt: skip
+        if self.fit is not None and not self.fit.settled:
+            found.append("the fit of the model did not settle: its unknowns are not to be trusted")
+        return tuple(found)
+
+    @property
+    def moved(self) -> Mapping[str, Mapping[str, float]]:
+        """What the points say of every unknown that was looked for: its value, how many prior standard deviations that
+        is, how sure it is and how sure it was before; nothing without points.
+        """
+        if self.fit is None:
+            return {}
+        rows = zip(self.sensors.known, self.fit.errors, self.fit.moved, self.fit.sigma, strict=True)
+        return {one.name: {"value": float(value), "moved_by_sigmas": float(moved),
+                           "sigma": float(sure * one.sigma), "sigma_before": one.sigma}
+                for one, value, moved, sure in rows if one.is_fitted}  # fmt: skip
+
+    def document(self) -> dict[str, Any]:
+        """The whole calibration as plain values for JSON."""
+        full = self.map.full_scale
+        found: dict[str, Any] = {
+            "map": self.map.document(), "form": self.form.form.name, "is_calibrated": self.fit is not None,
+            "rotation": "held" if self.sensors.is_held else "free",
+            "error_N": dict(zip(self.map.axes, self.map.error.tolist(), strict=True)),
+            "error_of_full_scale": dict(zip(self.map.axes, (self.map.error / full).tolist(), strict=True)),
+            "unknowns": {name: dict(row) for name, row in self.moved.items()}, "notes": list(self.notes),
+        }  # fmt: skip
+        if self.plan is not None:
+            found["plan"] = {"loads_N": self.plan.loads.tolist(), "expected_error_N": self.plan.errors.tolist()}
+        if self.fit is not None and self.points is not None:
+            found["points"] = len(self.points)
+            found["errors_larger_than_expected"] = self.fit.excess
+            found["correction_degree"] = 0 if self.correction is None else self.correction.degree
+        return found
+
+
+def foretell(model: ResponseModel, is_held: bool = False, count: int = USUAL_POINTS) -> Calibration:
+    """The plan of a calibration, and the map of the sensor as it is drawn with its error on sensors as they are made.
+
+    Raises NoResponse where the design has no tank that oscillates or no pad, ValueError for too few or many points.
+    """
+    if not FEWEST <= count <= MOST:
+        raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
+    sensors = sensors_of(model, is_held)
+    form, tried = chosen_form(sensors)
+    return Calibration(sensors, drawn_map(sensors, form.form), form, tried, plan(sensors, count))
+
+
+@lru_cache(maxsize=4)
+def sensors_of(model: ResponseModel, is_held: bool = False) -> Sensors:
+    """The sensors of a design, charted once; raises NoResponse where it has no tank that oscillates, or no pad."""
+    sensors = Sensors(model, is_held)
+    if model.estimates.readout.rcount is None:
+        raise NoResponse("the converter cannot be set for these coils, so nothing is read")
+    frequency = sensors.under(np.zeros(len(sensors.known)), sensors.range.corners)
+    if not np.all(np.isfinite(frequency)):
+        raise NoResponse("a tank of the design does not oscillate under the loads that are required")
+    return sensors
+
+
+def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) -> Calibration:
+    """The map of the sensor that was measured: the model's unknowns first, what that leaves after. The `form` is chosen
+    where none is given.
+    """
+    tried: tuple[Tried, ...] = ()
+    if form is None:
+        form, tried = chosen_form(sensors)
+    fit = fit_model(sensors, points)
+    found = own_map(sensors, form.form, fit.errors)
+    found = replace(found, error=np.maximum(found.error, error_by_unknowns(sensors, found, fit)))
+    settled = points.settled
+    rest = np.rint(sensors.counts(points.rest))
+    if points.loads is None or fit.force_errors is None:
+        return Calibration(sensors, replace(found, rest=rest), form, tried, None, points, fit)
+    pressed = ~points.at_rest
+    forces = points.loads[pressed][:, sensors.range.columns]
+    correction = correct(found, settled.frequency[pressed], settled.rest, forces)
+    error = stated_error(found, fit, correction)
+    return Calibration(
+        sensors, replace(correction.map, rest=rest, error=error), form, tried, None, points, fit, correction
+    )
+
+
+def stated_error(found: InverseMap, fit: ModelFit, correction: Correction) -> Array:
+    """One sigma (N) on every axis: what the other points foretell of each point's force, less what the correction takes
+    of it, and what the map itself leaves.
+    """
+    assert fit.force_errors is not None
+    alone = np.sqrt(np.nanmean(fit.force_errors**2, axis=0))
+    before, after = (np.linalg.norm(part, axis=0) for part in (correction.before, correction.after))
+    share = np.where(before > 0.0, np.minimum(after / np.maximum(before, 1e-300), 1.0), 1.0)
+    return np.asarray(np.hypot(alone * share, found.error))

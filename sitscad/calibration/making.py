@@ -1,0 +1,128 @@
+"""Maps of a design: of a sensor as it is drawn, and of one whose errors were found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.maps.basis import exponents, monomials
+from sitscad.calibration.maps.forms import Form, Samples, Shape, Tried, best, compared, fitted
+from sitscad.calibration.maps.inverse_map import InverseMap
+from sitscad.calibration.model_fit import ModelFit
+from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import units
+
+Array = NDArray[np.float64]
+
+LEARNT, ASKED = 240, 80
+"""Loads that a map is fitted to, and others on which it is tried."""
+
+SENSORS, SEED = 6, 7
+"""Simulated sensors by which a form is chosen, and the seed of their errors."""
+
+SCATTERED, SCATTER_SEED = 24, 8
+"""Simulated sensors by which the error of the drawn sensor's map on others is found, and the seed of their errors."""
+
+SOLVED, DEGREE = 40, 3
+"""Loads that are solved, not charted, for a sensor's own map, and the degree of what that adds."""
+
+
+def gain(sensors: Sensors) -> Array:
+    """Inductance at rest over what the target takes off it, of the drawn sensor (coils), by frequencies."""
+    rest = sensors.under(np.zeros(len(sensors.known)), np.zeros((1, 3)))[0]
+    share = np.square(sensors.free_frequencies / rest)
+    return np.asarray(share / (1.0 - share))
+
+
+def samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
+    """What one sensor reads under loads (n, 3; N)."""
+    frequency = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads]))
+    return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
+
+
+def chosen_form(sensors: Sensors) -> tuple[Tried, tuple[Tried, ...]]:
+    """The form that serves sensors with the scatter of manufacture best, each with a map of its own; and all tried."""
+    generator, parts = np.random.default_rng(SEED), []
+    for errors in units(sensors.known, SENSORS, SEED):
+        learnt, asked = (
+            samples(sensors, errors, sensors.range.inside(n, skip)) for n, skip in ((LEARNT, 0), (ASKED, LEARNT))
+        )
+        read = sensors.read(asked.readings, generator, 1)
+        parts.append((learnt, Samples(read, asked.rest, asked.forces)))
+    tried = compared(parts, gain(sensors), sensors.noise)
+    return best(tried), tried
+
+
+def drawn_map(sensors: Sensors, form: Form) -> InverseMap:
+    """The map of the sensor as it is drawn; its error is that on other sensors of the design, after their own tare."""
+    none = np.zeros(len(sensors.known))
+    found = _map(sensors, form, samples(sensors, none, sensors.range.inside(LEARNT)), none)
+    loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
+    for errors in units(sensors.known, SCATTERED, SCATTER_SEED):
+        other = samples(sensors, errors, loads)
+        square.append((found(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
+    return replace(found, error=np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
+
+
+def own_map(sensors: Sensors, form: Form, errors: Array, is_exact: bool = True) -> InverseMap:
+    """The map of one sensor; its error is what the form itself leaves, the converter's noise in it.
+
+    `is_exact` sets the chart right by some loads that are solved for this sensor.
+    """
+    loads = sensors.range.inside(LEARNT + ASKED)
+    whole = samples(sensors, errors, loads)
+    readings = whole.readings * (_set_right(sensors, errors, loads) if is_exact else 1.0)
+    found = _map(sensors, form, Samples(readings[:LEARNT], whole.rest, whole.forces[:LEARNT]), errors)
+    noisy = sensors.read(readings[LEARNT:], np.random.default_rng(SEED), 1)
+    left = found(noisy, whole.rest) / sensors.range.full_scales - whole.forces[LEARNT:]
+    return replace(found, error=np.sqrt(np.mean(left**2, axis=0)) * sensors.range.full_scales)
+
+
+def error_by_unknowns(sensors: Sensors, found: InverseMap, fit: ModelFit) -> Array:
+    """One sigma (N) on every axis by what the points left open of the unknowns: the map's error on sensors that the
+    same points would come from, drawn from the fit's covariance.
+    """
+    chosen = np.array([one.is_fitted for one in sensors.known])
+    scale = np.array([one.sigma for one in sensors.known])[chosen]
+    drawn = np.random.default_rng(SCATTER_SEED).multivariate_normal(
+        np.zeros(len(scale)), fit.covariance, SCATTERED, method="eigh"
+    )
+    loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
+    for each in drawn:
+        errors = fit.errors.copy()
+        errors[chosen] += scale * each
+        other = samples(sensors, errors, loads)
+        square.append((found(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
+    return np.asarray(np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
+
+
+def _set_right(sensors: Sensors, errors: Array, loads: Array) -> Array:
+    """What charted readings under loads are multiplied with, (n, coils), so that they agree with solved ones."""
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(SOLVED)])
+    off = np.log(sensors.under(errors, tried, exact=True)) - np.log(sensors.under(errors, tried))
+    scale, columns = sensors.range.full_scales, sensors.range.columns
+    powers = exponents([1.0] * len(columns), DEGREE, 1)
+    known, asked = (monomials(part[:, columns] / scale, powers) for part in (tried[1:], loads))
+    return np.asarray(np.exp(asked @ np.linalg.lstsq(known, off[1:] - off[0], rcond=None)[0]))
+
+
+def _map(sensors: Sensors, form: Form, learnt: Samples, errors: Array) -> InverseMap:
+    """A form fitted to samples of one sensor, as a map; a plain polynomial where the form cannot be fitted to them."""
+    own = gain(sensors)
+    shape = fitted(form, learnt, own, sensors.noise)
+    if shape is None:
+        shape = fitted(Form("polynomial of degree 3", True, 3), learnt, own, sensors.noise)
+    assert shape is not None
+    rest = np.rint(sensors.counts(sensors.under(errors, np.zeros((1, 3)))[0]))
+    return _as_map(sensors, shape, own, rest)
+
+
+def _as_map(sensors: Sensors, shape: Shape, own: Array, rest: Array) -> InverseMap:
+    spec, form = sensors.model.spec, shape.form
+    return InverseMap(
+        spec.name, spec.issue.revision or "", sensors.coils, sensors.range.axes, sensors.range.full_scales, own,
+        shape.mix, shape.powers, shape.numerator, shape.denominator, shape.denominator_powers, shape.low, shape.high,
+        np.zeros(len(sensors.range.axes)), rest, form.logarithmic, np.array(form.knots), shape.spline_powers,
+    )  # fmt: skip

@@ -1,0 +1,137 @@
+"""From readings to forces: the map, as a function of arrays and as a document."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sitscad.calibration.maps.basis import Exponents, monomials
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+LEAST = 1e-6
+"""What is left of a target's change of L, over that at rest, at least: its logarithm is taken."""
+
+BEYOND = 0.1
+"""By how much of full scale a reading may lie outside what the map was made for."""
+
+
+@record(eq=False)
+class InverseMap:
+    """Readings to forces. With n0 the tare (counts or frequencies at rest), n a reading and s = (n0/n)^2 - 1, which is
+    L/L(rest) - 1, every coil gives u = ln(1 - gain s), the logarithm of the target's change over that at rest (or
+    u = -s where the map is not `logarithmic`). v = `mix` u is about the force on every axis over its full scale, and
+    force = full_scale x (numerator . terms of v) / (1 + denominator . terms of v); no reading, no force.
+
+    Terms are products of v to the `powers`, then those to `spline_powers` times (v[0] - knot)^3 beyond every knot.
+    `low` and `high` are the v that it was made for, `error` one sigma (N) on every axis, `rest` the counts to be
+    expected at rest.
+    """
+
+    sensor: str
+    revision: str
+    coils: tuple[str, ...]
+    axes: tuple[str, ...]
+    full_scale: Array
+    gain: Array
+    mix: Array
+    powers: Exponents
+    numerator: Array
+    denominator: Array
+    denominator_powers: Exponents
+    low: Array
+    high: Array
+    error: Array
+    rest: Array
+    logarithmic: bool = True
+    knots: Array = field(default_factory=lambda: np.zeros(0))
+    spline_powers: Exponents = field(default_factory=lambda: np.zeros((0, 1), dtype=np.int64))
+
+    def __call__(self, readings: ArrayLike, tare: ArrayLike) -> Array:
+        """Forces (n, axes; N) of readings (n, coils) after a tare (coils): counts or frequencies, both of one kind.
+
+        Raises ValueError for other shapes, and for readings that are not positive.
+        """
+        return self.forces_at(self.mixed(readings, tare))
+
+    def mixed(self, readings: ArrayLike, tare: ArrayLike) -> Array:
+        """About the force on every axis over its full scale, (n, axes)."""
+        given, rest = np.atleast_2d(np.asarray(readings, dtype=float)), np.asarray(tare, dtype=float)
+        if given.shape[1:] != (len(self.coils),) or rest.shape != (len(self.coils),):
+            raise ValueError(f"readings of {len(self.coils)} coils, and one tare for each, are wanted")
+        if not (np.all(given > 0.0) and np.all(rest > 0.0)):
+            raise ValueError("readings and tare are positive numbers")
+        return changes(given, rest, self.gain, self.logarithmic) @ self.mix.T
+
+    def forces_at(self, mixed: Array) -> Array:
+        """Forces (n, axes; N) at what `mixed` gives."""
+        top = terms(mixed, self.powers, self.knots, self.spline_powers) @ self.numerator.T
+        bottom = 1.0 + monomials(mixed, self.denominator_powers) @ self.denominator.T
+        return np.asarray(self.full_scale * top / bottom)
+
+    def holds(self, readings: ArrayLike, tare: ArrayLike) -> NDArray[np.bool_]:
+        """Whether readings (n, coils) are such as the map was made for, (n,)."""
+        mixed = self.mixed(readings, tare)
+        return np.all((mixed >= self.low - BEYOND) & (mixed <= self.high + BEYOND), axis=1)
+
+    def document(self) -> dict[str, Any]:
+        """The map as plain values for JSON; `map_of` reads them."""
+        return {
+            "sensor": self.sensor, "revision": self.revision, "coils": list(self.coils), "axes": list(self.axes),
+            "unit": "N", "logarithmic": self.logarithmic,
+            **{name: getattr(self, name).tolist() for name in ARRAYS},
+        }  # fmt: skip
+
+
+WHOLE = ("powers", "denominator_powers", "spline_powers")
+ARRAYS = ("full_scale", "error", "rest", "gain", "mix", "low", "high", *WHOLE[:1], "numerator", *WHOLE[1:2],
+          "denominator", *WHOLE[2:], "knots")  # fmt: skip
+"""The arrays of a document, in its order; those of whole numbers."""
+
+
+def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
+    """The map of a calibration.json: its path, or what it holds (also as part of the whole document).
+
+    Raises ValueError for what is no such document.
+    """
+    if isinstance(document, (str, Path)):
+        document = json.loads(Path(document).read_text(encoding="utf-8"))
+    assert not isinstance(document, (str, Path))
+    known = document.get("map", document)
+    try:
+        axes = len(known["axes"])
+        arrays: dict[str, Any] = {
+            name: np.asarray(known[name], dtype=np.int64 if name in WHOLE else float) for name in ARRAYS
+        }
+        for name in WHOLE:
+            arrays[name] = arrays[name].reshape(-1, axes)
+        arrays["denominator"] = arrays["denominator"].reshape(axes, -1)
+        words: dict[str, Any] = {name: str(known[name]) for name in ("sensor", "revision")}
+        words |= {name: tuple(known[name]) for name in ("coils", "axes")}
+        return InverseMap(**words, **arrays, logarithmic=bool(known["logarithmic"]))
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"no map from readings to forces: {error} is missing or wrong") from error
+
+
+def changes(readings: Array, rest: Array, gain: Array, logarithmic: bool) -> Array:
+    """What every coil gives (n, coils): see `InverseMap`."""
+    share = (rest - readings) / readings
+    change = share * (2.0 + share)
+    return np.log(np.maximum(1.0 - gain * change, LEAST)) if logarithmic else -change
+
+
+def terms(mixed: Array, powers: Exponents, knots: Array, spline_powers: Exponents) -> Array:
+    """Values (n, terms) of a map's terms."""
+    plain = monomials(mixed, powers)
+    if not len(knots):
+        return plain
+    others = monomials(mixed, spline_powers)
+    beyond = np.maximum(mixed[:, :1] - knots, 0.0) ** 3
+    return np.hstack([plain, (beyond[:, :, None] * others[:, None, :]).reshape(len(mixed), -1)])

@@ -1,0 +1,123 @@
+"""One sensor's own errors out of a few points: the model's unknowns, held by the scatter of manufacture."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.maps.least_squares import Fitted, levenberg_marquardt
+from sitscad.calibration.points import Points, foretold, load_slopes, tared, whiteners
+from sitscad.calibration.sensors import Sensors
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+ROUNDS = 2
+"""Rounds of a fit: with noise as expected, then as large as what was left shows, the chart set right where it is."""
+
+MOST = 100.0
+"""How many times larger than expected errors of loads and model may turn out."""
+
+
+FARTHEST = 8.0
+"""Standard deviations beyond which no unknown is looked for."""
+
+
+@record(eq=False)
+class ModelFit:
+    """The errors of one sensor (unknowns; in their own units), how many prior standard deviations each was moved
+    (`moved`) and how sure it is (`sigma`, of the prior's: 1 is nothing learnt); how many times larger than expected
+    loads and model were off (`excess`); and, foretold by the other points, the force error of each point (n, axes; N;
+    NaN at rest; None for poses) and that of ln f over rest (n, coils).
+    """
+
+    errors: Array
+    moved: Array
+    sigma: Array
+    covariance: Array
+    excess: float
+    force_errors: Array | None
+    reading_errors: Array
+    settled: bool
+
+
+def fit_model(sensors: Sensors, points: Points, start: Array | None = None) -> ModelFit:
+    """The most likely errors of a sensor that read so (after drift is taken out)."""
+    points = points.settled
+    sigma = np.array([one.sigma for one in sensors.known])
+    chosen = np.array([one.is_fitted for one in sensors.known])
+    values = np.zeros(int(chosen.sum())) if start is None else (start / sigma)[chosen]
+    excess, aim = 1.0, np.log(points.frequency)
+    for number in range(ROUNDS):
+        errors = _errors(values, sigma, chosen)
+        if number:
+            solved = np.log(foretold(sensors, errors, points, exact=True))
+            off = np.log(foretold(sensors, errors, points)) - solved
+            aim = np.log(points.frequency) + np.where(np.isfinite(off), off, 0.0)
+        white = whiteners(sensors, errors, points, excess)
+        problem = _Problem(sensors, points, aim, white, sigma, chosen)
+        found = levenberg_marquardt(problem.residuals, values)
+        values, excess = found.values, _excess(found, excess)
+    return _told(problem, found, excess)
+
+
+def _errors(values: Array, sigma: Array, chosen: NDArray[np.bool_]) -> Array:
+    errors = np.zeros(len(sigma))
+    errors[chosen] = values * sigma[chosen]
+    return errors
+
+
+def _excess(found: Fitted, before: float) -> float:
+    """How many times larger than expected errors are, by what is left over what degrees of freedom are."""
+    learnt = len(found.values) - float(np.trace(found.covariance))
+    freedom = max(len(found.residuals) - learnt, 1.0)
+    share = math.sqrt(float(found.residuals @ found.residuals) / freedom)
+    return min(max(before * share, 1.0), MOST)
+
+
+@record(eq=False)
+class _Problem:
+    # What is to be fitted: ln f (n, coils) at the points, the whiteners of its errors, and the unknowns.
+    sensors: Sensors
+    points: Points
+    aim: Array
+    white: Array
+    sigma: Array
+    chosen: NDArray[np.bool_]
+
+    def residuals(self, values: Array) -> Array:
+        """Independent errors of unit size, flat; infinite far from all that is made."""
+        if not np.abs(values).max() < FARTHEST:
+            return np.full(self.aim.size, np.inf)
+        frequency = foretold(self.sensors, _errors(values, self.sigma, self.chosen), self.points)
+        off = tared(self.aim - np.log(frequency), self.points.at_rest)
+        return np.asarray(np.einsum("ncd,nd->nc", self.white, off).ravel())
+
+
+def _told(problem: _Problem, found: Fitted, excess: float) -> ModelFit:
+    sensors, points, count = problem.sensors, problem.points, len(problem.points)
+    errors = _errors(found.values, problem.sigma, problem.chosen)
+    alone = left_out(found, count)
+    reading = np.asarray(np.linalg.solve(problem.white, alone[:, :, None])[:, :, 0], dtype=float)
+    force = None
+    if points.loads is not None:
+        slopes = problem.white @ load_slopes(sensors, errors, points.loads)
+        force = np.einsum("nac,nc->na", np.linalg.pinv(slopes), alone) * sensors.range.full_scales
+        force[points.at_rest] = np.nan
+    moved, sure = np.zeros(len(problem.sigma)), np.ones(len(problem.sigma))
+    moved[problem.chosen] = found.values
+    sure[problem.chosen] = np.sqrt(np.diag(found.covariance))
+    return ModelFit(errors, moved, sure, found.covariance, excess, force, reading, found.settled)
+
+
+def left_out(found: Fitted, count: int) -> Array:
+    """Residuals (count, each) of every point as the other points foretell it, to first order: what is left, over one
+    less the point's own pull.
+    """
+    left = found.residuals.reshape(count, -1)
+    slopes = found.slopes.reshape(count, left.shape[1], -1)
+    pull = slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)
+    own = np.eye(left.shape[1]) - pull
+    return np.asarray(np.linalg.solve(own, left[:, :, None])[:, :, 0])

@@ -1,0 +1,141 @@
+"""The loads that tell most of a sensor: chosen one after the other by what each adds to what is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.points import Points, load_slopes, tared, whiteners
+from sitscad.calibration.sensors import Sensors
+from sitscad.estimates.performance.values import AXES
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+LEVELS = (0.25, 0.5, 0.75, 1.0)
+"""Normal forces of full scale at which loads are offered."""
+
+SHEARS = (0.5, 1.0)
+"""Shears of full scale, in every one of `DIRECTIONS`, at which loads are offered."""
+
+DIRECTIONS = 8
+"""Directions of shear where the array tells both axes apart."""
+
+TRIED = 40
+"""Loads at which errors of the map are foretold."""
+
+STEP = 0.02
+"""Step (prior standard deviations) of the differences by which slopes over unknowns are taken."""
+
+
+@record(eq=False)
+class Plan:
+    """The loads (n, 3; N) in the order of what they tell, rest before them left out; `errors` (n + 1, axes; N) is one
+    sigma of the forces to be expected after none, one, two, ... of them.
+    """
+
+    loads: Array
+    errors: Array
+
+
+def offered(sensors: Sensors) -> Array:
+    """The loads that a bench can put on and that may be chosen, (n, 3; N)."""
+    scope = sensors.range
+    axes = [k for k in scope.columns if k]
+    ways = [np.zeros(2)]
+    for share in SHEARS if axes else ():
+        for number in range(DIRECTIONS):
+            angle = 2.0 * math.pi * number / DIRECTIONS
+            way = np.array([math.cos(angle), math.sin(angle)])
+            if len(axes) == 2 or abs(way[axes[0] - 1]) > 0.99:
+                ways.append(share * way)
+    found = [(level * scope.normal, *(scope.shear * way)) for level in LEVELS for way in ways]
+    return np.array([[round_force(force) for force in load] for load in found])
+
+
+def round_force(force: float) -> float:
+    """A force (N) to three digits."""
+    return 0.0 if abs(force) < 1e-9 else float(f"{force:.3g}")
+
+
+def plan(sensors: Sensors, count: int) -> Plan:
+    """So many loads out of those that are offered: each adds most to the determinant of what is known of the unknowns,
+    with a tare before (D-optimal; Fedorov, Theory of Optimal Experiments, 1972), then each is exchanged where another
+    tells more.
+    """
+    loads = offered(sensors)
+    count = min(count, len(loads))
+    facts = _facts(sensors, np.vstack([np.zeros((1, 3)), loads]))
+    chosen = _exchanged(facts, _greedy(facts, [0], count))
+    order = _greedy(facts, [0], count, among=chosen[1:])
+    return Plan(loads[np.array(order[1:], dtype=int) - 1], _foretold(sensors, facts, order))
+
+
+def _facts(sensors: Sensors, loads: Array) -> Array:
+    """Information (n, unknowns, unknowns; per prior variance) that a reading under each load gives."""
+    none = np.zeros(len(sensors.known))
+    rest = np.arange(len(loads)) == 0
+    points = Points(loads, None, sensors.under(none, loads), rest)
+    slopes = whiteners(sensors, none, points) @ tared(unknown_slopes(sensors, loads), rest)
+    return np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
+
+
+def unknown_slopes(sensors: Sensors, loads: Array) -> Array:
+    """Change of ln f with every unknown that is fitted, in prior standard deviations: (n, coils, unknowns)."""
+    found = []
+    for k, one in enumerate(sensors.known):
+        if one.is_fitted:
+            moved = np.zeros(len(sensors.known))
+            moved[k] = STEP * one.sigma
+            above, below = np.log(sensors.under(moved, loads)), np.log(sensors.under(-moved, loads))
+            found.append((above - below) / (2.0 * STEP))
+    return np.stack(found, axis=2)
+
+
+def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
+    """The points `start`, then so many more, each that which adds most."""
+    chosen = list(start)
+    known = np.eye(facts.shape[1]) + facts[chosen].sum(axis=0)
+    for _ in range(count):
+        left = [k for k in (range(len(facts)) if among is None else among) if k not in chosen]
+        gains = np.linalg.slogdet(known + facts[left])[1]
+        chosen.append(left[int(np.argmax(gains))])
+        known = known + facts[chosen[-1]]
+    return chosen
+
+
+def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
+    """The same number of points, each exchanged for another while that adds something; the first stays."""
+    chosen = list(chosen)
+    for _ in range(len(chosen)):
+        before = list(chosen)
+        for place in range(1, len(chosen)):
+            others = chosen[:place] + chosen[place + 1 :]
+            chosen[place] = _greedy(facts, others, 1)[-1]
+        if chosen == before:
+            break
+    return chosen
+
+
+def _foretold(sensors: Sensors, facts: Array, order: list[int]) -> Array:
+    """One sigma (N) of the forces on every axis, rms over the working range, after the tare and none, one, ... of the
+    other points: what is not known of the unknowns, to first order; noise and the map's own error are not in it.
+    """
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(TRIED)])
+    none = np.zeros(len(sensors.known))
+    slopes = unknown_slopes(sensors, tried)
+    towards = np.linalg.pinv(load_slopes(sensors, none, tried[1:]))
+    wrong = towards @ (slopes[1:] - slopes[:1])
+    known, found = np.eye(facts.shape[1]), []
+    for k in order:
+        known = known + facts[k]
+        square = wrong @ np.linalg.inv(known) @ np.swapaxes(wrong, 1, 2)
+        found.append(np.sqrt(np.mean(np.einsum("naa->na", square), axis=0)) * sensors.range.full_scales)
+    return np.array(found)
+
+
+def load_names(axes: tuple[str, ...]) -> list[str]:
+    """The columns of a table of loads (N)."""
+    return [f"{name}_N" for name in AXES if name in axes]

@@ -1,0 +1,133 @@
+"""Points of a calibration: loads or poses with what the coils read there, and how sure each reading is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import usual
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+CHARTED = 0.006
+"""What a chart may be off by, of a reading's change from rest."""
+
+AT_REST = 1e-4
+"""What a frequency at rest may be off by, by itself; all others are taken over it."""
+
+LEAST_LOAD = 1e-3
+"""What a load (of full scale) may be off by, however small it is."""
+
+STEP = 1e-3
+"""Step (of full scale) of the differences by which slopes over loads are taken."""
+
+
+@record(eq=False)
+class Points:
+    """Points (n): `loads` (n, 3; N) or else `poses` (n, 6; m, rad, from rest), and `frequency` (n, coils; Hz);
+    `at_rest` (n) says which are tares.
+    """
+
+    loads: Array | None
+    poses: Array | None
+    frequency: Array
+    at_rest: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.frequency)
+
+    @property
+    def rest(self) -> Array:
+        """The mean of all tares (coils; Hz)."""
+        return np.asarray(self.frequency[self.at_rest].mean(axis=0))
+
+    @property
+    def settled(self) -> Points:
+        """The same with drift taken out: every point goes with the tare before it, the first ones with the first."""
+        tares = self.frequency[self.at_rest]
+        number = np.maximum(np.cumsum(self.at_rest) - 1, 0)
+        return replace(self, frequency=self.frequency * self.rest / tares[number])
+
+    def part(self, chosen: NDArray[np.bool_] | Array) -> Points:
+        """Some of the points."""
+        loads = None if self.loads is None else self.loads[chosen]
+        poses = None if self.poses is None else self.poses[chosen]
+        return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen])
+
+
+def foretold(sensors: Sensors, errors: Array, points: Points, exact: bool = False) -> Array:
+    """The frequencies (n, coils; Hz) of one sensor at the points."""
+    if points.loads is not None:
+        return sensors.under(errors, points.loads, exact)
+    assert points.poses is not None
+    return sensors.frequencies(errors, sensors.placed(errors, points.poses), exact)
+
+
+def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
+    """Change of ln f with the force on every axis, in full scales: (n, coils, axes). Differences go inwards."""
+    scale, found = sensors.range.full_scales, []
+    here = np.log(sensors.under(errors, loads))
+    for column, size in zip(sensors.range.columns, scale, strict=True):
+        step = np.where(loads[:, column] > 0.5 * size, -STEP, STEP)
+        moved = loads.copy()
+        moved[:, column] += step * size
+        found.append((np.log(sensors.under(errors, moved)) - here) / step[:, None])
+    return np.stack(found, axis=2)
+
+
+def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0, readings: int | None = None) -> Array:
+    """Matrices (n, coils, coils) that turn errors of `tared` ln f into independent ones of unit size: noise of the
+    converter, what the chart may be off by, and what loads are off by; those last two `more` times as large.
+    """
+    many = int(usual("readings")) if readings is None else readings
+    here = np.log(foretold(sensors, errors, points))
+    rest = np.log(foretold(sensors, errors, _rest_of(points)))
+    noise = np.where(points.at_rest[:, None], AT_REST**2, 2.0 * np.square(sensors.noise) / many)
+    charted = np.square(more * CHARTED * (here - rest))
+    square = np.zeros((len(points), noise.shape[1], noise.shape[1]))
+    diagonal = np.arange(noise.shape[1])
+    square[:, diagonal, diagonal] = noise + charted
+    if points.loads is not None:
+        scale = sensors.range.full_scales
+        size = np.linalg.norm(points.loads[:, sensors.range.columns] / scale, axis=1)
+        sigma = more * np.where(points.at_rest, 0.0, np.hypot(usual("force") * size, LEAST_LOAD))
+        slopes = load_slopes(sensors, errors, points.loads) * sigma[:, None, None]
+        square += slopes @ np.swapaxes(slopes, 1, 2)
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(square)))
+
+
+def tared(values: Array, at_rest: NDArray[np.bool_]) -> Array:
+    """Values (n, ...) less their mean at rest, but for those at rest, which are that mean."""
+    rest = values[at_rest].mean(axis=0)
+    found = values - rest
+    found[at_rest] = rest
+    return np.asarray(found)
+
+
+def _rest_of(points: Points) -> Points:
+    """One point at rest, of the same kind."""
+    loads = None if points.loads is None else np.zeros((1, 3))
+    poses = None if points.poses is None else np.zeros((1, 6))
+    return Points(loads, poses, points.frequency[:1], np.ones(1, dtype=bool))
+
+
+def simulated(
+    sensors: Sensors, errors: Array, loads: Array, generator: np.random.Generator, hysteresis: float = 0.0
+) -> Points:
+    """What a bench would write down of one sensor: rest first, then the loads (n, 3; N), each off by as much as loads
+    usually are, read with the converter's noise. `hysteresis` (of full scale, from one way to the other) puts every
+    load somewhere between, on every axis.
+    """
+    given = np.vstack([np.zeros((1, 3)), loads])
+    scale = np.zeros(3)
+    scale[sensors.range.columns] = sensors.range.full_scales
+    size = np.linalg.norm(given / np.where(scale > 0.0, scale, np.inf), axis=1)
+    off = generator.normal(size=given.shape) * (usual("force") * size)[:, None] * scale
+    off[1:] += hysteresis * scale * generator.uniform(-0.5, 0.5, size=off[1:].shape)
+    off[:, 0] = np.maximum(off[:, 0], -given[:, 0])
+    frequency = sensors.read(sensors.under(errors, given + off, exact=True), generator)
+    return Points(given, None, frequency, np.arange(len(given)) == 0)

@@ -1,0 +1,141 @@
+"""Simulated sensors of a design: what each, with its own errors, reads under loads and in poses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.chart import Chart, chart, terminals
+from sitscad.calibration.unknowns import POSE_ERRORS, Unknown, named, units, unknowns, usual
+from sitscad.calibration.working_range import WorkingRange, working_range
+from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.response.pad import pushed
+from sitscad.estimates.response.terminals import tank_frequencies
+from sitscad.mechanics.motion import angles, rotations
+from sitscad.mechanics.pad import VALID_STRAIN
+from sitscad.readout import FAMILIES
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+KEPT = 500
+"""Solutions of the pad that are kept."""
+
+DRAWN, SEED = 40, 15
+"""Sensors by which the box of poses is found, and the seed of their errors."""
+
+
+@record(eq=False)
+class Sensors:
+    """The sensors of a design: its response, and what they may be off by. `is_held`: whether loads leave targets level.
+
+    Errors (unknowns) are those of one sensor, in the order of `known`; all zero is the sensor as it is drawn.
+    """
+
+    model: ResponseModel
+    is_held: bool = False
+    pushed: dict[tuple[float, float, bytes], Array] = field(default_factory=dict)
+
+    @cached_property
+    def known(self) -> tuple[Unknown, ...]:
+        """What a sensor may be off by."""
+        return unknowns(self.model.spec, self.model.estimates)
+
+    @cached_property
+    def range(self) -> WorkingRange:
+        """The loads that are looked at."""
+        return working_range(self.model.spec)
+
+    @property
+    def coils(self) -> tuple[str, ...]:
+        """The names of the coils."""
+        return tuple(coil.name for coil in self.model.layout.coils)
+
+    @cached_property
+    def chart(self) -> Chart:
+        """The chart of all poses that the working range takes simulated sensors to."""
+        drawn = np.vstack([np.zeros(len(self.known)), units(self.known, DRAWN, SEED)])
+        loads = np.vstack([np.zeros((1, 3)), self.range.corners])
+        return chart(self.model, np.vstack([self.poses(errors, loads) for errors in drawn]))
+
+    def poses(self, errors: Array, loads: Array) -> Array:
+        """Where loads (n, 3; N: normal, shear along x, along y) take one sensor's target, (n, 6) from where it is drawn
+        to rest.
+        """
+        off = named(self.known, errors)
+        travel, thickness = self._travel(off["gap"], off["modulus"], loads)
+        travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * VALID_STRAIN))
+        more = off["softening"] * loads[:, :1] / self.range.normal - off["shear_modulus"]
+        travel[:, [0, 1, 3, 4]] *= np.exp(more)
+        return self.placed(errors, travel)
+
+    def _travel(self, gap: float, modulus: float, loads: Array) -> tuple[Array, float]:
+        """How far (n, 6) loads take the target by the pad's law, and the pad's thickness (m); kept for a while."""
+        pad = self.model.spec.elastomer
+        assert pad is not None
+        key = (gap, modulus, loads.tobytes())
+        if key not in self.pushed:
+            if len(self.pushed) >= KEPT:
+                self.pushed.clear()
+            material = replace(pad.material, shear_modulus=pad.material.shear_modulus * math.exp(modulus))
+            own = replace(self.model.spec, elastomer=replace(pad, thickness=pad.thickness + gap, material=material))
+            self.pushed[key] = pushed(own, loads, np.full(len(loads), self.is_held))[0]
+        return self.pushed[key], pad.thickness + gap
+
+    def placed(self, errors: Array, travel: Array) -> Array:
+        """The poses (n, 6) of one sensor's target that has gone by `travel` (n, 6; m, rad) from where it rests."""
+        off = named(self.known, errors)
+        gap, glue, *rest = (off[name] for name in POSE_ERRORS)
+        place = np.array([*rest[:2], gap + glue])
+        turn = rotations(travel[:, 3:]) @ rotations(np.array([rest[2:]]))[0]
+        return np.hstack([travel[:, :3] + place, angles(turn)])
+
+    def frequencies(self, errors: Array, poses: Array, exact: bool = False) -> Array:
+        """Frequencies (Hz; n, coils) of one sensor with its target in (n, 6) poses: of the chart, or each pose solved.
+
+        Errors of the coils change inductances at the frequency that the coils as drawn have: a per cent of it moves
+        them by 1e-5.
+        """
+        inductance, resistance = terminals(self.model, poses) if exact else self.chart(poses)
+        off, free = named(self.known, errors), self.chart.free
+        changed = free + (inductance - free) * math.exp(off["target_change"])
+        delay = self.model.tank.family.limit("drive_delay")
+        found = []
+        for k, (name, network) in enumerate(zip(self.coils, self.model.networks, strict=True)):
+            more = free[k] * (off["inductance"] + off[f"inductance.{name}"])
+            own = replace(network, capacitor=network.capacitor * math.exp(off[f"capacitor.{name}"]))
+            found.append(tank_frequencies(own, changed[:, k] + more, resistance[:, k], delay)[0])
+        return np.stack(found, axis=1) * (1.0 - off["clock"])
+
+    def under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
+        """Frequencies (Hz; n, coils) of one sensor under (n, 3) loads (N)."""
+        return self.frequencies(errors, self.poses(errors, loads), exact)
+
+    @cached_property
+    def free_frequencies(self) -> Array:
+        """Frequencies (Hz; coils) of the sensor as drawn without its target, jaw and shield where they are."""
+        delay = self.model.tank.family.limit("drive_delay")
+        pairs = zip(self.model.networks, self.chart.free, self.chart.lost, strict=True)
+        return np.array([tank_frequencies(network, np.array([own]), np.array([lost]), delay)[0][0]
+                         for network, own, lost in pairs])  # fmt: skip
+
+    @cached_property
+    def noise(self) -> Array:
+        """One sigma of one reading, relative to the frequency (coils)."""
+        readout, family = self.model.estimates.readout, FAMILIES[self.model.spec.readout.device.family]
+        assert readout.rcount is not None
+        return np.array([family.measured_noise(1.0, readout.rcount)] * len(self.coils))
+
+    def counts(self, frequency: Array) -> Array:
+        """What the converter makes of frequencies (Hz): 28-bit results, not rounded."""
+        readout = self.model.estimates.readout
+        return frequency / ((readout.input_divider or 1) * readout.reference_frequency) * 2.0**28
+
+    def read(self, frequency: Array, generator: np.random.Generator, readings: int | None = None) -> Array:
+        """Frequencies (Hz; n, coils) as the converter gives them: with its noise, the mean of so many readings."""
+        many = int(usual("readings")) if readings is None else readings
+        return frequency * (1.0 + self.noise / math.sqrt(many) * generator.normal(size=frequency.shape))

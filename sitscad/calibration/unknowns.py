@@ -1,0 +1,106 @@
+"""What one sensor of a design may be off by, and by how much as a rule: the scatter of manufacture."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.data import rows
+from sitscad.estimates.performance import scatter
+from sitscad.estimates.performance.scatter import manufacturing_scatter
+from sitscad.estimates.response.errors import USUAL as CHANGE_SIGMA
+from sitscad.estimates.response.pad import soft_pad
+from sitscad.estimates.uncertainty import CAPACITOR
+from sitscad.estimates.values import Estimates
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist")
+"""Those of where the target rests: what is added to its pose there. Both of the first raise it; only the gap is the
+pad's thickness, too."""
+
+PAD_ERRORS = ("modulus", "shear_modulus", "pad_curve", "softening")
+"""Those of how far the pad gives: logarithms of its modulus, of that in shear over it, of how much more it has
+stiffened at the largest strain, and of how much more shear goes at full load."""
+
+BOARD_ERRORS = ("inductance", "target_change", "clock")
+"""Those that all coils share: logarithms of the free inductance, of the target's change, of the clock."""
+
+
+@record
+class Unknown:
+    """Something that a sensor may be off by: its name, its unit (``1``: a relative change), one standard deviation, and
+    whether a calibration looks for it; the others are part of simulated sensors, and of the errors that are stated.
+    """
+
+    name: str
+    unit: str
+    sigma: float
+    is_fitted: bool = True
+
+
+@cache
+def usual(name: str) -> float:
+    """A figure of `data/calibration.csv`; raises KeyError where there is none of that name."""
+    return {row["name"]: float(row["value"]) for row in rows("calibration")}[name]
+
+
+def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
+    """All that a sensor of a design may be off by, in the order of the rows that `units` gives.
+
+    Sigmas are those of `manufacturing_scatter`. To tilts is added what one end of a pad may be thicker than the other,
+    as much as two pads differ; the coils of one board have most of their inductance's scatter in common. Raises
+    NoResponse without a pad.
+    """
+    law, pad, target = soft_pad(spec).sigma, spec.elastomer, spec.target
+    assert pad is not None and target is not None
+    known = {one.name: one.sigma for one in manufacturing_scatter(spec, estimates)}
+    height, (x, y) = known[scatter.THICKNESS], target.size
+    tilts = (scatter.TILT_X, y), (scatter.TILT_Y, x)
+    tilt_x, tilt_y = (math.hypot(known.get(name, 0.0), height / width) for name, width in tilts)
+    found = [
+        Unknown("gap", "m", height),
+        Unknown("glue", "m", known.get(scatter.GLUE, 0.0)),
+        Unknown("offset_x", "m", known[scatter.OFFSET_X]),
+        Unknown("offset_y", "m", known[scatter.OFFSET_Y]),
+        Unknown("tilt_x", "rad", tilt_x),
+        Unknown("tilt_y", "rad", tilt_y),
+        Unknown("twist", "rad", known[scatter.YAW]),
+        Unknown("modulus", "1", known[scatter.MODULUS]),
+        Unknown("shear_modulus", "1", law),
+        Unknown("pad_curve", "1", usual("pad_curve")),
+        Unknown("softening", "1", law, False),
+        Unknown("inductance", "1", known.get(scatter.INDUCTANCE, usual("coil_inductance"))),
+        Unknown("target_change", "1", CHANGE_SIGMA),
+        Unknown("clock", "1", known[scatter.CLOCK], False),
+    ]
+    for coil in estimates.coils:
+        found.append(Unknown(f"capacitor.{coil.name}", "1", known[CAPACITOR]))
+        found.append(Unknown(f"inductance.{coil.name}", "1", usual("coil_inductance")))
+    return tuple(one for one in found if one.sigma > 0.0)
+
+
+WIDEST = 2.0
+"""Standard deviations beyond which no simulated sensor lies: a sensor outside is sorted out, not calibrated."""
+
+
+def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
+    """Errors (count, unknowns; m, rad, relative) of simulated sensors, always the same for a seed: normal, cut off at
+    `WIDEST` standard deviations.
+    """
+    generator = np.random.default_rng(seed)
+    drawn = generator.normal(size=(count, len(known)))
+    while np.any(beyond := np.abs(drawn) > WIDEST):
+        drawn[beyond] = generator.normal(size=int(beyond.sum()))
+    return np.asarray(drawn * np.array([one.sigma for one in known]))
+
+
+def named(known: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
+    """Errors of one sensor by their names; none of what cannot be off."""
+    found = dict.fromkeys((*POSE_ERRORS, *PAD_ERRORS, *BOARD_ERRORS), 0.0)
+    return found | {one.name: float(error) for one, error in zip(known, errors, strict=True)}

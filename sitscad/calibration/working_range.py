@@ -1,0 +1,82 @@
+"""The loads for which a sensor is calibrated."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.maps.basis import spread
+from sitscad.estimates.performance.bench import SLIP, axes_told_apart
+from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.response.pad import holding, soft_pad
+from sitscad.mechanics.pad import VALID_SHEAR
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+USUAL_STRAIN = 0.2
+"""Strain of the pad at full load where no force is required."""
+
+
+@record
+class WorkingRange:
+    """Loads (N): the normal force up to `normal`, shear along the `axes` that the array tells apart up to `shear` in
+    any direction; `notes` say where that is less than what is required.
+    """
+
+    axes: tuple[str, ...]
+    normal: float
+    shear: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def full_scales(self) -> Array:
+        """The largest force (N) on every axis."""
+        return np.array([self.normal if name == "normal" else self.shear for name in self.axes])
+
+    @property
+    def columns(self) -> list[int]:
+        """Where the axes stand in a load."""
+        return [AXES.index(name) for name in self.axes]
+
+    @property
+    def corners(self) -> Array:
+        """The loads at its corners, (n, 3)."""
+        ends = [(0.0, self.normal), *(((-self.shear, 0.0, self.shear)) if name in self.axes else (0.0,)
+                                      for name in AXES[1:])]  # fmt: skip
+        return np.array(list(product(*ends)))
+
+    def inside(self, count: int, skip: int = 0) -> Array:
+        """Loads (count, 3) that fill it evenly, always the same."""
+        part = spread(count, 3, skip)
+        found = np.zeros((count, 3))
+        found[:, 0] = self.normal * part[:, 0]
+        shears = [k for k in self.columns if k]
+        if len(shears) == 1:
+            found[:, shears[0]] = self.shear * (2.0 * part[:, 1] - 1.0)
+        elif shears:
+            angle = 2.0 * np.pi * part[:, 2]
+            found[:, 1:] = (self.shear * np.sqrt(part[:, 1]))[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
+        return found
+
+
+def working_range(spec: SensorSpec) -> WorkingRange:
+    """The required forces; where there are none, a strain of 20 % and the shear at slip on tissue. No more shear than
+    the law of the pad holds for. Raises NoResponse without a pad.
+    """
+    pad, axes = soft_pad(spec), axes_told_apart(spec.array)
+    normal = spec.requirements.normal_force
+    if normal is None:
+        held = holding(spec, np.array([[0.0, 0.0, -USUAL_STRAIN * pad.thickness, 0.0, 0.0, 0.0]]))
+        assert held is not None
+        normal = -float(held[0][0, 2])
+    asked = spec.requirements.shear_force
+    shear = SLIP * normal if asked is None else asked
+    most = VALID_SHEAR * pad.shear_modulus * pad.face.area
+    if shear <= most or len(axes) == 1:
+        return WorkingRange(axes, normal, shear)
+    note = f"shear is calibrated to {most:.3g} N, half the pad's thickness: beyond, no law of it is trusted"
+    return WorkingRange(axes, normal, most, (note,) if asked is not None else ())

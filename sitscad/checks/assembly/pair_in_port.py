@@ -1,0 +1,114 @@
+"""SIT303: do the closed jaws, with the sensor between them, pass the port."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.checks.assembly.fit import ROUNDING, jaw_of, unverified
+from sitscad.checks.assembly.measures import JAW_SOURCE, measure_of, weight_of, with_tolerances
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.scene.column import GLUE
+from sitscad.scene.fit import CLOSED_PAIR, Measure
+from sitscad.scene.jaws import PartsError, shield_that_fits
+from sitscad.units import show
+
+SMALLEST_MEASURED_PORT = 1.1
+"""5 mm trocars measure 5.5 mm inside at the least (Limperg 2024): that much more than the nominal port."""
+
+
+def stack_height(design: Design) -> Iterator[Verdict]:
+    """The closed pair of jaws with the whole stack between them, glue and tolerances included, inside the port."""
+    try:
+        shield_that_fits(design.spec)
+    except PartsError as error:
+        yield Undecided(str(error))
+        return
+    pair, jaw = measure_of(design, CLOSED_PAIR), jaw_of(design)
+    if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
+        yield JAW_TOO_WIDE.found("mount.jaw.width", jaw.width, jaw.port_diameter, "m", unverified=unverified(jaw))
+    severity = None if pair is None else weight_of(pair)
+    if pair is None or severity is None:
+        return
+    over = pair.measured - jaw.port_diameter
+    yield PAIR_TOO_HIGH.found(
+        "mount.standoff",
+        pair.measured,
+        jaw.port_diameter,
+        "m",
+        severity=severity,
+        nominal=pair.nominal,
+        beyond=with_tolerances(pair),
+        decided_by=pair.decided_by,
+        glue=_glue(pair),
+        unverified=unverified(jaw),
+        measured_ports=_measured_ports(pair),
+        remedy=f"{show(over, 'm', 3)} too much: a narrower board, or less height: {_thinner(design)}"
+        if "board" in pair.decided_by
+        else f"take {show(over, 'm', 3)} off: {_thinner(design)}",
+        widest=_widest(pair),
+    )
+
+
+def _glue(pair: Measure) -> float:
+    return math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
+
+
+def _measured_ports(pair: Measure) -> str:
+    """Whether ports as they were measured would let it through."""
+    wider = SMALLEST_MEASURED_PORT * pair.limit
+    if pair.measured > wider + ROUNDING:
+        return ""
+    return f". It would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
+
+
+def _widest(pair: Measure) -> str:
+    """The parts that tolerances change most, and the key that narrows them where yours are better."""
+    found = sorted(pair.parts, key=lambda share: (-share.tolerance, share.part))[:3]
+    named_parts = ", ".join(f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in found)
+    return f"{named_parts} (assembly.tolerances, where yours are measured)"
+
+
+def _thinner(design: Design) -> str:
+    """The soft or empty heights that can give, largest first."""
+    spec = design.spec
+    standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
+    heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
+    if spec.elastomer is not None:
+        heights.append(("elastomer.thickness", spec.elastomer.thickness))
+    if spec.target is not None:
+        heights.append(("target.thickness", spec.target.thickness))
+    heights = [entry for entry in sorted(heights, key=lambda e: (-e[1], e[0])) if entry[1] > 0.0]
+    return ", ".join(f"{key} is {show(height, 'm', 3)}" for key, height in heights)
+
+
+PAIR_TOO_HIGH = Case(
+    "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}; the"
+    " {decided_by} decides, and glue lines are {glue:m,3} of it. The port's is "
+    "{limit:m}{unverified}{measured_ports}",
+    hint="{remedy}; or narrower tolerances: {widest}",
+)
+
+
+JAW_TOO_WIDE = Case(
+    "the jaw alone is {measured:m} wide, the port {limit:m}{unverified}: its back was taken as round as the port, and "
+    "so narrower than the jaw",
+    hint="mount.jaw.port_diameter: that of the port that this jaw passes",
+)
+
+PAIR_IN_PORT_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT303", "stack-height", Severity.ERROR,
+        "The closed jaws, with the sensor's whole stack and every glue line between them, pass the port's circle: "
+        "nominally and by root-sum-square of all tolerances (errors), and at worst (a warning).",
+        "Pieces are glued, and none is as thick as it is drawn. Ports are named by a nominal size, 5.0 mm taken "
+        "strictly here; 5 mm ports measure 5.5 to 7.4 mm inside: write mount.jaw.port_diameter where yours is known. "
+        "The pad is taken at rest: what it gives way in the port is not counted on.",
+        "A thinner elastomer, standoff or target, narrower tolerances, or a jaw with more metal taken away.",
+        "Limperg 2024 (JMIG, 10.1016/j.jmig.2024.01.008) for measured ports; tolerances: the report's table of fit; "
+        + JAW_SOURCE, ("jaw",), stack_height,
+    ),
+)  # fmt: skip

@@ -1,0 +1,207 @@
+"""SIT320 to SIT325: what is measured of the assembly in three dimensions, and the tail on its way through the hinge.
+
+`check` loads no CAD kernel, so it says of the first four that they are not checked. `build` measures the solids
+(`sitscad.parts.proof`), writes what it measured into ``mount/fit.json``, and these rules judge that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from sitscad.checks.assembly.fit import jaw_of
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict, located, named
+from sitscad.design import Design
+from sitscad.finding import Finding, Place, Severity
+from sitscad.layout.tail.stiffening import tail_thickness
+from sitscad.layout.tail.thickness import Where, finished_thickness
+from sitscad.scene.fit import closed_section
+from sitscad.scene.jaws import PartsError, jaw_range
+from sitscad.scene.shaft import shaft
+from sitscad.scene.tail_path import tail_path
+from sitscad.spec.sensor import SensorSpec
+
+BY_BUILD = "measured on the solids by sitscad build (mount/fit.json), not by check"
+
+
+def on_solids(design: Design) -> Iterator[Verdict]:
+    """Nothing can be said without solids."""
+    yield Undecided(BY_BUILD)
+
+
+def tail_past_pin(design: Design) -> Iterator[Verdict]:
+    """The tail on its way past the hinge's pin, closed and wide open, and the room for its bend there."""
+    layout, jaw, behind = design.layout, jaw_of(design), shaft(design.spec)
+    assert behind is not None
+    try:
+        pair, closed = closed_section(layout), tail_path(layout)
+    except PartsError:
+        yield Undecided("the shield does not fit into the standoff")
+        return
+    if jaw.hinge is None or closed is None or pair is None:
+        yield Undecided("no hinge: mount.jaw.hinge is not known" if jaw.hinge is None else "no tail behind the jaws")
+        return
+    if closed.radius is None:
+        yield Undecided(f"the tail is taken as straight: {closed.reason}")
+        return
+    pivot = jaw_range(layout, jaw)[1] + jaw.hinge
+    half = (jaw.opening or 0.0) / 2
+    ways = {"closed": closed, f"open by {math.degrees(2 * half):.3g} deg": tail_path(layout, half) or closed}
+    for when, path in ways.items():
+        away = path.distance(pivot, pair.axis) - tail_thickness(design.spec) / 2
+        if away < behind.pin / 2:
+            yield TAIL_IN_PIN.found(
+                "mount.standoff", away, behind.pin / 2, "m", when=when, pin=behind.pin, origin=behind.source
+            )
+    needed = (closed.radius + tail_thickness(design.spec) / 2) * math.tan(half / 2)
+    if needed > jaw.hinge:
+        yield BEND_BEFORE_HINGE.found("fpc.tail.bend", needed, jaw.hinge, "m", radius=closed.radius)
+
+
+def end_through_shaft(design: Design) -> Iterator[Verdict]:
+    """What of the tail lies behind the jaw, with its end and the stiffener, drawn through the tube there."""
+    layout, behind = design.layout, shaft(design.spec)
+    assert behind is not None
+    heel = jaw_range(layout, jaw_of(design))[1]
+    ys = [point.y for point in layout.outline.flattened(1e-5) if point.x > heel]
+    width = max(ys) - min(ys) if ys else 0.0
+    thick = finished_thickness(layout, Where.CONTACT).nominal
+    across = math.hypot(width, thick)
+    if across > behind.bore:
+        yield END_TOO_WIDE.found(
+            "fpc.tail.connector", across, behind.bore, "m", width=width, thick=thick, origin=behind.source
+        )
+
+
+def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Finding, ...]:
+    """The findings of what `build` measured, out of ``mount/fit.json``; nothing for what is not such a document."""
+    found = []
+    for each in document.get("measured", ()):
+        if not each["kept"]:
+            rule, case, key = FAULTS[each["what"]]
+            found.append(located(named(_RULES[rule], _complaint(case, key, each)), spec))
+    return tuple(found)
+
+
+def _complaint(case: Case, key: str, each: Mapping[str, Any]) -> Complaint:
+    """What a measurement that is not kept says."""
+    x, y, _ = each["where_m"]
+    shared = each["unit"] == "m3"
+    volume = 1e9 * each["value"] if shared else 0.0
+    when = f" ({each['when']})" if each["when"] else ""
+    values = {"first": each["first"], "second": each["second"], "when": when, "volume": volume}
+    complaint = case.found(key, each["value"], each["limit"], each["unit"], **values)
+    return replace(complaint, place=Place(x, y))
+
+
+def settles(document: Mapping[str, Any]) -> frozenset[str]:
+    """The rules that a document decides."""
+    kinds = {each["what"] for each in document.get("measured", ())}
+    return frozenset(FAULTS[kind][0] for kind in kinds)
+
+
+IN_EACH_OTHER = Case(
+    "{first} and {second} stand in each other: both take {volume:.3g} mm3",
+    hint="give one of them other sizes; mount/fit.json says how much (build --force), assembly.step where",
+)
+
+OUTSIDE_PORT = Case(
+    "the {first} reaches {measured:m,4} from the closed pair's axis, the port {limit:m,4}",
+    hint="a lower stack or a narrower piece; SIT303 says by how much",
+)
+
+HITS_WHILE_OPENING = Case(
+    "the jaws cannot open: the {second} runs into the {first}{when}, {volume:.3g} mm3 of it",
+    hint="what stands at the sensor's heel has to be lower or shorter, or the jaw's hinge is not where it says",
+)
+
+HITS_UNDER_LOAD = Case(
+    "under {when} the {first} comes to lie on the {second}, which does not give way: the force beyond that is not felt",
+    hint="more room beside the pad, a smaller target, or a stiffer pad",
+)
+
+BULGE_HITS = Case(
+    "under {when} the elastomer's sides bulge against the {second}, and the pad is stiffer than computed",
+    hint="a smaller pad, or more room beside it",
+    severity=Severity.WARNING,
+)
+
+TAIL_IN_PIN = Case(
+    "{when}, the tail runs {measured:m,3} from the pivot, and the hinge's pin is {pin:m,3} thick ({origin})",
+    hint="write your instrument's pin (assembly.hinge_pin), lead the tail beside it, or lay it lower (a larger "
+    "mount.standoff)",
+)
+
+BEND_BEFORE_HINGE = Case(
+    "the tail's bend of {radius:m,3} inside radius begins {measured:m,3} before the pivot, where the jaw's face still "
+    "is: from its heel to the pivot there are {limit:m,3}",
+    hint="a thinner tail, a tighter bend, or a jaw that opens less",
+)
+
+END_TOO_WIDE = Case(
+    "the tail's end is {width:m,3} wide and {thick:m,3} thick, {measured:m,3} from corner to corner; the tube behind "
+    "the jaws leaves {limit:m,3} ({origin})",
+    hint="write your instrument's bore (assembly.shaft_bore); else a connector of finer pitch, fewer coils, or wires "
+    "soldered behind the jaws",
+)
+
+FAULTS = {
+    "interference": ("SIT320", IN_EACH_OTHER, "mount"),
+    "port": ("SIT321", OUTSIDE_PORT, "mount"),
+    "opening": ("SIT322", HITS_WHILE_OPENING, "mount"),
+    "travel": ("SIT323", HITS_UNDER_LOAD, "requirements"),
+    "bulge": ("SIT323", BULGE_HITS, "requirements"),
+}
+"""By kind of measurement: the rule that judges it, what it says, and the key that it points at."""
+
+SOLID_FIT_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT320", "solids-interfere", Severity.ERROR,
+        "No two pieces of the assembly, as it is glued and closed, take the same room.",
+        "What is drawn into each other cannot be put together.",
+        "Other sizes for one of the two.",
+        "geometry: manifold3d finds the pairs, OpenCASCADE settles them exactly", ("jaw",), on_solids,
+    ),
+    Rule(
+        "SIT321", "solids-in-port", Severity.ERROR,
+        "Every piece between the jaws' tip and heel lies within the port, swept along the closed pair's axis.",
+        "SIT303 judges the section by figures; this measures every piece that is built.",
+        "A lower stack or a narrower piece.",
+        "geometry: meshes within 5 um of the round faces", ("jaw",), on_solids,
+    ),
+    Rule(
+        "SIT322", "jaws-open", Severity.ERROR,
+        "The other jaw runs into nothing while it opens, about the hinge, tried at every half millimetre of its tip.",
+        "A seat or a film that stands up at the heel blocks the jaws.",
+        "Less height at the heel, or the hinge where it really is.",
+        "geometry", ("jaw",), on_solids,
+    ),
+    Rule(
+        "SIT323", "loaded-pad", Severity.WARNING,
+        "Under the forces of the requirements, shear along each axis, the target, the other jaw and the bulging sides "
+        "of the pad touch nothing that does not give way.",
+        "A target that lies on a rim carries the force past the pad, and nothing is felt of it.",
+        "More room beside the pad, a smaller target, a stiffer pad.",
+        "mechanics.pad for the pose; bulge by constant volume with a parabola over the side", ("jaw",), on_solids,
+    ),
+    Rule(
+        "SIT324", "tail-past-hinge", Severity.WARNING,
+        "The tail, laid along the jaw's face, runs past the hinge's pin, closed and wide open, and its bend has room "
+        "between the jaw's heel and the pivot.",
+        "A tail that rubs on the pin wears through at the first grasps.",
+        "Your instrument's pin, a way beside it, or more standoff.",
+        "sitscad/data/shafts.csv", ("jaw", "tail"), tail_past_pin,
+    ),
+    Rule(
+        "SIT325", "end-through-shaft", Severity.WARNING,
+        "The tail's end with contacts and stiffener goes through the tube behind the jaws.",
+        "Whatever is plugged in behind the handle has to be drawn through the shaft first.",
+        "A finer connector, fewer contacts, or wires.",
+        "sitscad/data/shafts.csv", ("jaw", "tail"), end_through_shaft,
+    ),
+)  # fmt: skip
+
+_RULES = {rule.id: rule for rule in SOLID_FIT_RULES}

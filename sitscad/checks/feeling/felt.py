@@ -1,0 +1,70 @@
+"""What the rules of this room look at: the sensor's performance by the quick method, worked out once a design."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from sitscad.checks.rules import Advice, Undecided
+from sitscad.design import Design
+from sitscad.record import record
+from sitscad.remedy.feeling import other_thicknesses, slower_scans, softer_pads
+from sitscad.remedy.fix import Fix
+from sitscad.remedy.search import Left, in_vain, named, ways
+from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.estimates.performance.quick import QuickPerformance
+
+NOTHING_FELT = Undecided(
+    "nothing of what the sensor feels was estimated: it takes a target on its pad and tanks that oscillate at rest"
+)
+
+NOISE_STEPS_SOURCE = (
+    "noise by the law measured on an LDC1614 (1 to 1.4 steps of 1/(32 RCOUNT) of the frequency: "
+    "data/ldc161x_limits.csv), slopes as in the states and SIT218, pad by its law; within a few per cent of "
+    "`response --performance`, tilts 25 %"
+)
+
+
+def felt(design: Design) -> QuickPerformance | None:
+    """The performance by the quick method; None where there is nothing to feel."""
+    from sitscad.estimates.performance.quick import quick_performance
+
+    return design.once("felt", lambda: quick_performance(design.layout, design.estimates))
+
+
+@record
+class Worst:
+    """The largest of some figures, and where it is."""
+
+    value: float
+    axis: str
+    at: str
+
+
+def worst(found: QuickPerformance, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
+    """The largest of what `of` gives for a working point and an axis by their numbers; None without such axes."""
+    names, points = found.bench.names, ("at rest", "at half load", "at full load")
+    each = [
+        Worst(of(point, names.index(axis)), axis.replace("_", " along "), where)
+        for point, where in enumerate(points)
+        for axis in axes
+        if axis in names
+    ]
+    return max(each, key=lambda one: one.value, default=None)
+
+
+def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
+    """A hint with pads that feel more per newton; with a factor, first as many times fewer scans."""
+
+    def advice(left: Left) -> str:
+        families: list[list[Fix]] = [list(slower_scans(spec, factor))] if factor is not None else []
+        families += [list(softer_pads(spec)), list(other_thicknesses(spec))]
+        found = ways(families, left)
+        if found:
+            return f"{named(found)} (tried)"
+        vain = in_vain((fix for family in families for fix in family), left)
+        return f"tried in vain: {vain}" if vain else ""
+
+    return advice

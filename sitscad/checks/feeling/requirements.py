@@ -1,0 +1,213 @@
+"""SIT401 to SIT406: resolution, crosstalk, errors by tilt, of friction and by temperature against what is required."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from sitscad.checks.cases import Case
+from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, NOTHING_FELT, felt, more_signal, worst
+from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.design import Design
+from sitscad.finding import Severity
+
+SHEARS = ("shear_x", "shear_y")
+
+
+def normal_resolution(design: Design) -> Iterator[Verdict]:
+    """Noise of the normal axis at every working point."""
+    yield from _resolution(design, "normal_resolution", ("normal",))
+
+
+def shear_resolution(design: Design) -> Iterator[Verdict]:
+    """Noise of the shear axes that the array tells apart; a coil alone tells none."""
+    found = felt(design)
+    if found is not None and len(found.bench.names) == 1:
+        yield NO_SHEAR.found("requirements.shear_resolution", None, design.spec.requirements.shear_resolution, "N")
+        return
+    yield from _resolution(design, "shear_resolution", SHEARS)
+
+
+def _resolution(design: Design, key: str, axes: tuple[str, ...]) -> Iterator[Verdict]:
+    found, asked = felt(design), getattr(design.spec.requirements, key)
+    if found is None:
+        yield NOTHING_FELT
+        return
+    most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
+    if most is not None and most.value > asked:
+        # Noise goes with the conversions that a scan has time for, so with the scans a second.
+        yield TOO_COARSE.found(
+            f"requirements.{key}", most.value, asked, "N", axis=most.axis, at=most.at,
+            advice=more_signal(design.spec, 1.1 * most.value / asked), rate=design.spec.readout.scan_rate,
+        )  # fmt: skip
+
+
+SECOND_ORDER = Undecided(
+    "one coil under the middle of its target feels tilts of either way alike, at second order, which the quick method "
+    "leaves out: compare loads by `sitscad response --case` or with poses rx, ry"
+)
+ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
+
+
+def crosstalk(design: Design) -> Iterator[Verdict]:
+    """What every axis errs by while another goes over its full scale, by the curved map."""
+    from sitscad.estimates.performance.inverse import crosstalk as crossed
+
+    found, asked = felt(design), design.spec.requirements.crosstalk
+    if found is None:
+        yield NOTHING_FELT
+        return
+    assert asked is not None
+    if len(found.bench.names) == 1:
+        yield ONE_AXIS
+        return
+    tables = [crossed(found.working, point.load, point.inverse)[0] for point in found.points]
+
+    def of(point: int, axis: int) -> float:
+        return max(tables[point][found.bench.names[axis]].values(), default=0.0)
+
+    most = worst(found, found.bench.names, of)
+    if most is not None and most.value > asked:
+        yield CROSSED.found("requirements.crosstalk", most.value, asked, None, axis=most.axis, at=most.at,
+                            advice=more_signal(design.spec))  # fmt: skip
+
+
+def tilt_error(design: Design) -> Iterator[Verdict]:
+    """What the tilt that the contact may have costs on every axis."""
+    found, needs = felt(design), design.spec.requirements
+    if found is None:
+        yield NOTHING_FELT
+        return
+    tilt, asked = needs.tilt, needs.tilt_error
+    assert tilt is not None and asked is not None
+    most = worst(found, found.bench.names,
+                 lambda point, axis: tilt * float(np.abs(found.points[point].tilts[axis, :2]).max()))  # fmt: skip
+    if most is not None and most.value > asked:
+        yield TILTED.found("requirements.tilt_error", most.value, asked, "N", axis=most.axis, at=most.at,
+                           angle=float(np.degrees(tilt)), advice=more_signal(design.spec))  # fmt: skip
+    elif len(found.bench.names) == 1:
+        yield SECOND_ORDER
+
+
+def friction_error(design: Design) -> Iterator[Verdict]:
+    """Error of shear over normal at full load."""
+    found, asked = felt(design), design.spec.requirements.friction_error
+    if found is None:
+        yield NOTHING_FELT
+        return
+    assert asked is not None
+    shear = next((name for name in found.bench.names if name != "normal"), None)
+    if shear is None:
+        yield NO_FRICTION.found("requirements.friction_error", None, asked)
+        return
+    causes = found.friction(shear)
+    error = float(np.hypot.reduce(list(causes.values())))
+    if error > asked:
+        cause = max(causes, key=lambda one: causes[one])
+        yield SLIPPERY.found("requirements.friction_error", error, asked, None, cause=cause, share=causes[cause],
+                             advice=more_signal(design.spec))  # fmt: skip
+
+
+def temperature_error(design: Design) -> Iterator[Verdict]:
+    """Drift of every axis at full load between the temperature of the tare and the farther end of the range."""
+    found, needs = felt(design), design.spec.requirements
+    if found is None:
+        yield NOTHING_FELT
+        return
+    assert needs.temperature_range is not None and needs.temperature_error is not None
+    apart = max(abs(end - needs.temperature) for end in needs.temperature_range)
+    drift = apart * found.warmed.temperature
+    k = int(np.argmax(drift))
+    if drift[k] > needs.temperature_error:
+        causes = {name: abs(float(value[k])) for name, value in found.warmed.by_kelvin.items()}
+        yield DRIFTS.found(
+            "requirements.temperature_error", float(drift[k]), needs.temperature_error, "N",
+            axis=found.bench.names[k].replace("_", " along "), apart=apart, start=needs.temperature,
+            cause=max(causes, key=lambda one: causes[one]), advice=more_signal(design.spec),
+        )  # fmt: skip
+
+
+TOO_COARSE = Case(
+    "{axis} is told to {measured:N,3} (one sigma of noise, {at}, {rate:Hz} scans a second); {limit:N,3} is required",
+)
+NO_SHEAR = Case(
+    "one coil alone cannot tell shear from normal force, so no resolution of shear can be had",
+    hint="two coils in line tell shear along them, three or four both axes",
+)
+CROSSED = Case(
+    "{axis} errs by {measured:%.2g} % of its full scale while another axis goes over its own ({at}, after "
+    "calibration); {limit:%.2g} % is required",
+)
+TILTED = Case(
+    "a contact tilted by {angle:.2g} degrees is read as {measured:N,3} of {axis} ({at}); {limit:N,3} is required",
+)
+NO_FRICTION = Case(
+    "one coil alone tells no shear, so no friction either",
+    hint="two coils in line tell shear along them, three or four both axes",
+)
+SLIPPERY = Case(
+    "shear over normal is known to {measured:.2g} at full load (one sigma, most by {cause}: {share:.2g}); "
+    "{limit:.2g} is required",
+)
+DRIFTS = Case(
+    "{axis} drifts by {measured:N,3} over {apart:.3g} K from the tare at {start:.3g} degC (full load, most by "
+    "{cause}); {limit:N,3} is required",
+)
+
+_WEAK = (
+    "More signal per newton: a softer pad or one of another thickness, a target that ends nearer to the coils' "
+    "middles, more distance from metal behind the coils"
+)
+
+REQUIREMENT_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT401", "normal-resolution", Severity.ERROR,
+        "One sigma of noise of the normal force is within requirements.normal_resolution at rest, half and full load.",
+        "What the noise covers cannot be told from one moment to the next, however well the sensor is calibrated.",
+        _WEAK + "; fewer scans a second.", NOISE_STEPS_SOURCE,
+        ("target", "elastomer", "normal resolution"), normal_resolution,
+    ),
+    Rule(
+        "SIT402", "shear-resolution", Severity.ERROR,
+        "One sigma of noise of every shear axis that the array tells apart is within requirements.shear_resolution.",
+        "Slip shows first in a small change of shear; what the noise covers comes too late.",
+        _WEAK + "; fewer scans a second.", NOISE_STEPS_SOURCE,
+        ("target", "elastomer", "shear resolution"), shear_resolution,
+    ),
+    Rule(
+        "SIT403", "crosstalk", Severity.ERROR,
+        "While one axis goes over its full scale, no other errs by more than requirements.crosstalk of its own, by the "
+        "curved map that a calibration fits.",
+        "A force along one axis that is read as one along another cannot be told from a real one.",
+        "More than one target edge over the coils, less travel, three or four coils where two are asked too much.",
+        NOISE_STEPS_SOURCE, ("target", "elastomer", "crosstalk"), crosstalk,
+    ),
+    Rule(
+        "SIT404", "tilt-error", Severity.ERROR,
+        "A contact tilted by requirements.tilt is read as no more than requirements.tilt_error on any axis.",
+        "A tilted target comes nearer to one coil and leaves another, just as shear does: the main error of the "
+        "thesis, where 10 degrees in a scissor jaw were full-scale shear.",
+        _WEAK + "; a pad that is thin for its width tilts less.",
+        NOISE_STEPS_SOURCE + "; Jones, thesis, 6.5", ("target", "elastomer", "tilt error"), tilt_error,
+    ),
+    Rule(
+        "SIT405", "friction-error", Severity.WARNING,
+        "Shear over normal at full load is known to requirements.friction_error: noise, hysteresis, 10 K, what "
+        "manufacture leaves after calibration, and the required tilt where there is one. A modulus that is not known "
+        "leaves the ratio as it is.",
+        "Slip is the first peak of that ratio: 0.42 +- 0.05 on tissue (Jones, thesis, 4.4).",
+        _WEAK + "; an elastomer with less hysteresis.",
+        NOISE_STEPS_SOURCE + "; hysteresis by data/elastomers.csv, mostly unverified: a warning",
+        ("target", "elastomer", "friction error"), friction_error,
+    ),
+    Rule(
+        "SIT406", "temperature-error", Severity.WARNING,
+        "From the tare at requirements.temperature to the farther end of requirements.temperature_range, no axis "
+        "drifts by more than requirements.temperature_error at full load.",
+        "Copper's resistance pulls the tank, the pad grows and stiffens, capacitors drift: all of it is read as force.",
+        _WEAK + "; a tare before each grasp, a coil without target as a reference.",
+        NOISE_STEPS_SOURCE + "; expansion and modulus by data/elastomers.csv, unverified: a warning",
+        ("target", "elastomer", "temperature error"), temperature_error,
+    ),
+)  # fmt: skip

@@ -1,0 +1,100 @@
+"""The commands: arguments in, exit codes out. What they do is behind the public names of `sitscad`."""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+import click
+
+import sitscad
+from sitscad.cli.asking import Group
+from sitscad.cli.building import build, verify
+from sitscad.cli.calibrating import calibrate
+from sitscad.cli.checking import check
+from sitscad.cli.estimating import estimate
+from sitscad.cli.explaining import explain, rules, schema
+from sitscad.cli.responding import response
+from sitscad.cli.starting import new
+from sitscad.cli.telling import say
+
+ISSUES = "the project's issue tracker"
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run one command line and leave with its exit code; no exception reaches the person who typed it."""
+    # Our matrices are small: threads of the linear algebra would only wait for each other, at twice the processor time
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(200_000)  # a short command makes much and drops little: looking for cycles costs it some per cent
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    code = run(arguments)
+    gc.freeze()  # what is left goes with the process: the last look for cycles would cost some per cent more
+    sys.exit(code)
+
+
+def run(arguments: Sequence[str] | None) -> int:
+    """The exit code of one command line; whatever goes wrong is told in words."""
+    try:
+        code = cli.main(arguments, prog_name="sitscad", standalone_mode=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except click.ClickException as error:
+        error.show()
+        return 2
+    except (KeyboardInterrupt, click.Abort):
+        say("interrupted; finished packages were left as they were")
+        return 130
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the reader is gone; nothing is left to say
+        return 141
+    except OSError as error:
+        if os.environ.get("SITSCAD_TRACEBACK"):
+            raise
+        say(f"cannot read or write: {error}")
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - what is left in the stream cannot be written either
+        return 2
+    except Exception as error:
+        return crash(error)
+
+
+def crash(error: Exception) -> int:
+    """One sentence for what is known to go wrong, one with how to report it for what is not."""
+    if os.environ.get("SITSCAD_TRACEBACK"):
+        raise error
+    if isinstance(error, (sitscad.PackageError, sitscad.MissingExtra, sitscad.PolicyError, sitscad.PluginError)):
+        say(str(error))
+    elif isinstance(error, sitscad.PartsError):
+        say(f"a part cannot be made: {error}")
+        return 1
+    else:
+        say(
+            f"internal error: {type(error).__name__}: {error}\n"
+            f"This is a fault of sitscad {sitscad.__version__}, not of your spec. Please report it in {ISSUES}, with "
+            "the spec and the output of the same command run with SITSCAD_TRACEBACK=1 in its environment."
+        )
+    return 2
+
+
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+@click.group(
+    cls=Group,
+    context_settings=SETTINGS,
+    epilog="\b\nExample:\n  sitscad new grasper_4layer && sitscad build grasper_4layer.yaml",
+)
+@click.version_option(sitscad.__version__, prog_name="sitscad", message="%(prog)s %(version)s")
+def cli() -> None:
+    """From one YAML spec to inductive tactile sensors for a 5 mm jaw that can be ordered."""
+
+
+for command in (new, check, estimate, response, calibrate, build, explain, rules, schema, verify):  # as they are used
+    cli.add_command(command)
+
+
+__all__ = ["cli", "main", "run"]

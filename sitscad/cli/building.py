@@ -1,0 +1,120 @@
+"""`sitscad build` and `sitscad verify`: packages written, and read back."""
+
+from __future__ import annotations
+
+import functools
+import sys
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import sitscad
+from sitscad.cli.asking import BASELINE, JOBS, PLUGIN, Example, Names, baseline_of, specs_of
+from sitscad.cli.telling import print_result, progress, say, show_findings
+
+if TYPE_CHECKING:
+    from sitscad import BuildResult, Policy, SensorSpec
+
+
+@click.command(cls=Example, example="sitscad build sensor.yaml --only gerber,kicad -o outputs")
+@click.argument("specs", nargs=-1, required=True, type=click.Path())
+@click.option("-o", "--output", default="outputs", show_default=True, type=click.Path(), help="Where packages go.")
+@click.option(
+    "--only",
+    type=Names(),
+    help="Only these parts: gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, report.",
+)
+@click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
+@click.option("--check", is_flag=True, help="Write nothing; fail where packages are stale, and name their files.")
+@BASELINE
+@JOBS
+@PLUGIN
+def build(
+    specs: tuple[str, ...],
+    output: str,
+    only: tuple[str, ...] | None,
+    force: bool,
+    check: bool,
+    baseline: str | None,
+    jobs: int | None,
+) -> int:
+    """Check SPECS, then write their packages.
+
+    A package is the folder NAME under the output folder; NAME stands in the spec. SPECS are files, folders (every spec
+    in them and below) and - for standard input. Configuration and comments count as for `check`.
+    An error in the checks stops a build before anything is made. Exit code: 0 written, 1 errors found, 2 a spec cannot
+    be read or a package cannot be written.
+    """
+    loaded, code = [], 0
+    for path in specs_of(specs):
+        try:
+            policy = sitscad.policy_for(path)
+            loaded.append((sitscad.opened(path, policy), policy))
+        except sitscad.SpecError as error:
+            show_findings([sitscad.unreadable(path, error)])
+            code = 2
+    sitscad.require_distinct_names([spec for spec, _ in loaded])
+    alone = len(loaded) == 1 and sys.stderr.isatty()
+    asked: dict[str, Any] = {"out": output, "only": only, "baseline": baseline_of(baseline)}
+    if check:
+        work = functools.partial(_compare_one, **asked)
+    else:
+        work = functools.partial(_build_one, **asked, force=force, progress=progress if alone else None)
+    for result in sitscad.each_of(work, loaded, jobs):
+        code = max(code, _told(result))
+    return code
+
+
+def _build_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
+    spec, policy = asked
+    return sitscad.build(spec, **how, policy=policy)
+
+
+def _compare_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
+    spec, policy = asked
+    return sitscad.stale(spec, **how, policy=policy)
+
+
+def _told(result: BuildResult) -> int:
+    """Say what became of a build; its exit code."""
+    if result.checked.findings or result.checked.ignored:
+        show_findings([result.checked])
+    if result.stale:
+        for words in result.stale:
+            print_result(f"{result.directory}: {words}")
+        say(f"{result.directory} is stale: sitscad build {result.checked.path} makes it anew")
+        return max(1, result.checked.exit_code)
+    if not result.written and not result.checked.ok:
+        path = result.checked.path
+        say(f"{path}: not built, because of the errors above; --force builds in spite of them")
+        return result.checked.exit_code
+    if result.kept_aside:
+        say(f"files that were changed by hand, or not sitscad's, are now in {result.kept_aside}")
+    if result.forced:
+        say(f"{result.directory} was built in spite of errors and is marked as forced")
+    print_result(_built(result))
+    return 0 if result.written else result.checked.exit_code
+
+
+def _built(result: BuildResult) -> str:
+    """One line: where the package is and what was done for it."""
+    files = sum(stage.files for stage in result.stages) + 1
+    done = {outcome: [s.name for s in result.stages if s.outcome == outcome] for outcome in ("made", "kept", "dropped")}
+    words = "; ".join(f"{outcome} {', '.join(names)}" for outcome, names in done.items() if names)
+    return f"{result.directory}: {files} files ({'unchanged' if result.is_unchanged else words})"
+
+
+@click.command(cls=Example, example="sitscad verify outputs/grasper-4layer")
+@click.argument("directory", type=click.Path())
+def verify(directory: str) -> int:
+    """Read a finished package back.
+
+    Its files are held against the manifest, its copper's nets against the intended ones, every board of its panel
+    against the single board.
+    Exit code: 0 equal, 1 something differs, 2 not a package, or unreadable.
+    """
+    found = sitscad.verify(directory)
+    for difference in found.differences:
+        print_result(difference)
+    print_result(f"{'ok' if found.ok else 'differs'}: {', '.join(found.looked_at)}")
+    return 0 if found.ok else 1

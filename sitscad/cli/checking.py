@@ -1,0 +1,147 @@
+"""`sitscad check`: findings, fixes and the page of a job."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import click
+
+import sitscad
+from sitscad.cli.asking import BASELINE, JOBS, PLUGIN, Example, Names, baseline_of, require_rule, row_of, specs_of
+from sitscad.cli.telling import counted, manner, print_result, say, show_findings
+from sitscad.finding import Finding, Remedy, Severity
+
+if TYPE_CHECKING:
+    from sitscad import CheckedSpec, Held, Inspection, MendedSpec
+
+
+@click.command(cls=Example, example="sitscad check sensor.yaml --format json")
+@click.argument("specs", nargs=-1, required=True, type=click.Path())
+@click.option("--format", "format_name", default="text", show_default=True, help="text, json, sarif, junit or github.")
+@click.option("--select", type=Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
+@click.option("--ignore", type=Names(), default=(), help="Not these rules.")
+@click.option("--strict", is_flag=True, help="As --fail-on warning.")
+@click.option("--fail-on", default="error", show_default=True, help="What fails: note, warning or error, and graver.")
+@BASELINE
+@JOBS
+@PLUGIN
+@click.option("--hints", default="decisive", show_default=True, help="What is tried for hints: none, decisive or full.")
+@click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
+@click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
+@click.option("--unsafe-fixes", is_flag=True, help="With these: turns, sizes, layers and materials, too.")
+def check(
+    specs: tuple[str, ...],
+    format_name: str,
+    select: tuple[str, ...],
+    ignore: tuple[str, ...],
+    strict: bool,
+    fail_on: str,
+    baseline: str | None,
+    jobs: int | None,
+    hints: str,
+    fix: bool,
+    diff: bool,
+    unsafe_fixes: bool,
+) -> int:
+    """Check SPECS against every rule that applies.
+
+    SPECS are files, folders (every spec in them and below) and - for standard input. The nearest sitscad.toml, or
+    [tool.sitscad] in pyproject.toml, above each spec chooses rules and severities; a comment
+    "# sitscad: ignore SIT103 reason" silences a rule on its line.
+    Writes no files without --fix, which writes every fix into the spec that was tried, mends its finding and brings no
+    error or warning; comments and order stay. Of standard input (-) it prints the mended text.
+    The verdict does not depend on --hints: decisive tries changes for as long as the check itself takes, for errors
+    first; full tries all that may mend a finding, which can take minutes; none tries nothing.
+    Exit code: 0 no errors, 1 errors found (with --fail-on: or milder findings), 2 a spec cannot be read; with --fix of
+    what it leaves, and with --diff at least 1 where it would change something.
+    """
+    show = row_of(sitscad.FINDING_FORMATS, format_name, "--format")
+    _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
+    for pattern in (*select, *ignore):
+        require_rule(pattern)
+    row_of(dict.fromkeys(sitscad.HINTS), hints, "--hints")
+    weight = row_of({severity.value: severity for severity in Severity}, "warning" if strict else fail_on, "--fail-on")
+    held, paths = sitscad.Held(select, ignore, baseline_of(baseline)), specs_of(specs)
+    draws = bool(_summary_path(format_name))
+    mended = _mended(paths, hints, held, unsafe_fixes) if fix or diff else []
+    work = functools.partial(sitscad.inspect, hints=hints, held=held, draws=draws)
+    inspected = [each.inspection for each in mended] or list(sitscad.each_of(work, paths, jobs))
+    checked = [each.checked for each in inspected]
+    for each in () if diff else mended:
+        _write(each)
+    if diff or (fix and "-" in specs):
+        click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
+        show_findings(checked)
+    else:
+        print_result(show(checked, manner(sys.stdout, weight)))
+    _append_job_summary(_summary_path(format_name), inspected)
+    code = max(*(spec.exit_code for spec in checked), int(diff and any(each.diff for each in mended)))
+    return code or _told_milder(checked, weight, "--strict" if strict else f"--fail-on {fail_on}")
+
+
+def _told_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> int:
+    """Say which findings fail by an option alone; 1 where there are such, else 0."""
+    if not any(spec.fails(weight) for spec in checked):
+        return 0
+    milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.weighs(weight)]
+    counts = ((severity.value, sum(spec.count(severity) for spec in checked)) for severity in milder)
+    words = " and ".join(counted(count, name) for name, count in counts if count)
+    say(f"{option}: {words} and no error; {weight.value}s fail (--ignore leaves rules out)")
+    return 1
+
+
+def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tuple[str, ...]) -> None:
+    """A usage error for options of fixes that make no sense together."""
+    if unsafe and not (fix or diff):
+        raise click.UsageError("--unsafe-fixes says what --fix and --diff may change: name one of them.")
+    if form != "text" and (diff or (fix and "-" in specs)):
+        what = "--diff prints a patch" if diff else "--fix prints the mended text of standard input"
+        raise click.UsageError(f"{what}, and has no other form: leave --format out.")
+    if fix and "-" in specs and len(specs) > 1:
+        raise click.UsageError("--fix takes standard input (-) alone.")
+
+
+def _mended(specs: Iterable[str], hints: str, held: Held, unsafe: bool) -> list[MendedSpec]:
+    """The specs with all fixes of the chosen rules that may be made."""
+
+    def may(_: Finding, remedy: Remedy) -> bool:
+        return unsafe or remedy.is_safe
+
+    return [sitscad.mend(path, may, hints, held) for path in specs]
+
+
+def _write(mended: MendedSpec) -> None:
+    """Write a mended spec over its file, and say what was mended."""
+    if mended.after == mended.before:
+        return
+    if mended.path != "-":
+        sitscad.write_file(mended.path, mended.after.encode("utf-8"))
+    for line in mended.words.splitlines():
+        say(f"{mended.path}: {line}")
+
+
+SUMMARY_LIMIT = 1_000_000
+"""Bytes of a job's page: GitHub takes one mebibyte a step and drops the whole page of a longer one."""
+
+
+def _summary_path(format_name: str) -> str:
+    """Where GitHub Actions wants the page of a job; empty where nobody does."""
+    return os.environ.get("GITHUB_STEP_SUMMARY", "") if format_name == "github" else ""
+
+
+def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
+    """Write the page of the job where one is wanted; pictures go first where it would be too long."""
+    if not path:
+        return
+    checked = [each.checked for each in inspected]
+    pictures = {each.checked.path: each.picture for each in inspected}
+    for drawn in (pictures, {}):
+        page = sitscad.job_summary(checked, drawn).encode("utf-8")
+        if len(page) <= SUMMARY_LIMIT:
+            break
+    with open(path, "ab") as stream:
+        stream.write(page[:SUMMARY_LIMIT])

@@ -1,0 +1,79 @@
+"""The style sheet of the pages (report, data sheet): sober, light and dark, fit for paper."""
+
+STYLE = """
+:root {
+  color-scheme: light dark;
+  --ink: #1c2126; --soft: #5c6670; --line: #d9dee3; --ground: #fbfbfa; --card: #ffffff; --code: #f3f4f2;
+  --error: #b3261e; --warning: #8a5a00; --note: #1f5f8b; --good: #1e6b3a;
+}
+@media (prefers-color-scheme: dark) {
+  :root {
+    --ink: #e6e8ea; --soft: #9aa4ad; --line: #353c43; --ground: #15181b; --card: #1d2125; --code: #262b30;
+    --error: #ff8a80; --warning: #f0b959; --note: #7fc0ee; --good: #7fd19b;
+  }
+}
+* { box-sizing: border-box; }
+body {
+  margin: 0; background: var(--ground); color: var(--ink);
+  font: 16px/1.5 "Helvetica Neue", Helvetica, Arial, sans-serif;
+}
+main { max-width: 62rem; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; }
+h1 { font-size: 2rem; margin: 0; letter-spacing: -.01em; overflow-wrap: anywhere; }
+h2 { font-size: 1.2rem; margin: 3rem 0 .8rem; padding-bottom: .3rem; border-bottom: 1px solid var(--line); }
+p, ul { margin: .5rem 0; }
+ul { padding-left: 1.2rem; }
+.soft, figcaption, caption, footer { color: var(--soft); }
+.bad { color: var(--error); }
+.good { color: var(--good); }
+.warned { color: var(--warning); }
+.signal { margin: .2rem 0; font-weight: 600; font-variant-numeric: tabular-nums; }
+.verdict {
+  display: inline-block; margin: .8rem 0 .3rem; padding: .25rem .8rem;
+  border: 2px solid currentColor; border-radius: 1rem; font-weight: 600;
+}
+.banner { margin: 1.2rem 0; padding: .8rem 1rem; border: 2px solid; color: var(--error); font-weight: 600; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(9rem, 1fr)); gap: .8rem; margin: 1.5rem 0; }
+.tile { background: var(--card); border: 1px solid var(--line); border-radius: .4rem; padding: .7rem; }
+.tile b { display: block; font-size: .95rem; white-space: nowrap; font-variant-numeric: tabular-nums; }
+.tile span { color: var(--soft); font-size: .85rem; }
+.finding {
+  margin: .8rem 0; padding: .7rem 1rem; break-inside: avoid; background: var(--card);
+  border: 1px solid var(--line); border-left: 4px solid var(--note); border-radius: .3rem;
+}
+.finding.error { border-left-color: var(--error); }
+.finding.warning { border-left-color: var(--warning); }
+.finding p { margin: .35rem 0; overflow-wrap: anywhere; }
+a { color: inherit; }
+.kind { font-weight: 700; color: var(--note); }
+.error .kind { color: var(--error); }
+.warning .kind { color: var(--warning); }
+pre {
+  margin: .5rem 0; padding: .45rem .7rem; background: var(--code); border-radius: .25rem;
+  font: .85rem/1.5 ui-monospace, Menlo, Consolas, "DejaVu Sans Mono", monospace;
+  white-space: pre-wrap; overflow-wrap: anywhere;
+}
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; margin: .6rem 0; font-variant-numeric: tabular-nums; }
+caption { text-align: left; padding-bottom: .3rem; font-size: .9rem; }
+th, td { text-align: left; vertical-align: top; padding: .35rem .8rem .35rem 0; border-bottom: 1px solid var(--line); }
+th { color: var(--soft); font-weight: 600; font-size: .85rem; }
+.number { text-align: right; white-space: nowrap; }
+figure { margin: 1rem 0; break-inside: avoid; }
+figure > svg, .paper > svg { display: block; width: 100%; height: auto; }
+.paper { background: #ffffff; border: 1px solid var(--line); border-radius: .4rem; padding: .4rem; }
+figcaption { font-size: .9rem; margin-top: .3rem; }
+.section text { fill: var(--ink); font-size: 13px; font-family: inherit; }
+.section .leader { stroke: var(--soft); stroke-width: 1; }
+.section .layer { stroke: var(--ink); }
+footer { margin-top: 4rem; font-size: .85rem; overflow-wrap: anywhere; }
+@media print {
+  :root {
+    --ink: #000; --soft: #444; --line: #bbb; --ground: #fff; --card: #fff; --code: #f4f4f4;
+    --error: #b3261e; --warning: #8a5a00; --note: #1f5f8b; --good: #1e6b3a;
+  }
+  body { font-size: 10.5pt; }
+  main { max-width: none; padding: 0; }
+  h2 { break-after: avoid; margin-top: 1.8rem; }
+  tr, .tile { break-inside: avoid; }
+}
+"""

@@ -1,0 +1,193 @@
+"""A design on the bench: loads or poses go in, the coils' readings since the tare come out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.response.derivatives import STEPS
+from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.response.pad import pushed, soft_pad
+from sitscad.estimates.response.values import Response, joined
+from sitscad.estimates.states.pressing import loaded_face
+from sitscad.estimates.values import Estimates
+from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
+from sitscad.mechanics.pad import Pad
+from sitscad.readout import FAMILIES
+from sitscad.record import record
+from sitscad.spec.sensor import ArraySpec, SensorSpec
+
+Array = NDArray[np.float64]
+
+SLIP = 0.42
+"""Shear over normal at slip on tissue (Jones, thesis, 4.4)."""
+
+USUAL_STRAIN = 0.2
+"""Strain of the pad at full scale where no normal force is required."""
+
+USUAL_SHEAR = 0.5
+"""Shear strain of the pad at most at full scale where no shear force is required: its law was held against finite
+elements up to there."""
+
+AT_ONCE = 250
+"""Poses that are worked out together: so few that each is solved by itself."""
+
+
+@record(eq=False)
+class Bench:
+    """A design, the axes that it tells apart, and the full scale (N) of all three: what is required, else the force
+    that presses the pad by 20 %, and shear at a friction of 0.42, at most half of the pad's
+    thickness. The target is held level. `frequencies` gives those (Hz) of the coils, (n, coils), at (n, 6) poses.
+    """
+
+    spec: SensorSpec
+    estimates: Estimates
+    names: tuple[str, ...]
+    full: Mapping[str, float]
+    frequencies: Callable[[Array], Array]
+
+    @cached_property
+    def pad(self) -> Pad:
+        """The part of the pad under the target."""
+        return soft_pad(self.spec)
+
+    @property
+    def columns(self) -> list[int]:
+        """The columns of loads that belong to the axes told apart."""
+        return [AXES.index(name) for name in self.names]
+
+    @property
+    def full_scales(self) -> Array:
+        """Full scales (N) of the axes told apart."""
+        return np.array([self.full[name] for name in self.names])
+
+    @cached_property
+    def overload(self) -> float:
+        """Normal force (N) at which the pad is pressed as far as its law is trusted."""
+        return normal_at(self.spec, VALID_STRAIN)
+
+    @cached_property
+    def farthest(self) -> Mapping[str, float]:
+        """The largest load (N) of every axis by the pad's strain and shear."""
+        shear = VALID_SHEAR * shear_per_strain(self.spec)
+        return dict(zip(AXES, (self.overload, shear, shear), strict=True))
+
+    def poses(self, loads: Array, pad: Pad | None = None) -> Array:
+        """Poses (n, 6) of a level target under (n, 3) loads, on this pad or another."""
+        if pad is None:
+            return pushed(self.spec, loads, np.ones(len(loads), dtype=bool))[0]
+        return pad.pose(loads, is_held=True)
+
+    @cached_property
+    def rest(self) -> Array:
+        """Frequencies (Hz) of the coils at rest."""
+        return np.asarray(self.frequencies(np.zeros((1, 6)))[0])
+
+    def readings(self, poses: Array) -> Array:
+        """Ln of the frequency over that at rest, (n, coils)."""
+        return np.asarray(np.log(self.frequencies(poses) / self.rest))
+
+    def slopes(self, poses: Array) -> Array:
+        """Change of the readings with the six numbers of every pose (per m and rad): (poses, coils, 6)."""
+        moves = np.concatenate([np.diag(STEPS), -np.diag(STEPS)])
+        found = self.readings((poses[:, None, :] + moves).reshape(-1, 6)).reshape(len(poses), 2, 6, -1)
+        return np.asarray(np.swapaxes((found[:, 0] - found[:, 1]) / (2.0 * STEPS[:, None]), 1, 2))
+
+    @cached_property
+    def noise(self) -> Array:
+        """One sigma of every coil's reading at the scan rate."""
+        readout, family = self.estimates.readout, FAMILIES[self.spec.readout.device.family]
+        assert readout.rcount is not None
+        return np.array([family.measured_noise(float(f), readout.rcount) / float(f) for f in self.rest])
+
+    def compliance(self, pose: Array) -> Array:
+        """Change of the pose (m, rad) with the load (N), the target keeping its turn: (6, 3)."""
+        found = np.zeros((6, 3))
+        stiffness = self.pad.stiffness(pose[None])[0, :3, :3]
+        found[:3] = np.linalg.inv(stiffness)[:, [2, 0, 1]] * [-1.0, 1.0, 1.0]
+        return found
+
+
+@record(eq=False)
+class Solved:
+    """The response of a design at poses within what its pad can take, all by one solution of the target."""
+
+    model: ResponseModel
+
+    @cached_property
+    def bounds(self) -> Array:
+        """Poses as low and as far as any that is looked at: what is solved for them serves all."""
+        spec = self.model.spec
+        aside = VALID_SHEAR * shear_per_strain(spec)
+        loads = np.array([[normal_at(spec, VALID_STRAIN), 0.0, 0.0], [0.0, aside, 0.0], [0.0, 0.0, aside]])
+        found = pushed(spec, loads)[0]
+        found[0, 3:5] = 0.02
+        return found
+
+    def respond(self, poses: Array) -> Response:
+        """The response at (n, 6) poses."""
+        parts = []
+        for first in range(0, len(poses), AT_ONCE):
+            some = poses[first : first + AT_ONCE]
+            parts.append(_first(self.model.respond(np.concatenate([some, self.bounds])), len(some)))
+        return joined(parts)
+
+    def frequencies(self, poses: Array) -> Array:
+        """Frequencies (Hz) of the coils, (n, coils)."""
+        return self.respond(poses).frequency
+
+
+def bench_of(spec: SensorSpec, estimates: Estimates, frequencies: Callable[[Array], Array]) -> Bench:
+    """The bench of a design with target, pad and a tank that oscillates, its metals at the required temperature.
+
+    Raises NoResponse without a pad under the target.
+    """
+    normal = spec.requirements.normal_force or normal_at(spec, USUAL_STRAIN)
+    travel = USUAL_SHEAR * shear_per_strain(spec)
+    shear = spec.requirements.shear_force or min(SLIP * normal, travel)
+    return Bench(
+        spec,
+        estimates,
+        axes_told_apart(spec.array),
+        {"normal": normal, "shear_x": shear, "shear_y": shear},
+        frequencies,
+    )
+
+
+def shear_per_strain(spec: SensorSpec) -> float:
+    """The shear force (N) for a travel of the pad's thickness: G A."""
+    pad = spec.elastomer
+    assert pad is not None
+    return pad.material.shear_modulus * loaded_face(spec)[0].area
+
+
+def normal_at(spec: SensorSpec, strain: float) -> float:
+    """The normal force (N) that presses the pad by a strain."""
+    pad = soft_pad(spec)
+    return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
+
+
+def axes_told_apart(array: ArraySpec) -> tuple[str, ...]:
+    """The axes that the coils of an array can tell apart: one coil the normal force alone, coils in a line also shear
+    along it, others all three.
+    """
+    places = np.array([place.centre for place in array.placements])
+    away = places - places.mean(axis=0)
+    spread = np.linalg.svd(away, compute_uv=False)
+    if len(places) == 1:
+        return AXES[:1]
+    if len(places) > 2 and spread[1] > 1e-3 * spread[0]:
+        return AXES
+    along = np.abs(away[np.argmax(np.hypot(*away.T))])
+    return ("normal", "shear_x" if along[0] >= along[1] else "shear_y")
+
+
+def _first(response: Response, count: int) -> Response:
+    # The first points of a response.
+    known = {name: value[:count] for name, value in vars(response).items() if isinstance(value, np.ndarray)}
+    return replace(response, notes=response.notes[:count], **known)  # type: ignore[arg-type]

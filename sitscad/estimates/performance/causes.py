@@ -1,0 +1,188 @@
+"""Errors in newtons by their cause, at one working point: what the straight map there makes of every disturbance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.units import Units
+from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.values import Estimates
+from sitscad.readout import FAMILIES
+from sitscad.record import record
+from sitscad.scene.state import REST
+
+Array = NDArray[np.float64]
+
+WARMER = 10.0
+"""Kelvin by which the sensor is warmed to see what copper and other metal do."""
+
+FLAT = 3.0
+"""Rise of a flat bonded pad over its linear expansion: sideways it cannot grow, and its volume grows all the same."""
+
+BESIDE = 0.1e-3
+"""How far (m) the force is put beside the middle to see what that does."""
+
+BRANCH = 0.5
+"""Part of a loop of hysteresis by which either branch lies beside the middle of both."""
+
+
+@record(eq=False)
+class Disturbed:
+    """A working point: its load (3; N), share of full scale and pose, slopes of the readings by pose (coils, 6), the
+    straight map `inverse` (N per reading; axes, coils), and what temperature does to readings at rest (per K; coils).
+    """
+
+    bench: Bench
+    load: Array
+    share: float
+    pose: Array
+    by_pose: Array
+    inverse: Array
+    by_metal: Array
+
+    @cached_property
+    def carried(self) -> Array:
+        """The force (N) on every axis where all carry their share of full scale."""
+        return np.asarray(self.share * self.bench.full_scales)
+
+    @property
+    def tilts(self) -> Array:
+        """Errors (N/rad) of every axis by rx, ry, rz."""
+        return np.asarray(self.inverse @ self.by_pose[:, 3:])
+
+    @cached_property
+    def contact(self) -> Array:
+        """Errors (N/mm) of every axis by the force standing beside the middle along x and y, the target free to tilt;
+        NaN where the pad gives way.
+        """
+        force = float(self.load[0])
+        wrench = np.tile([0.0, 0.0, -force, 0.0, 0.0, 0.0], (3, 1))
+        wrench[1, 4], wrench[2, 3] = BESIDE * force, -BESIDE * force
+        poses = self.bench.pad.pose(wrench)
+        return np.asarray(self.inverse @ self.by_pose @ (poses[1:] - poses[0]).T / (1e3 * BESIDE))
+
+    @cached_property
+    def by_kelvin(self) -> Mapping[str, Array]:
+        """Errors (N/K) of every axis by what warms after the tare; the capacitors' as one sigma, each its own."""
+        pad = self.bench.spec.elastomer
+        assert pad is not None
+        losses = pad.material.losses
+        drift = 0.5 * FAMILIES[self.bench.spec.readout.device.family].limit("capacitor_temperature") / math.sqrt(3.0)
+        rise = FLAT * losses.expansion * pad.thickness
+        return {
+            "copper and other metal": self.inverse @ self.by_metal,
+            "capacitors": drift * np.sqrt(np.sum(self.inverse**2, axis=1)),
+            "expansion of the pad": self.inverse @ self.by_pose[:, 2] * rise,
+            "modulus of the pad": -losses.modulus_by_temperature * self.carried,
+        }
+
+    @property
+    def temperature(self) -> Array:
+        """One sigma (N/K) of every axis: what has a known sign added up, capacitors beside it."""
+        known = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
+        return np.asarray(np.hypot(known, self.by_kelvin["capacitors"]))
+
+    @property
+    def noise(self) -> Array:
+        """One sigma (N) of every axis by the converter's noise."""
+        return np.asarray(np.sqrt(np.sum((self.inverse * self.bench.noise) ** 2, axis=1)))
+
+    @property
+    def hysteresis(self) -> Array:
+        """By how much (N) either branch of the loop is off on every axis, of its full scale."""
+        pad = self.bench.spec.elastomer
+        assert pad is not None
+        losses, names = pad.material.losses, self.bench.names
+        widths = [losses.hysteresis_normal if name == "normal" else losses.hysteresis_shear for name in names]
+        return BRANCH * np.array(widths) * self.bench.full_scales
+
+    def unmeasured(self) -> dict[str, Array]:
+        """Errors (N) of every axis by full scale on an axis that the array does not tell apart."""
+        found = {}
+        for name in (axis for axis in AXES if axis not in self.bench.names):
+            loads = np.tile(self.load, (3, 1))
+            loads[1:, AXES.index(name)] = self.bench.full[name] * np.array([1.0, -1.0])
+            readings = self.bench.readings(self.bench.poses(loads))
+            found[f"{name} at full scale, which is not measured"] = np.abs(
+                (readings[1:] - readings[0]) @ self.inverse.T
+            ).max(axis=0)
+        return found
+
+    def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
+        """One sigma (N) of every axis by cause; tilts of one degree, the worse of both ways."""
+        pad, degree = self.bench.spec.elastomer, math.radians(1.0)
+        assert pad is not None
+        material, normal = pad.material, self.bench.full["normal"]
+        found = {
+            "noise": self.noise,
+            "hysteresis": self.hysteresis,
+            "creep": material.losses.creep * self.carried,
+            "curved map": map_errors,
+            "temperature, 10 K": 10.0 * self.temperature,
+            "tilt of 1 degree": degree * np.hypot(*self.tilts[:, :2].T),
+            "twist of 1 degree": degree * np.abs(self.tilts[:, 2]),
+            "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
+            **self.unmeasured(),
+            "modulus, before calibration": material.shear_modulus_sigma * self.carried,
+            "manufacture, before calibration": units.at(self.share, normal, False),
+            "manufacture, after calibration": units.at(self.share, normal, True),
+            **self._without_tare(),
+        }
+        return {name: np.nan_to_num(error) for name, error in found.items()}
+
+    def _without_tare(self) -> dict[str, Array]:
+        """What clock and capacitors would do to a map in hertz."""
+        limits = FAMILIES[self.bench.spec.readout.device.family]
+        clock = limits.limit("clock_tolerance") / math.sqrt(3.0)
+        capacitor = 0.5 * limits.limit("capacitor_tolerance") / math.sqrt(3.0)
+        return {
+            "clock, without a tare": clock * np.abs(self.inverse.sum(axis=1)),
+            "capacitors, without a tare": capacitor * np.sqrt(np.sum(self.inverse**2, axis=1)),
+        }
+
+    def friction(self, errors: Mapping[str, Array], shear: str) -> dict[str, float]:
+        """Errors of shear over normal by cause, at the working point's share of full scale.
+
+        Modulus and its temperature leave the ratio as it is. The required tilt counts where there is one.
+        """
+        names = self.bench.names
+        k, n = names.index(shear), names.index("normal")
+        force, ratio = self.carried[n], self.carried[k] / self.carried[n]
+
+        def of(vector: Array) -> float:
+            return float(abs(vector[k] - ratio * vector[n]) / force)
+
+        def apart(vector: Array) -> float:
+            return float(math.hypot(vector[k], ratio * vector[n]) / force)
+
+        causes = ("noise", "hysteresis", "curved map", "manufacture, after calibration")
+        found = {name: apart(errors[name]) for name in causes}
+        warmed = {name: value for name, value in self.by_kelvin.items() if not name.startswith("modulus")}
+        found["temperature, 10 K"] = 10.0 * math.hypot(
+            of(warmed["copper and other metal"] + warmed["expansion of the pad"]), apart(warmed["capacitors"])
+        )
+        tilt = self.bench.spec.requirements.tilt
+        if tilt is not None:
+            found["required tilt"] = tilt * math.hypot(*(of(self.tilts[:, way]) for way in (0, 1)))
+        return found
+
+
+def by_metal(estimates: Estimates, warmer: Estimates, rest: Array) -> Array:
+    """Change of the readings at rest (coils; per K) with the temperature of copper and other metal, by the estimates
+    at two temperatures.
+    """
+    apart = warmer.temperature - estimates.temperature
+    pairs = zip(estimates.coils, warmer.coils, strict=True)
+    known = [
+        math.log(warm.states[REST].frequency / coil.states[REST].frequency) / apart
+        if REST in coil.states and REST in warm.states
+        else math.nan
+        for coil, warm in pairs
+    ]
+    return np.nan_to_num(np.array(known)) if len(known) == len(rest) else np.zeros_like(rest)

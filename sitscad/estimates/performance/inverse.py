@@ -1,0 +1,149 @@
+"""From readings to loads: the curved map that a calibration leaves, and whether there is only one load to a reading."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.polynomial import Polynomial, best_fitted
+from sitscad.estimates.performance.values import AXES, Loads
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+GRID = {1: 13, 2: 8, 3: 5}
+"""Points along each axis of the grid that the map is fitted to, by how many axes there are."""
+
+HELD_OUT = {1: 6, 2: 5, 3: 4}
+"""Points along each axis of the grid that it is judged at."""
+
+MOST_DEGREE = 6
+"""Highest degree of the map."""
+
+APART, SAME = 0.1, 1e-3
+"""Loads so far apart (in full scales) count as two; readings so near to each other (in their span) as one."""
+
+ALIKE = 3e-3
+"""The same of what the response itself says of two loads that the polynomials found."""
+
+TRIED = 12
+"""Pairs of loads from which two with one reading are searched."""
+
+
+@record(eq=False)
+class WorkingRange:
+    """Loads (n, 3; N) from nothing to full scale on the normal axis, to both sides on those of shear that the array
+    tells apart, with their readings (n, coils): those that the map is fitted to, then those that it is judged at.
+    """
+
+    bench: Bench
+    loads: Array
+    readings: Array
+    held_out: tuple[Array, Array]
+
+    @cached_property
+    def map(self) -> Polynomial:
+        """Loads (N, of the axes told apart) by readings: the polynomial that errs least at loads held out."""
+        columns = self.bench.columns
+        return best_fitted(self.readings, self.loads[:, columns],
+                           (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)  # fmt: skip
+
+    @cached_property
+    def forward(self) -> Polynomial:
+        """Readings by loads (of the axes told apart)."""
+        columns = self.bench.columns
+        return best_fitted(self.loads[:, columns], self.readings,
+                           (self.held_out[0][:, columns], self.held_out[1]), MOST_DEGREE)  # fmt: skip
+
+    @cached_property
+    def map_errors(self) -> Array:
+        """Rms error (N) of the map at loads held out, of every axis told apart."""
+        loads, readings = self.held_out
+        return np.asarray(np.sqrt(np.mean((self.map(readings) - loads[:, self.bench.columns]) ** 2, axis=0)))
+
+    @cached_property
+    def twins(self) -> tuple[Loads, Loads] | None:
+        """Two loads in the range that give one reading; None where none are found."""
+        found = _twins(self.forward, self.bench.full_scales, self.bench.names)
+        if found is None:
+            return None
+        both = np.zeros((2, 3))
+        both[:, self.bench.columns] = found
+        read = self.bench.readings(self.bench.poses(both))
+        if np.linalg.norm((read[1] - read[0]) / np.maximum(np.ptp(self.readings, axis=0), 1e-300)) > ALIKE:
+            return None  # the polynomials err there
+        one, other = (tuple(map(float, row)) for row in both)
+        return one, other  # type: ignore[return-value]
+
+
+def working_range(bench: Bench) -> WorkingRange:
+    """The working range of a bench, solved."""
+    axes = len(bench.names)
+    fit, judged = (_grid(bench, count[axes], inside) for count, inside in ((GRID, 1.0), (HELD_OUT, 0.93)))
+    readings = bench.readings(bench.poses(np.concatenate([fit, judged])))
+    return WorkingRange(bench, fit, readings[: len(fit)], (judged, readings[len(fit) :]))
+
+
+def _grid(bench: Bench, count: int, inside: float) -> Array:
+    """Loads (n, 3), all of them `inside` the range by that factor."""
+    lines = [
+        np.linspace(0.0 if name == "normal" else -1.0, 1.0, count) * inside * bench.full[name] for name in bench.names
+    ]
+    loads = np.zeros((count ** len(lines), 3))
+    loads[:, bench.columns] = list(product(*lines))
+    return loads
+
+
+def _twins(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Array | None:
+    """Two loads (2, axes) of one reading: the likeliest pairs of a grid, brought together by Gauss-Newton steps."""
+    lowest = np.array([0.0 if name == "normal" else -1.0 for name in names])
+    count = {1: 41, 2: 13, 3: 7}[len(names)]
+    places = np.array(list(product(*(np.linspace(low, 1.0, count) for low in lowest))))
+    values = forward(places * full)
+    span = np.maximum(np.ptp(values, axis=0), 1e-300)
+    away = np.linalg.norm(places[:, None] - places[None], axis=2)
+    between = np.linalg.norm((values[:, None] - values[None]) / span, axis=2)
+    ratio = np.where(away > APART, between / np.maximum(away, 1e-9), np.inf)
+    for flat in np.argsort(ratio, axis=None)[:TRIED]:
+        one, other = np.unravel_index(flat, ratio.shape)
+        found = _same_reading(forward, full, places[one], places[other], lowest, span)
+        if found is not None:
+            return np.stack([places[one], found]) * full
+    return None
+
+
+def _same_reading(
+    forward: Polynomial, full: Array, fixed: Array, start: Array, lowest: Array, span: Array
+) -> Array | None:
+    """A place beside `start`, apart from `fixed`, that reads the same; None where the steps lead to none."""
+    wanted, here = forward(fixed[None] * full)[0], start.copy()
+    for _ in range(20):
+        lacking = (wanted - forward(here[None] * full)[0]) / span
+        slope = forward.slope(here[None] * full)[0] * full / span[:, None]
+        step = np.linalg.lstsq(slope, lacking, rcond=1e-6)[0]
+        here = np.clip(here + np.clip(step, -0.2, 0.2), lowest, 1.0)
+    left = float(np.linalg.norm((wanted - forward(here[None] * full)[0]) / span))
+    return here if left < SAME and float(np.linalg.norm(here - fixed)) > APART else None
+
+
+def crosstalk(working: WorkingRange, load: Array, straight: Array) -> tuple[dict[str, dict[str, float]], ...]:
+    """By the curved map and by a `straight` one (N per reading; axes, coils): how far (of its full scale) every axis
+    errs while another goes to both ends of its full scale, from a working point's `load` (3; N).
+    """
+    bench, names = working.bench, working.bench.names
+    found: tuple[dict[str, dict[str, float]], ...] = ({a: {} for a in names}, {a: {} for a in names})
+    for b in names:
+        loads = np.tile(load, (6, 1))
+        ends = (0.0, 1.0) if b == "normal" else (-1.0, 1.0)
+        loads[1:, AXES.index(b)] = np.linspace(*ends, 5) * bench.full[b]
+        readings = bench.readings(bench.poses(loads))
+        for maps, read in zip(found, (working.map(readings), readings @ straight.T), strict=True):
+            error = np.abs((read - read[0]) - (loads - loads[0])[:, bench.columns]).max(axis=0)
+            for k, a in enumerate(names):
+                if a != b:
+                    maps[a][b] = float(error[k] / bench.full[a])
+    return found

@@ -1,0 +1,182 @@
+"""What the sensor feels, in newtons: range, resolution, nonlinearity, crosstalk and errors by cause, at working points.
+
+Everything is after a tare at rest. Disturbances go through the straight inverse of the map at the working point:
+weighted least squares of the coils' readings (ln of the frequency over that at rest), each with its own noise;
+crosstalk and manufacture go through the curved map of the whole working range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates import estimated
+from sitscad.estimates.performance.bench import Bench, Solved, bench_of
+from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
+from sitscad.estimates.performance.inverse import WorkingRange, crosstalk, working_range
+from sitscad.estimates.performance.reach import Course, course
+from sitscad.estimates.performance.scatter import manufacturing_scatter
+from sitscad.estimates.performance.units import Units, units_of
+from sitscad.estimates.performance.values import AXES, AxisPerformance, Performance
+from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.states.pressing import rests_on_pad
+from sitscad.estimates.values import Estimates
+from sitscad.record import record
+from sitscad.scene.state import FREE
+
+Array = NDArray[np.float64]
+
+SINGULAR = 0.01
+"""Least singular value over the largest, in full scales, with which a map counts as one that can be inverted."""
+
+LIMITS = 3.0
+"""Standard deviations of manufacture between which a coil before assembly counts as sound."""
+
+POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))
+"""The working points, and their share of the full normal force."""
+
+
+def performance(model: ResponseModel) -> tuple[Performance, ...]:
+    """At rest, half and full load (`Bench.full`); nothing where target, elastomer or tank are missing."""
+    spec = model.spec
+    if spec.target is None or spec.elastomer is None or not rests_on_pad(spec):
+        return ()
+    if model.estimates.readout.rcount is None:
+        return ()
+    solved = Solved(model)
+    bench = bench_of(spec, model.estimates, solved.frequencies)
+    working = working_range(bench)
+    units = units_of(working, manufacturing_scatter(spec, model.estimates))
+    warmer = estimated(model.layout, temperature=model.estimates.temperature + WARMER)
+    metal = by_metal(model.estimates, warmer, bench.rest)
+    points = disturbed(bench, metal)
+    return tuple(
+        _at(_Working(at, point, working, units, solved)) for (at, _), point in zip(POINTS, points, strict=True)
+    )
+
+
+def disturbed(bench: Bench, metal: Array) -> tuple[Disturbed, ...]:
+    """The working points of a bench; `metal` is what its metals' warmth does to readings at rest (per K; coils)."""
+    loads = np.array([[share * bench.full["normal"], 0.0, 0.0] for _, share in POINTS])
+    poses = bench.poses(loads)
+    slopes = bench.slopes(poses)
+    return tuple(
+        Disturbed(bench, loads[k], share, poses[k], slopes[k], _inverted(bench, poses[k], slopes[k]), metal)
+        for k, (_, share) in enumerate(POINTS)
+    )
+
+
+def _inverted(bench: Bench, pose: Array, by_pose: Array) -> Array:
+    # Newtons per reading, (axes, coils), by least squares weighted with the noise.
+    by_load = (by_pose @ bench.compliance(pose))[:, bench.columns]
+    return np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
+
+
+@record(eq=False)
+class _Working:
+    # One working point, the map of the range, units, and what the response is asked through.
+    at: str
+    point: Disturbed
+    working: WorkingRange
+    units: Units
+    solved: Solved
+
+    @property
+    def by_load(self) -> Array:
+        # The readings' slopes by the load (coils, 3; per N).
+        return np.asarray(self.point.by_pose @ self.point.bench.compliance(self.point.pose))
+
+
+def _at(here: _Working) -> Performance:
+    """What the sensor feels at one working point, a normal load (N) of the full one."""
+    point, bench = here.point, here.point.bench
+    names = bench.names
+    courses = {name: course(bench, here.solved, point.load, name) for name in names}
+    errors = point.errors(here.units, here.working.map_errors)
+    curved, straight = crosstalk(here.working, point.load, point.inverse)
+    singular = np.linalg.svd(here.by_load[:, bench.columns] * bench.full_scales, compute_uv=False)
+    condition = float(singular[0] / max(singular[-1], 1e-300))
+    twins = here.working.twins
+    shear = next((name for name in names if name != "normal"), None)
+    friction = point.friction(errors, shear) if shear is not None and point.share > 0.0 else {}
+    return Performance(
+        at=here.at, load=(float(point.load[0]), 0.0, 0.0), axes=_axes(here, courses, errors), crosstalk=curved,
+        straight_crosstalk=straight, tilt_error=_table(names, ("rx", "ry", "rz"), point.tilts),
+        contact_error=_table(names, ("x", "y"), np.nan_to_num(point.contact)),
+        temperature_error=_row(names, point.temperature),
+        temperature_causes={name: _row(names, value) for name, value in point.by_kelvin.items()},
+        friction_error=float(np.hypot.reduce(list(friction.values()))) if friction else None,
+        friction_causes=friction, bandwidth=0.5 * bench.estimates.readout.scan_rate,
+        condition_number=condition, invertible=bool(condition * SINGULAR < 1.0 and twins is None), ambiguous=twins,
+        overload=bench.overload, map_degree=here.working.map.degree, production=_production(bench.estimates),
+        notes=_notes(here),
+    )  # fmt: skip
+
+
+def _axes(here: _Working, courses: Mapping[str, Course], errors: Mapping[str, Array]) -> dict[str, AxisPerformance]:
+    """What every axis of load feels at a working point."""
+    bench, found = here.point.bench, {}
+    for k, name in enumerate(bench.names):
+        slopes = here.by_load[:, AXES.index(name)] * bench.rest
+        found[name] = AxisPerformance(
+            courses[name].range, courses[name].limited_by, bench.full[name], tuple(map(float, slopes)),
+            float(errors["noise"][k]), _nonlinearity(here, name, k),
+            {cause: float(error[k]) for cause, error in errors.items()},
+        )  # fmt: skip
+    return found
+
+
+def _nonlinearity(here: _Working, name: str, k: int) -> float:
+    """Largest distance of what the straight map reads from the best straight line, over the full scale."""
+    loads = np.tile(here.point.load, (9, 1))
+    loads[:, AXES.index(name)] = np.linspace(0.0, here.point.bench.full[name], 9)
+    working = here.working
+    read = working.forward(loads[:, here.point.bench.columns]) @ here.point.inverse[k]
+    line = np.polynomial.polynomial.Polynomial.fit(loads[:, AXES.index(name)], read, 1)
+    return float(np.abs(read - line(loads[:, AXES.index(name)])).max() / max(np.ptp(read), 1e-300))
+
+
+def _row(names: Sequence[str], values: Array) -> dict[str, float]:
+    return {name: float(value) for name, value in zip(names, values, strict=True)}
+
+
+def _table(names: Sequence[str], columns: Sequence[str], values: Array) -> dict[str, dict[str, float]]:
+    return {name: _row(columns, values[k]) for k, name in enumerate(names)}
+
+
+def _production(estimates: Estimates) -> dict[str, dict[str, float]]:
+    """Limits of every coil's L and f before assembly: a coil outside is faulty even if it oscillates."""
+    found = {}
+    for coil in estimates.coils:
+        free = coil.states.get(FREE)
+        if free is None or free.spread is None:
+            continue
+        found[coil.name] = {
+            "inductance_min_H": free.inductance - LIMITS * free.spread.inductance,
+            "inductance_max_H": free.inductance + LIMITS * free.spread.inductance,
+            "frequency_min_Hz": free.frequency - LIMITS * free.spread.frequency,
+            "frequency_max_Hz": free.frequency + LIMITS * free.spread.frequency,
+        }
+    return found
+
+
+def _notes(here: _Working) -> tuple[str, ...]:
+    """What whoever reads the performance has to know."""
+    names, pad = here.point.bench.names, here.point.bench.spec.elastomer
+    assert pad is not None
+    found = [
+        "noise by the law measured on an LDC1614: 1.2 steps of 1/(32 RCOUNT) of the frequency; it is what can be told "
+        "apart from one moment to the next, not how true a force is",
+        f"hysteresis, creep and temperature of the pad: {pad.material.losses.source}",
+        "the target is held level: a shear load above the pad tilts a free one, which goes several times as far; only "
+        "the error by a force beside the middle is that of a free target",
+        "full scales are the required forces, else 20 % strain of the pad and shear at a friction of 0.42 (at most "
+        "half the pad's thickness); shear axes carry their share of it where errors grow with the load",
+        f"crosstalk is what a polynomial of degree {here.working.map.degree} in the readings leaves of this design; "
+        "what a unit adds is under manufacture, after calibration",
+    ]
+    if len(names) < len(AXES):
+        found.append(f"the array tells {', '.join(names)} apart; what the other axes do to these is among the errors")
+    return tuple(found)

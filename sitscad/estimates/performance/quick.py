@@ -1,0 +1,154 @@
+"""The same at a small part of the cost, for checks: a chart of what the states' own shares of an endless plate say.
+
+Slopes by x, y, z are within a few per cent of the response's (tests/estimates/test_quick.py). A tilted target counts,
+for every coil, as a level one at the height that it has over the middle of what both share: errors by tilt are within
+a quarter of the response's.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates import estimated
+from sitscad.estimates.performance.bench import Bench, bench_of
+from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
+from sitscad.estimates.performance.inverse import WorkingRange, working_range
+from sitscad.estimates.performance.points import disturbed
+from sitscad.estimates.performance.scatter import manufacturing_scatter
+from sitscad.estimates.performance.units import units_of
+from sitscad.estimates.response.scan import chebyshev, evaluated
+from sitscad.estimates.states.assembly import warmed
+from sitscad.estimates.states.moved_target import target_effects
+from sitscad.estimates.states.pressing import rests_on_pad
+from sitscad.estimates.values import Estimates
+from sitscad.layout.board import Layout
+from sitscad.mechanics.elastomer import VALID_STRAIN
+from sitscad.record import record
+from sitscad.scene.state import PRESSED, REST
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+HEIGHTS, PLACES = 5, 6
+"""Chebyshev points of the chart: heights, and places along each axis."""
+
+MOST_TRAVEL = 1.0
+"""Travel that the chart covers, in thicknesses of the pad."""
+
+LIFTED = 0.1
+"""How far above rest the chart reaches, in thicknesses of the pad: for ends that a tilt lifts."""
+
+
+@record(eq=False)
+class Chart:
+    """Logarithms of every coil's frequency over that at rest, by the target's place: (x, y, z) at Chebyshev points.
+    `shared` (coils, 2; m) are the middles of what every coil shares with the target at rest.
+    """
+
+    grid: tuple[Array, ...]
+    values: Array
+    shared: Array
+    rest: Array
+
+    def frequencies(self, poses: Array) -> Array:
+        """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses."""
+        found = np.empty((len(poses), len(self.shared)))
+        for k, middle in enumerate(self.shared):
+            places = poses[:, :3].copy()
+            away = middle - places[:, :2]
+            places[:, 2] += away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4])
+            inside = [np.clip(places[:, i], points[0], points[-1]) for i, points in enumerate(self.grid)]
+            found[:, k] = evaluated(self.values[..., k : k + 1], self.grid, np.stack(inside, axis=1))[:, 0]
+        return np.asarray(self.rest * np.exp(found))
+
+
+def chart(layout: Layout, estimates: Estimates) -> Chart:
+    """The chart of a design with a target on its pad and a state at rest of every coil."""
+    spec = layout.spec
+    pad = spec.elastomer
+    assert pad is not None
+    reach = MOST_TRAVEL * pad.thickness
+    heights = chebyshev(-(VALID_STRAIN + LIFTED) * pad.thickness, LIFTED * pad.thickness, HEIGHTS)
+    sides = chebyshev(-reach, reach, PLACES)
+    moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
+    rest = np.array([coil.states[REST].frequency for coil in estimates.coils])
+    effect = target_effects(layout, moves, [0.0, *map(float, heights)], float(rest.mean()))
+    inductance = np.array([coil.states[REST].inductance for coil in estimates.coils])
+    change = effect[1:, 1:] - effect[0, 0]
+    share = change.reshape(HEIGHTS, PLACES, PLACES, -1).transpose(1, 2, 0, 3) / inductance
+    values = -0.5 * np.log1p(np.maximum(share, -0.9)) * _pull(estimates)
+    return Chart((sides, sides, heights), values, _shared(spec), rest)
+
+
+def _shared(spec: SensorSpec) -> Array:
+    """Middles (coils, 2; m) of the boxes that coils and target have in common, from the array's middle."""
+    target = spec.target
+    assert target is not None
+    centres = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
+    half, coil = 0.5 * np.array(target.size), 0.5 * np.array(spec.coil.size)
+    place = np.array(target.offset)
+    low = np.clip(centres - coil, place - half, place + half)
+    high = np.clip(centres + coil, place - half, place + half)
+    return np.asarray(0.5 * (low + high))
+
+
+def _pull(estimates: Estimates) -> Array:
+    """How much more or less a tank's frequency follows its inductance than a free one's: by the states at rest,
+    pressed.
+    """
+    found = np.ones(len(estimates.coils))
+    for k, coil in enumerate(estimates.coils):
+        rest, pressed = coil.states[REST], coil.states.get(PRESSED)
+        if pressed is not None and pressed.frequency > 0.0 and abs(pressed.inductance / rest.inductance - 1.0) > 1e-6:
+            ratio = np.log(pressed.frequency / rest.frequency) / (-0.5 * np.log(pressed.inductance / rest.inductance))
+            found[k] = np.clip(ratio, 0.5, 2.0)
+    return found
+
+
+@record(eq=False)
+class QuickPerformance:
+    """What the rules ask of a sensor; each is worked out when it is asked for."""
+
+    layout: Layout
+    estimates: Estimates
+    bench: Bench
+
+    @cached_property
+    def working(self) -> WorkingRange:
+        """The working range and its map."""
+        return working_range(self.bench)
+
+    @cached_property
+    def points(self) -> tuple[Disturbed, ...]:
+        """Rest, half and full load, what metal does left out."""
+        return disturbed(self.bench, np.zeros(len(self.bench.rest)))
+
+    def friction(self, shear: str) -> dict[str, float]:
+        """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""
+        units = units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates))
+        return self.warmed.friction(self.warmed.errors(units, self.working.map_errors), shear)
+
+    @cached_property
+    def warmed(self) -> Disturbed:
+        """Full load with what copper and other metal do."""
+        warmer = estimated(self.layout, temperature=self.estimates.temperature + WARMER)
+        return disturbed(self.bench, by_metal(self.estimates, warmer, self.bench.rest))[-1]
+
+
+def quick_performance(layout: Layout, estimates: Estimates) -> QuickPerformance | None:
+    """None where target, pad, the state at rest or the tank are missing."""
+    if not _can_feel(layout.spec, estimates):
+        return None
+    spec = warmed(layout.spec, layout.spec.requirements.temperature)
+    known = chart(layout, estimates)
+    return QuickPerformance(layout, estimates, bench_of(spec, estimates, known.frequencies))
+
+
+def _can_feel(spec: SensorSpec, estimates: Estimates) -> bool:
+    if spec.target is None or spec.elastomer is None or not rests_on_pad(spec) or estimates.readout.rcount is None:
+        return False
+    return all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils)

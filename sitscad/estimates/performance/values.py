@@ -1,0 +1,107 @@
+"""What a sensor feels at a working point, as values and as the contract's JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+
+from sitscad.record import record
+
+AXES = ("normal", "shear_x", "shear_y")
+
+Loads = tuple[float, float, float]
+Table = Mapping[str, Mapping[str, float]]
+
+
+@record
+class AxisPerformance:
+    """One axis at a working point: range (N) and what ends it, full scale (N: what is asked), sensitivity of every coil
+    (Hz/N), resolution (N, one sigma of noise at the scan rate), nonlinearity (of the full scale, by the best straight
+    line), and one sigma of errors (N) by cause.
+    """
+
+    range: float
+    limited_by: str
+    full_scale: float
+    sensitivity: tuple[float, ...]
+    resolution: float
+    nonlinearity: float
+    errors: Mapping[str, float] = field(default_factory=dict)
+
+    def document(self) -> dict[str, object]:
+        """As the contract's JSON has it."""
+        return {
+            "range_N": self.range,
+            "limited_by": self.limited_by,
+            "full_scale_N": self.full_scale,
+            "sensitivity_Hz_per_N": list(self.sensitivity),
+            "resolution_N": self.resolution,
+            "nonlinearity": self.nonlinearity,
+            "errors_N": dict(self.errors),
+        }
+
+
+@record
+class Performance:
+    """The sensor at a working point `at` (rest, half, full) under `load` (N).
+
+    `crosstalk[a][b]` is the error of axis a while b goes over its full scale, over a's full scale: of the curved map,
+    and of the straight one at this point (`straight_crosstalk`). `tilt_error` (N/rad) by axis and angle;
+    `contact_error` (N/mm) by axis and direction in which the force stands beside the middle, the target tilting as it
+    likes; `temperature_error` (N/K, one sigma) with its causes (N/K, signed where the sign is known);
+    `friction_error` that of shear over normal (None without shear or at rest) with its causes; `ambiguous` are two
+    loads (N) of one reading, None where the map can be inverted.
+    """
+
+    at: str
+    load: Loads
+    axes: Mapping[str, AxisPerformance]
+    crosstalk: Table
+    straight_crosstalk: Table
+    tilt_error: Table
+    contact_error: Table
+    temperature_error: Mapping[str, float]
+    temperature_causes: Table
+    friction_error: float | None
+    friction_causes: Mapping[str, float]
+    bandwidth: float
+    condition_number: float
+    invertible: bool
+    ambiguous: tuple[Loads, Loads] | None
+    overload: float
+    map_degree: int
+    production: Table
+    notes: tuple[str, ...] = ()
+
+    def document(self) -> dict[str, object]:
+        """As the contract's JSON has it."""
+        twins = None if self.ambiguous is None else [_by_axis(load) for load in self.ambiguous]
+        return {
+            "at": self.at,
+            "load_N": _by_axis(self.load),
+            "axes": {name: axis.document() for name, axis in self.axes.items()},
+            "crosstalk": _plain(self.crosstalk),
+            "straight_crosstalk": _plain(self.straight_crosstalk),
+            "tilt_error_N_per_rad": _plain(self.tilt_error),
+            "contact_error_N_per_mm": _plain(self.contact_error),
+            "temperature_error_N_per_K": dict(self.temperature_error),
+            "temperature_causes_N_per_K": _plain(self.temperature_causes),
+            "friction_error": self.friction_error,
+            "friction_causes": dict(self.friction_causes),
+            "bandwidth_Hz": self.bandwidth,
+            "condition_number": self.condition_number,
+            "invertible": self.invertible,
+            "ambiguous_N": twins,
+            "overload_N": self.overload,
+            "map_degree": self.map_degree,
+            "production": _plain(self.production),
+            "notes": list(self.notes),
+        }
+
+
+def _by_axis(load: Loads) -> dict[str, float]:
+    return dict(zip(AXES, load, strict=True))
+
+
+def _plain(table: Table) -> dict[str, dict[str, float]]:
+    return {name: dict(row) for name, row in table.items()}

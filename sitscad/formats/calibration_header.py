@@ -1,0 +1,257 @@
+"""The map from readings to forces as a C99 header: no heap, no library but logf, the same numbers on every machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.maps.inverse_map import BEYOND, LEAST, InverseMap
+from sitscad.version import __version__
+
+Array = NDArray[np.float64]
+
+WIDTH = 116
+"""Columns of a line at most."""
+
+
+def header(found: InverseMap, remarks: Sequence[str] = ()) -> bytes:
+    """The header of a map. `remarks` stand in its first comment."""
+    lines = [
+        *_comment(found, remarks),
+        *_opening(found),
+        *_tables(found),
+        *_tare(found),
+        *_function(found),
+        "",
+        "#endif",
+        "",
+    ]
+    return "\n".join(lines).encode("ascii", "replace")
+
+
+def _comment(found: InverseMap, remarks: Sequence[str]) -> list[str]:
+    shown = ", ".join(f"{name} {error:.3g} N of {full:.3g}"
+                      for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))  # fmt: skip
+    revision = f", revision {_plain(found.revision)}" if found.revision else ""
+    return [
+        "/*",
+        f" * Forces of the sensor {_plain(found.sensor)}{revision}, from the counts of its converter.",
+        f" * Made by sitscad {__version__}.",
+        f" * One sigma of the force: {shown} (full scale).",
+        *(f" * {_plain(line)}" for line in remarks),
+        " *",
+        " * counts: 28-bit results of the coils " + ", ".join(map(_plain, found.coils)) + ", in this order.",
+        " * forces: " + ", ".join(map(_plain, found.axes)) + ", in newtons; normal is positive towards the board.",
+        " * tare: counts without load, the mean of some readings. Take it again when the temperature has changed.",
+        " *",
+        " * C99; no heap, no state; of the library logf alone"
+        + (" (and this map needs not even that)." if not found.logarithmic else "."),
+        " */",
+    ]
+
+
+def _opening(found: InverseMap) -> list[str]:
+    return [
+        "#ifndef SITSCAD_CALIBRATION_H",
+        "#define SITSCAD_CALIBRATION_H",
+        "",
+        *(["#include <math.h>"] if found.logarithmic else []),
+        "#include <stdint.h>",
+        "",
+        f"#define SITSCAD_COILS {len(found.coils)}",
+        f"#define SITSCAD_AXES {len(found.axes)}",
+        *(f"#define SITSCAD_{name.upper()} {k}" for k, name in enumerate(found.axes)),
+        f"#define SITSCAD_TERMS {found.numerator.shape[1]}",
+        f"#define SITSCAD_POWERS {1 + max(_highest(found), 1)}",
+        "",
+        "#define SITSCAD_OK 0",
+        "#define SITSCAD_NO_READING 1 /* a coil or its tare reads nothing, or over its range: forces are 0 */",
+        "#define SITSCAD_BEYOND 2     /* outside the loads that the map was made for: forces are a guess */",
+        "",
+        "/* Counts without load. */",
+        "struct sitscad_tare {",
+        "    uint32_t counts[SITSCAD_COILS];",
+        "};",
+        "",
+    ]
+
+
+def _highest(found: InverseMap) -> int:
+    parts = (found.powers, found.denominator_powers, found.spline_powers)
+    return max(int(part.max(initial=0)) for part in parts)
+
+
+def _tables(found: InverseMap) -> list[str]:
+    lines = ["/* What every coil's relative change is multiplied with, then how they are mixed. */"]
+    lines += _array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain))
+    lines += _matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in found.mix])
+    lines += ["", "/* Where the map was made, with a margin; full scales (N). */"]
+    lines += _array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(found.low - BEYOND))
+    lines += _array("float", "sitscad_high", "[SITSCAD_AXES]", _floats(found.high + BEYOND))
+    lines += _array("float", "sitscad_full_scale", "[SITSCAD_AXES]", _floats(found.full_scale))
+    lines += ["", "/* Powers of every term, and its coefficient for every axis. */"]
+    count = len(found.powers)
+    lines += _matrix("uint8_t", "sitscad_powers", f"[{count}][SITSCAD_AXES]", [map(str, row) for row in found.powers])
+    numerators = [_floats(row) for row in found.numerator]
+    lines += _matrix("float", "sitscad_numerator", "[SITSCAD_AXES][SITSCAD_TERMS]", numerators)
+    if len(found.knots):
+        lines += ["", "/* Splines: cubes of the first beyond its knots, with powers of all. */"]
+        lines += _array("float", "sitscad_knots", f"[{len(found.knots)}]", _floats(found.knots))
+        beside = [map(str, row) for row in found.spline_powers]
+        lines += _matrix("uint8_t", "sitscad_beside", f"[{len(beside)}][SITSCAD_AXES]", beside)
+    if len(found.denominator_powers):
+        count = len(found.denominator_powers)
+        lines += ["", "/* What it is divided by: 1 and these. */"]
+        below = [map(str, row) for row in found.denominator_powers]
+        lines += _matrix("uint8_t", "sitscad_below", f"[{count}][SITSCAD_AXES]", below)
+        rows = [_floats(row) for row in found.denominator]
+        lines += _matrix("float", "sitscad_denominator", f"[SITSCAD_AXES][{count}]", rows)
+    return lines
+
+
+def _tare(found: InverseMap) -> list[str]:
+    counts = ", ".join(f"{int(count)}u" for count in found.rest)
+    return ["", "/* The tare to be expected; a tare far from it is another sensor, or a fault. */",
+            f"static const struct sitscad_tare sitscad_usual_tare = {{{{{counts}}}}};"]  # fmt: skip
+
+
+def _function(found: InverseMap) -> list[str]:
+    """C of the map: a product of powers, and the forces at counts."""
+    return ["", *_product(found), *_changes(found), *_mixed(), *_terms(found), *_sums(found)]
+
+
+def _product(found: InverseMap) -> list[str]:
+    """C of one product of powers."""
+    return [
+        "/* A product of powers of what the coils are mixed to. */",
+        "static inline float sitscad_term(const float (*power)[SITSCAD_POWERS], const uint8_t *powers)",
+        "{",
+        "    float product = power[0][powers[0]];",
+        *([
+            "    for (int axis = 1; axis < SITSCAD_AXES; ++axis)",
+            "        product *= power[axis][powers[axis]];",
+        ] if len(found.axes) > 1 else []),
+        "    return product;",
+        "}",
+        "",
+    ]  # fmt: skip
+
+
+def _changes(found: InverseMap) -> list[str]:
+    """C that begins the function: what every coil sees, by its counts over the tare's."""
+    log = found.logarithmic
+    return [
+        "/* Forces (N) at counts after a tare; SITSCAD_OK, or what is wrong. */",
+        "static inline int sitscad_forces(const uint32_t counts[SITSCAD_COILS], const struct sitscad_tare *tare,",
+        "                                 float forces[SITSCAD_AXES])",
+        "{",
+        "    float seen[SITSCAD_COILS], power[SITSCAD_AXES][SITSCAD_POWERS], term[SITSCAD_TERMS];",
+        "    int result = SITSCAD_OK;",
+        "",
+        "    for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
+        "        forces[axis] = 0.0f;",
+        "    for (int coil = 0; coil < SITSCAD_COILS; ++coil) {",
+        "        const uint32_t now = counts[coil], rest = tare->counts[coil];",
+        "        if (now == 0u || now >= 0x0FFFFFFFu || rest == 0u || rest >= 0x0FFFFFFFu)",
+        "            return SITSCAD_NO_READING;",
+        "        /* the difference of whole numbers is exact: no digits are lost */",
+        "        const float share = (float)((int32_t)rest - (int32_t)now) / (float)now;",
+        "        const float change = share * (2.0f + share); /* L over that at rest, less 1 */",
+        *([
+            "        const float left = 1.0f - sitscad_gain[coil] * change;",
+            f"        seen[coil] = logf(left > {LEAST:.0e}f ? left : {LEAST:.0e}f);",
+        ] if log else ["        seen[coil] = -change;"]),
+        "    }",
+    ]  # fmt: skip
+
+
+def _mixed() -> list[str]:
+    """C that mixes the coils, says where that is beyond the map, and takes powers of it."""
+    return [
+        "    for (int axis = 0; axis < SITSCAD_AXES; ++axis) {",
+        "        float mixed = 0.0f;",
+        "        for (int coil = 0; coil < SITSCAD_COILS; ++coil)",
+        "            mixed += sitscad_mix[axis][coil] * seen[coil];",
+        "        if (!(mixed >= sitscad_low[axis] && mixed <= sitscad_high[axis]))",
+        "            result = SITSCAD_BEYOND;",
+        "        power[axis][0] = 1.0f;",
+        "        for (int k = 1; k < SITSCAD_POWERS; ++k)",
+        "            power[axis][k] = power[axis][k - 1] * mixed;",
+        "    }",
+    ]
+
+
+def _terms(found: InverseMap) -> list[str]:
+    """C of every term: products of powers, and beyond each knot of a spline its cube times such products."""
+    count, splines = len(found.powers), len(found.knots)
+    lines = [
+        f"    for (int k = 0; k < {count}; ++k)",
+        "        term[k] = sitscad_term((const float (*)[SITSCAD_POWERS])power, sitscad_powers[k]);",
+    ]
+    if splines:
+        beside = len(found.spline_powers)
+        lines += [
+            f"    for (int knot = 0; knot < {splines}; ++knot) {{",
+            "        const float beyond = power[0][1] - sitscad_knots[knot];",
+            "        const float cube = beyond > 0.0f ? beyond * beyond * beyond : 0.0f;",
+            f"        for (int k = 0; k < {beside}; ++k)",
+            f"            term[{count} + knot * {beside} + k] =",
+            "                cube * sitscad_term((const float (*)[SITSCAD_POWERS])power, sitscad_beside[k]);",
+            "    }",
+        ]
+    return lines
+
+
+def _sums(found: InverseMap) -> list[str]:
+    """C that sums the terms to forces, over a denominator where there is one, and ends the function."""
+    divided = len(found.denominator_powers)
+    lines = [
+        "    for (int axis = 0; axis < SITSCAD_AXES; ++axis) {",
+        "        float sum = 0.0f;",
+        "        for (int k = 0; k < SITSCAD_TERMS; ++k)",
+        "            sum += sitscad_numerator[axis][k] * term[k];",
+    ]
+    if divided:
+        lines += [
+            "        float below = 1.0f;",
+            f"        for (int k = 0; k < {divided}; ++k)",
+            "            below += sitscad_denominator[axis][k] *",
+            "                     sitscad_term((const float (*)[SITSCAD_POWERS])power, sitscad_below[k]);",
+            "        sum /= below;",
+        ]
+    return [*lines, "        forces[axis] = sitscad_full_scale[axis] * sum;", "    }", "    return result;", "}"]
+
+
+def _floats(values: Iterable[float]) -> list[str]:
+    """Numbers as constants of C's float, nine digits: no float lies between."""
+    return [f"{float(value) + 0.0:.8e}f" for value in values]
+
+
+def _array(kind: str, name: str, size: str, values: Iterable[str]) -> list[str]:
+    return [f"static const {kind} {name}{size} = {{", *_wrapped(values, "    "), "};"]
+
+
+def _matrix(kind: str, name: str, size: str, rows: Iterable[Iterable[str]]) -> list[str]:
+    lines = [f"static const {kind} {name}{size} = {{"]
+    for row in rows:
+        wrapped = _wrapped(row, "     ")
+        wrapped[0] = "    {" + wrapped[0].lstrip()
+        lines += [*wrapped[:-1], wrapped[-1].rstrip(",") + "},"]
+    return [*lines, "};"]
+
+
+def _wrapped(values: Iterable[str], indent: str) -> list[str]:
+    lines, line = [], indent
+    for value in values:
+        if len(line) + len(value) + 2 > WIDTH and line.strip():
+            lines.append(line.rstrip())
+            line = indent
+        line += f"{value}, "
+    return [*lines, line.rstrip()]
+
+
+def _plain(text: str) -> str:
+    """Text that cannot end a comment of C or begin one in it."""
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ").replace("\\", "/")

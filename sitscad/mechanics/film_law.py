@@ -1,0 +1,154 @@
+"""What a film round pad and target adds to a pad: a wall that bears, hinders the bulging and, thin and stiff, buckles.
+
+A wall of thickness t and modulus m (of the pad's) bears like t m times the length of its foot; what that leaves open
+goes smoothly with the logarithms of m, t and the shape factor. The terms are data, `sitscad/data/pad_films.csv`, fitted
+by tests/validation/fit_films.py to finite elements of films (tests/validation/pad_figures.csv) and, for a film of the
+pad's own rubber, to the wider pad that it is. Lengths in thicknesses, stresses in shear moduli.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+DATA = Path(__file__).parents[1] / "data" / "pad_films.csv"
+COURSES = ("press", "shear", "tilt")
+MODULI, SKINS, SHAPES = (1.0, 40.0), (0.03, 0.4), (0.35, 1.6)
+"""Ratios of moduli, thicknesses of the film and shape factors between which the fit was made; held beyond."""
+
+MOST = 0.35
+"""Strain from which on a film's share stays as it is."""
+
+GRID = np.linspace(0.0, MOST, 351)
+"""Strains at which the least share of a film is worked out."""
+
+
+@record
+class Film:
+    """What a film adds to a stiffness: at rest, and how that goes with strain; `pulled` is the slope of a small pull,
+    which a pad that shear draws down feels. `floor` is the least share at even strains from 0 to `MOST`: what a film
+    bears never falls.
+    """
+
+    rest: float = 0.0
+    course: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    pulled: float = 0.0
+    floor: tuple[float, ...] = ()
+
+    def __call__(self, strain: Array) -> Array:
+        """The addition at strains (n,); of a pull it goes straight on for a little."""
+        if not self.rest:
+            return np.zeros_like(strain)
+        e = np.minimum(np.maximum(strain, 0.0), MOST)
+        share = _shares(self.course, e) + np.minimum(np.maximum(strain, LEAST_PULL), 0.0) * self.pulled
+        if self.floor:
+            share = np.maximum(share, np.interp(e, GRID, self.floor))
+        return np.asarray(self.rest * share)
+
+    def at(self, strain: float) -> float:
+        """The same of one strain, of 0 or more."""
+        if not self.rest:
+            return 0.0
+        e = min(strain, MOST)
+        quick, one, two, three = self.course
+        share = 1.0 - quick * math.expm1(-e / QUICK) + e * (one + e * (two + e * three))
+        if self.floor:
+            place = e / MOST * (len(self.floor) - 1)
+            k = min(int(place), len(self.floor) - 2)
+            share = max(share, self.floor[k] + (place - k) * (self.floor[k + 1] - self.floor[k]))
+        return self.rest * share
+
+
+def _shares(course: tuple[float, float, float, float], e: Array) -> Array:
+    """What is left at strains (n,) of what a film bears at rest, as fitted."""
+    quick, one, two, three = course
+    return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (one + e * (two + e * three)))
+
+
+def _floor(course: tuple[float, float, float, float]) -> tuple[float, ...]:
+    """The least shares at `GRID` with which force, share times Lindley's strain, never falls."""
+    left = 1.0 - GRID[1:]
+    strain = (left**-2 - left) / 3.0
+    most = np.maximum.accumulate(_shares(course, GRID[1:]) * strain)
+    return (1.0, *(float(value) for value in most / strain))
+
+
+QUICK = 0.06
+"""Strain within which a thin film buckles."""
+
+LEAST_PULL = -0.05
+"""Strain of a pull from which on a film's share stays as it is."""
+
+
+def film_hardening(modulus: float) -> float:
+    """How a film's shear force grows with the cube of the shear strain, over its stiffness at rest: 0.35 ln m, read
+    from the finite elements' poses at a shear of 0.4 within 25 %; a film of the pad's own rubber has none of its own.
+    """
+    return 0.35 * math.log(_within(modulus, MODULI))
+
+
+def units(along: float, across: float, shape: float, film: float) -> dict[str, float]:
+    """Plain statics of a wall of `film` = t m round a face: its bearing over the face's area, the shear of the two
+    walls along the force, and the second moment of all four.
+    """
+    return {
+        "press": film / shape,
+        "shear": 2.0 * film / across,
+        "tilt": film * (1.0 + along / (3.0 * across)) * along / 2.0,
+    }
+
+
+def terms(skin: float, modulus: float, shape: float, oblong: float, circular: float) -> dict[str, float]:
+    """What the factors on `units` are sums of, by name."""
+    u = 0.5 * math.log(_within(modulus, MODULI) / 10.0)
+    v = math.log(_within(skin, SKINS) / 0.1)
+    s = math.log(_within(shape, SHAPES) / 0.7)
+    return {"1": 1.0, "u": u, "v": v, "s": s, "uu": u * u, "vv": v * v, "ss": s * s, "uv": u * v, "us": u * s,
+            "vs": v * s, "uus": u * u * s, "uvs": u * v * s, "o": oblong, "oo": oblong * oblong,
+            "r": circular}  # fmt: skip
+
+
+def films(
+    along: float, across: float, shape: float, oblong: float, circular: float, skin: float, modulus: float, faded: float
+) -> tuple[Film, Film, Film]:
+    """What a film adds to the pressure, to shear along the first axis and to tilt of it: all over the face's area.
+
+    `skin` and `modulus` are its thickness and shear modulus, `oblong` from -1, all across, to 1, all along, `circular`
+    1 for an ellipse, `faded` what is left of it beyond a rim.
+    """
+    if not skin * modulus:
+        return Film(), Film(), Film()
+    plain, parts = units(along, across, shape, skin * modulus), terms(skin, modulus, shape, oblong, circular)
+    pulled = {"press": 0.0, "tilt": 0.0, "shear": -2.4 * max(0.0, 1.0 - max(shape, 0.5))}
+    press, sheared, tilted = (_film(name, faded * plain[name], parts, pulled[name]) for name in COURSES)
+    return press, sheared, tilted
+
+
+def _film(name: str, plain: float, parts: dict[str, float], pulled: float) -> Film:
+    found = [sum(row[k] * parts[term] for term, row in table()[name].items()) for k in range(5)]
+    course = (found[1], found[2], found[3], found[4])
+    return Film(plain * math.exp(found[0]), course, pulled, _floor(course) if name == "press" else ())
+
+
+@cache
+def table() -> dict[str, dict[str, tuple[float, ...]]]:
+    """By course and term: of the logarithm at rest, and of the four parts of the course by strain."""
+    found: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
+    with DATA.open(encoding="utf-8", newline="") as lines:
+        for row in csv.DictReader(lines):
+            values = tuple(float(row[name]) for name in ("rest", "quick", "first", "second", "third"))
+            found[row["course"]][row["term"]] = values
+    return found
+
+
+def _within(value: float, bounds: tuple[float, float]) -> float:
+    return min(max(value, bounds[0]), bounds[1])

@@ -1,0 +1,53 @@
+"""The files of a calibration: what a bench needs, what firmware needs, what a person reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sitscad.calibration.calibrate import Calibration
+from sitscad.formats.calibration_header import header
+from sitscad.package.folder import PackageError
+from sitscad.package.one_file import write_file
+from sitscad.papers import calibration_plan
+from sitscad.report.calibration import calibration_page
+from sitscad.report.findings import to_json
+from sitscad.version import __version__
+
+
+def calibration_files(found: Calibration) -> dict[str, bytes]:
+    """Every file of a calibration by its name: ``calibration.json``, ``calibration.h``, ``calibration.html``; before
+    anything is measured also ``plan.csv`` and ``plan.txt``.
+    """
+    remarks = [*_state(found), *(f"{note[0].upper()}{note[1:]}." for note in found.notes)]
+    files = {
+        "calibration.json": to_json({"sitscad": __version__, **found.document()}).encode("ascii"),
+        "calibration.h": header(found.map, remarks),
+        "calibration.html": calibration_page(found),
+    }
+    if found.plan is not None:
+        files |= {"plan.csv": calibration_plan.table(found, found.plan),
+                  "plan.txt": calibration_plan.words(found, found.plan)}  # fmt: skip
+    return files
+
+
+def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...]:
+    """Write the files of a calibration into a folder, each as a whole, and give their paths; others are left as they
+    are. Raises PackageError where that cannot be done.
+    """
+    place = Path(folder)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PackageError(f"cannot make the folder {folder}: {error.strerror or error}") from error
+    files = calibration_files(found)
+    for name, content in files.items():
+        write_file(place / name, content)
+    return tuple(place / name for name in files)
+
+
+def _state(found: Calibration) -> list[str]:
+    """Whether the sensor was measured, and how it was loaded."""
+    tilts = "kept level" if found.sensors.is_held else "free to tilt"
+    if found.points is None:
+        return [f"NOT calibrated: the map of the sensor as it is drawn, its target {tilts}. Calibrate every sensor."]
+    return [f"Calibrated by {len(found.points)} points, the target {tilts}; {found.form.form.name}."]

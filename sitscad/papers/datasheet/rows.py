@@ -1,0 +1,134 @@
+"""The data sheet's tables, each a heading and rows of texts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from sitscad.estimates.performance.values import AxisPerformance, Performance
+from sitscad.estimates.values import Estimates
+from sitscad.layout.board import Layout
+from sitscad.layout.tail.contacts import contacts, head
+from sitscad.units import show
+
+Rows = list[tuple[str, ...]]
+
+NAMES = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y"}
+
+
+def summary(felt: Sequence[Performance]) -> Rows:
+    """What every axis can do."""
+    rest, half, full = felt
+    names = list(full.axes)
+    rows: Rows = [("characteristic", *(NAMES[name] for name in names))]
+
+    def row(what: str, *texts: str) -> None:
+        rows.append((what, *texts))
+
+    axes = [full.axes[name] for name in names]
+    row("full scale", *(_newtons(axis.full_scale) for axis in axes))
+    row("range, and what ends it", *(f"{_newtons(axis.range)}, {axis.limited_by}" for axis in axes))
+    for point in (rest, half, full):
+        row(f"resolution {point.at}", *(_newtons(point.axes[name].resolution) for name in names))
+    row("largest sensitivity of a coil at half load", *(_sensitivity(half.axes[name]) for name in names))
+    row("nonlinearity, straight map", *(_share(half.axes[name].nonlinearity) for name in names))
+    row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
+    row("crosstalk, curved map", *(_crosstalk(half.crosstalk, name) for name in names))
+    for angle in ("rx", "ry"):
+        row(f"error by one degree of {angle}",
+            *(_newtons(math.radians(abs(full.tilt_error[name][angle]))) for name in names))  # fmt: skip
+    row("error by a force 0.1 mm beside", *(_newtons(full.axes[name].errors[BESIDE]) for name in names))
+    row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
+    return rows
+
+
+BESIDE = "contact 0.1 mm beside the middle"
+
+
+def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) -> Rows:
+    """What belongs to the sensor as a whole."""
+    full, readout, pad, target = felt[-1], estimates.readout, layout.spec.elastomer, layout.spec.target
+    assert pad is not None and target is not None
+    friction = "-" if full.friction_error is None else f"+-{full.friction_error:.2g} (one sigma)"
+    return [
+        ("sensor", ""),
+        ("overload (30 % strain of the pad)", _newtons(full.overload)),
+        ("error of shear over normal, full load", friction),
+        ("bandwidth (half the scan rate)", show(full.bandwidth, "Hz", 3)),
+        ("condition number, rest to full load", f"{felt[0].condition_number:.2g} to {full.condition_number:.2g}"),
+        ("one load to a reading", "yes" if full.invertible else "NO: see the notes"),
+        ("converter", f"{readout.device.part}, {len(estimates.coils)} channels"),
+        ("tank capacitor", show(readout.capacitance, "F", 3)),
+        ("target", f"{target.material.name}, {_size(target.size)}, {show(target.thickness, 'm')}"),
+        ("elastomer", f"{pad.material.name}, {_size(pad.size)}, {show(pad.thickness, 'm')}"),
+        ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
+                                f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
+    ]  # fmt: skip
+
+
+def errors(felt: Sequence[Performance]) -> Rows:
+    """One sigma by cause at full load."""
+    full = felt[-1]
+    names = list(full.axes)
+    rows: Rows = [("one sigma of error at full load, by cause", *(NAMES[name] for name in names))]
+    for cause in full.axes[names[0]].errors:
+        rows.append((cause, *(_newtons(full.axes[name].errors[cause]) for name in names)))
+    return rows
+
+
+def drift(felt: Sequence[Performance]) -> Rows:
+    """What a kelvin does, by what warms, with its sign where that is known."""
+    full = felt[-1]
+    names = list(full.axes)
+    rows: Rows = [("by a kelvin after the tare", *(NAMES[name] for name in names))]
+    for cause, row in full.temperature_causes.items():
+        sign = "+-" if cause == "capacitors" else ""
+        rows.append((cause, *(sign + _newtons(row[name]) for name in names)))
+    return rows
+
+
+def production(felt: Sequence[Performance]) -> Rows:
+    """Between which limits a bare coil is sound."""
+    rows: Rows = [("bare coil, before assembly", "L from", "L to", "f from", "f to")]
+    for coil, limits in felt[0].production.items():
+        low, high = (show(limits[f"inductance_{end}_H"], "H", 4) for end in ("min", "max"))
+        slow, fast = (show(limits[f"frequency_{end}_Hz"], "Hz", 4) for end in ("min", "max"))
+        rows.append((coil, low, high, slow, fast))
+    return rows
+
+
+def pinning(layout: Layout) -> Rows:
+    """Where every contact leads."""
+    found = contacts(layout)
+    return [head(layout.spec.readout.device.part), *(contact.cells for contact in found)] if found else []
+
+
+def notes(felt: Sequence[Performance]) -> Iterator[str]:
+    """What to know before the figures are used."""
+    full = felt[-1]
+    yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
+    if full.ambiguous is not None:
+        one, other = (", ".join(_newtons(force) for force in load) for load in full.ambiguous)
+        yield f"Two loads (normal, shear along x, along y) read alike: {one}; and {other}. No map tells them apart."
+    yield from (note[0].upper() + note[1:] for note in full.notes)
+
+
+def _newtons(force: float) -> str:
+    return show(force, "N", 3) if abs(force) >= 1e-6 else "0 N"
+
+
+def _share(part: float) -> str:
+    return f"{100.0 * part:.2g} %"
+
+
+def _crosstalk(table: object, name: str) -> str:
+    row = table[name]  # type: ignore[index]
+    return _share(max(row.values())) if row else "-"
+
+
+def _sensitivity(axis: AxisPerformance) -> str:
+    return f"{show(max(map(abs, axis.sensitivity)), 'Hz', 3)}/N"
+
+
+def _size(size: tuple[float, float]) -> str:
+    return " x ".join(show(side * 1e3, "", 4) for side in size) + " mm"

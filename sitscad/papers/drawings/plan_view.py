@@ -1,0 +1,161 @@
+"""The sensor from the top: elastomer and target over the coils, to scale, with the coordinates of their edges.
+
+Three axes of force are told apart by which part of which coil the target covers: this is the view in which that is
+seen. The assembly drawing, the report and the data sheet show it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.drawing.coil_outline import coil_extent, coil_outline
+from sitscad.drawing.frame import (
+    CHAIN,
+    THICK,
+    THIN,
+    View,
+    detail_scale,
+    fitting_paragraph,
+    mm,
+    new_sheet,
+    ordinates_x,
+    ordinates_y,
+    placed,
+    scale_text,
+    table,
+)
+from sitscad.drawing.sheet import Pen, Sheet, text_width
+from sitscad.geometry.clipping import Box, parts_inside
+from sitscad.geometry.path import Point, circle, rectangle
+from sitscad.layout.board import Layout
+from sitscad.scene.bodies import Body, above_board
+from sitscad.units import show
+
+ROOM = (44.0, 34.0, 116.0, 146.0)
+"""Room for the view on paper: left, low, width, height (mm); dimensions stand around it."""
+COLUMN = 176.0
+"""Where the table and the notes begin along the paper (mm)."""
+PENS = {"elastomer": Pen(0.4, "#1f5fa8", (3.0, 1.2)), "target": Pen(1.0, "#e07ba8")}
+"""The outlines of the pieces, told apart by colour and by their lines."""
+COPPER = "#e3c4a6"
+
+
+def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
+    """The sheet; None where nothing lies on the board."""
+    pieces = above_board(layout.spec)
+    if not pieces:
+        return None
+    box = _shown(layout, pieces)
+    scale = detail_scale((box[2] - box[0], box[3] - box[1]), ROOM[2:])
+    sheet = new_sheet(
+        layout.spec, "assembly, pieces over the coils", scale_text(scale), "the board's are in fpc/", forced
+    )
+    view = placed(box, scale, ROOM)
+    _board(sheet, layout, view, box)
+    _names(sheet, layout, view)
+    for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
+        sheet.draw(view.path(piece.outline()), PENS[piece.name])
+    _dimensions(sheet, layout, pieces, view)
+    low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), list(_coils(layout)), 2.6)
+    low = _legend(sheet, pieces, low - 8.0)
+    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, list(_notes(layout, pieces)), 2.4)
+    return sheet
+
+
+def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
+    """The same view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
+    pieces = above_board(layout.spec)
+    box = _shown(layout, pieces)
+    view = placed(box, detail_scale((box[2] - box[0], box[3] - box[1]), room[2:]), room)
+    _board(sheet, layout, view, box)
+    _names(sheet, layout, view)
+    for piece in reversed(pieces):
+        sheet.draw(view.path(piece.outline()), PENS[piece.name])
+
+
+def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
+    """The board's body and all that lies over it or hangs over its edge (m)."""
+    boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
+    low = [min(box[axis] for box in boxes) for axis in (0, 1)]
+    high = [max(box[axis] for box in boxes) for axis in (2, 3)]
+    return low[0], low[1], high[0], high[1]
+
+
+def _board(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
+    """The board as far as it is shown: its edge, tracks on its top face, coils with their centres, the origin."""
+    limit = box[2] + 0.04 * (box[2] - box[0])
+    within = (-math.inf, -math.inf, limit, math.inf)
+    for trace in layout.on_layer(1):
+        for piece in parts_inside(trace.path, within):
+            sheet.draw(view.path(piece), Pen(view.length(trace.width), COPPER))
+    for piece in parts_inside(layout.outline, within):
+        sheet.draw(view.path(piece), THICK)
+    sheet.line(view.x(limit), view.y(box[1]) - 2.0, view.x(limit), view.y(box[3]) + 2.0, CHAIN)
+    for coil in layout.coils:
+        sheet.draw(view.path(coil_outline(layout.spec.coil, coil)), THIN)
+        x0, y0, x1, y1 = coil_extent(layout.spec.coil, coil)
+        sheet.line(view.x(x0), view.y(coil.centre.y), view.x(x1), view.y(coil.centre.y), CHAIN)
+        sheet.line(view.x(coil.centre.x), view.y(y0), view.x(coil.centre.x), view.y(y1), CHAIN)
+    x, y, red = view.x(0.0), view.y(0.0), Pen(0.25, "#b00000")
+    sheet.draw(circle(Point(x, y), 1.2), red)
+    for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
+        sheet.line(x - dx, y - dy, x + dx, y + dy, red)
+
+
+def _names(sheet: Sheet, layout: Layout, view: View) -> None:
+    """Each coil's name beside its centre, on a white ground."""
+    size = 3.2
+    for coil in layout.coils:
+        left, low = view.x(coil.centre.x) + 1.4, view.y(coil.centre.y) + 1.4
+        ground = rectangle(left - 0.4, low - 0.4, left + text_width(coil.name, size) + 0.4, low + 0.8 * size)
+        sheet.draw(ground, None, "#ffffff")
+        sheet.text(left, low, coil.name, size)
+
+
+def _dimensions(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View) -> None:
+    """The edges of body and pieces and the coils' centres, by their coordinates."""
+    boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
+    low, left = min(view.y(box[1]) for box in boxes), min(view.x(box[0]) for box in boxes)
+    centres = [coil.centre for coil in layout.coils]
+    xs = [x for box in boxes for x in (box[0], box[2])] + [centre.x for centre in centres]
+    ys = [y for box in boxes for y in (box[1], box[3])] + [centre.y for centre in centres]
+    ordinates_x(sheet, view, xs, low, low - 7.0)
+    ordinates_y(sheet, view, ys, left, left - 9.0)
+
+
+def _coils(layout: Layout) -> Iterator[tuple[str, ...]]:
+    """Where the coils are, as a table."""
+    yield "coil", "x", "y", "turned by"
+    for coil in layout.coils:
+        turned = f"{math.degrees(coil.placement.rotation):g} deg"
+        yield coil.name, mm(coil.centre.x), mm(coil.centre.y), turned
+
+
+def _legend(sheet: Sheet, pieces: tuple[Body, ...], top: float) -> float:
+    """What each line means; the y below it."""
+    for piece in reversed(pieces):
+        sheet.line(COLUMN + 1.0, top + 1.0, COLUMN + 15.0, top + 1.0, PENS[piece.name])
+        sheet.text(COLUMN + 18.0, top, f"{piece.name}: {_size(piece)}, {piece.material}", 2.6)
+        top -= 5.0
+    return top
+
+
+def _size(piece: Body) -> str:
+    thick, (x, y) = show(piece.upper - piece.lower, "m"), piece.footprint.size
+    across = f"diameter {show(x, 'm')}" if piece.footprint.is_round else f"{show(x, 'm')} x {show(y, 'm')}"
+    return f"{across}, {thick} thick"
+
+
+def _notes(layout: Layout, pieces: tuple[Body, ...]) -> Iterator[str]:
+    """Where each piece lies, in words."""
+    yield "1. Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
+    for i, piece in enumerate(reversed(pieces), 2):
+        at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)
+        turned = f", turned by {turn:g} deg" if turn else ""
+        face = "the board's top face"
+        above = f"on {face}" if piece.lower <= 0.0 else f"{show(piece.lower, 'm')} above {face}"
+        yield f"{i}. {piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}{turned}; {above}, unloaded."
+    film = layout.spec.encapsulation
+    if film is not None:
+        yield f"{2 + len(pieces)}. Over all of it {show(film.thickness, 'm')} of {film.material.name}, not drawn."

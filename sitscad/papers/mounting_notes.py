@@ -1,0 +1,107 @@
+"""Steps of the assembly that depend on what carries the sensor and on how it is sealed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sitscad.layout.board import Layout
+from sitscad.parts.mould import LEAST_MIX, Pour
+from sitscad.parts.mounts.screws import adapter_needed
+from sitscad.parts.skin_mould import skin_pour
+from sitscad.scene.seating import joint_clearance, relief, retention, tongue_across
+from sitscad.spec.sensor import Encapsulation
+from sitscad.units import in_mm
+
+
+def jaw_cut(layout: Layout) -> Iterator[str]:
+    """What is cut into the jaw for a dovetail or pins."""
+    found, mount = retention(layout), layout.spec.mount
+    if found is not None and mount is not None and mount.jaw is not None:
+        room = joint_clearance(layout)
+        if found.kind == "dovetail":
+            bottom, top, depth = tongue_across(found, room)
+            yield (
+                f"Mill the dovetail's groove into the jaw's face, open at the tip: {2e3 * bottom:.2f} mm wide at its "
+                f"bottom, {2e3 * top:.2f} mm at the face, {depth * 1e3:.2f} mm deep, as far as the jaw's STEP file has "
+                "it. The mount slides in from the tip up to the groove's end."
+            )
+        else:
+            yield (
+                f"Drill two holes of {1e3 * (found.diameter + 2.0 * room):.2f} mm through the jaw, "
+                f"{in_mm(found.spacing or 0.0)} mm apart along its middle, where the STEP file of the jaw has them."
+            )
+
+
+def tail_held(layout: Layout, glue: str) -> str:
+    """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw."""
+    bend = "Bend the tail only where the drawing of the board has its bend zone"
+    if relief(layout) is None:
+        return f"{bend}, and fix it to the jaw behind the body, so that a pull on it does not reach the glue."
+    return (
+        f"Glue the tail down with {glue} on the mount's tongue behind the body, over the tongue's whole length: a pull "
+        f"on it ends there. {bend}."
+    )
+
+
+def fastened(layout: Layout) -> Iterator[str]:
+    """How a plate, a cap or a part of the user's own is put on."""
+    mount = layout.spec.mount
+    if mount is None:
+        return
+    if mount.finger is not None:
+        screw = f"M{in_mm(mount.finger.screw)}"
+        yield (
+            f"Tap both holes in the cap's sides {screw}. Glue the board into its recess, the tail over the round lip. "
+            f"Slip the cap over the finger and clamp it by two {screw} set screws of plastic or brass: steel is seen."
+        )
+    elif mount.kind == "custom":
+        yield "Put the board on your own mount, and glue its whole body down."
+    elif mount.holes is not None and adapter_needed(layout):
+        yield (
+            f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). Lay four "
+            "M2 nuts into it from below first; they hold the mount's four screws."
+        )
+        yield "Screw the mount on the adapter and glue the board into its recess, tail in the slot."
+    elif mount.holes is not None:
+        screws = f" {mount.holes.thread} screws" if mount.holes.thread else " screws"
+        yield f"Screw the mount down ({mount.holes.name},{screws}) and lay the board into its recess, tail in the slot."
+
+
+def skin(layout: Layout, film: Encapsulation) -> str:
+    """How the film is put on: cast in its mould, or by hand where it is too thin for one."""
+    poured = skin_pour(layout)
+    if poured is None:
+        return (
+            f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on or "
+            "dipped, the contacts masked; no copper may be left open. Let it cure."
+        )
+    sealed = " (its print sealed as said above)" if cures_badly(layout) else ""
+    return (
+        f"Cast the skin: mix {film.material.name} ({amount(poured)}), fill mould-skin{sealed} lying open, take the "
+        "air out, and put the jig's base with the sensor on it face down, so that its pins go into the cup; weigh it "
+        "down. What is too much leaves by the grooves. Let it cure, lift the cup off, cut the flash at the grooves."
+    )
+
+
+def cures_badly(layout: Layout) -> bool:
+    """Whether the moulds are of photopolymer, on which platinum-cure silicones may stay liquid."""
+    return layout.spec.mount is not None and layout.spec.mount.process == "resin"
+
+
+RAW_RESIN = (
+    "Moulds printed in resin, before anything is cast in them: platinum-cure silicones (Ecoflex, Dragon Skin) may not "
+    "cure on raw photopolymer. Wash the print, cure it fully under UV and then with heat, seal it (clear acrylic "
+    "lacquer, or the barrier coat that the silicone's maker names), let that dry, and try a drop first; or print the "
+    "mould in filament or powder. (Lacquer and trial are in Smooth-On's bulletin on Dragon Skin; the rest is general "
+    "practice, unverified.)"
+)
+"""What a mould of resin needs before silicone is poured into it."""
+
+
+def amount(poured: Pour) -> str:
+    """How much is mixed, and how much of it the pieces are."""
+    pieces = "the pads'" if poured.pads > 1 else "the piece's"
+    own = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
+    if poured.mixed < LEAST_MIX:
+        return f"{1e6 * LEAST_MIX:g} ml, for less cannot be weighed out well; {own}"
+    return f"{1e6 * poured.mixed:.2g} ml; {own}"

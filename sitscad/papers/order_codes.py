@@ -1,0 +1,60 @@
+"""What parts are ordered by: maker and order code of the data, for those that have one."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+from sitscad.data import rows
+from sitscad.record import record
+from sitscad.units import parse_quantity
+
+
+@record
+class Order:
+    """Maker, order code, what the code means in words, and where it comes from."""
+
+    maker: str
+    code: str
+    words: str
+    source: str
+
+
+def order_of(kind: str, name: str, **values: object) -> Order | None:
+    """The order of a connector, capacitor, converter or elastomer by the name that the spec calls it; `values` fill the
+    code. None where the data have none.
+    """
+    row = _table().get((kind, name))
+    if row is None:
+        return None
+    source = row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"
+    return Order(row["maker"], row["code"].format(**values), row["words"], source)
+
+
+def capacitor(package: str, capacitance: float) -> Order | None:
+    """The C0G capacitor of a package (``chip-0603``) and a capacitance (F); None outside what the series is made in."""
+    row = _table().get(("capacitor", package))
+    if row is None:
+        return None
+    low, high = (parse_quantity(row[end], "capacitance") for end in ("least", "most"))
+    if not low * (1 - 1e-9) <= capacitance <= high * (1 + 1e-9):
+        return None
+    return order_of("capacitor", package, value=three_digits(capacitance))
+
+
+def three_digits(capacitance: float) -> str:
+    """A capacitance (F) as makers code it (IEC 60062): two digits of picofarads and the number of zeros.
+
+    220 pF are ``221``; ``R`` is the decimal point below 10 pF.
+    """
+    value = capacitance * 1e12
+    if value < 9.95:
+        return f"{value:.1f}".replace(".", "R")
+    zeros = math.floor(math.log10(value * (1 + 1e-9))) - 1
+    digits = round(value / 10.0**zeros)
+    return f"{digits}{zeros}" if digits < 100 else f"10{zeros + 1}"
+
+
+@cache
+def _table() -> dict[tuple[str, str], dict[str, str]]:
+    return {(row["kind"], row["name"]): row for row in rows("order_codes")}

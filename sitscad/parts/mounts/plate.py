@@ -1,0 +1,179 @@
+"""A plate for the bench: flush with the board's top face, with a recess for the board, a slot for its tail, and holes.
+
+Where a load cell's holes lie under the board they are in a second piece, `mount-adapter`: that is screwed on the cell
+first, its screws' heads sunk, and the plate on it by four screws with nuts; so every screw can be reached, and no steel
+is near the coils.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sitscad.geometry.path import Point, circle, rectangle
+from sitscad.geometry.region import Region
+from sitscad.layout.board import Layout
+from sitscad.parts.extras import require
+from sitscad.parts.mounts.screws import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, reach
+from sitscad.parts.prism import MM, box, face, one_solid, prism, raised
+from sitscad.scene.bodies import Heights, above_board, board_heights, film_thickness
+from sitscad.scene.jaws import shield_that_fits
+from sitscad.scene.seating import clearance
+from sitscad.spec.pieces.mounting import Hole
+
+FLOOR = 2.0e-3
+BORDER = 6.0e-3
+CORNER = 2.0e-3
+EDGE = 0.5e-3
+"""Rounding of the plate's upper edge (m)."""
+
+TAIL_RELIEF = 0.5e-3
+TAIL_ROUNDING = 0.4e-3
+Box = tuple[float, float, float, float]
+
+
+def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
+    """The plate, and the spacer over a shield."""
+    under, shield = board_heights(layout.spec)[0], shield_that_fits(layout.spec)
+    used = under - (shield[0] if shield else under)
+    floor = max(standoff - used, _floor(layout))
+    bottom = under - used - floor
+    plan = plate_plan(layout, film_thickness(layout.spec))
+    plate = _eased_plate(plan, bottom)
+    for cut in (*recess(layout, shield), *_tail_relief(layout, plan, floor)):
+        plate = one_solid(plate - cut, "mount")
+    for hole in holes_in_plate(layout, plan):
+        shaft = circle(Point(*hole.at), hole.diameter / 2)
+        plate = one_solid(plate - prism(Region(shaft), bottom - 1e-3, 1e-3), "mount")
+    return (plate, *spacer(layout, shield))
+
+
+def _floor(layout: Layout) -> float:
+    """The least plastic below the board (m): screws of half its thickness more bend it."""
+    mount = layout.spec.mount
+    holes = mount.holes.holes if mount is not None and mount.holes is not None else ()
+    return max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if not adapter_needed(layout) and holes else FLOOR
+
+
+def adapter(layout: Layout, standoff: float) -> Any | None:
+    """The piece between load cell and plate; None where the plate's own holes serve."""
+    holes = adapter_needed(layout)
+    if not holes:
+        return None
+    plan = plate_plan(layout, film_thickness(layout.spec))
+    under, shield = board_heights(layout.spec)[0], shield_that_fits(layout.spec)
+    used = under - (shield[0] if shield else under)
+    top = under - used - max(standoff - used, _floor(layout))
+    head = max(hole.diameter for hole in holes)
+    bottom = top - head - FLOOR
+    body = prism(rectangle(*plan, CORNER), bottom, top)
+    for hole in holes:
+        body = one_solid(body - prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3), "adapter")
+        sink = circle(Point(*hole.at), hole.head / 2 + clearance(layout.spec.mount))
+        body = one_solid(body - prism(sink, top - head, top + 1e-3), "adapter")
+    for corner in corner_holes(plan):
+        body = one_solid(body - _nut_and_shaft(corner, bottom, top), "adapter")
+    return body
+
+
+def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
+    """What a screw with a nut, let in from below, takes out of the adapter."""
+    bd = require("build123d")
+    shaft = prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3)
+    outline = bd.Face(bd.Wire.make_polygon([bd.Vector(*corner) for corner in _hexagon(hole.at)], close=True))
+    return shaft + raised(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
+
+
+def _hexagon(at: tuple[float, float]) -> list[tuple[float, float]]:
+    """The corners (mm) of a nut's pocket about a point (m)."""
+    import math
+
+    radius = CORNER_SCREW.nut_across / math.sqrt(3.0)
+    turns = [math.pi / 3 * i for i in range(6)]
+    return [((at[0] + radius * math.cos(t)) * MM, (at[1] + radius * math.sin(t)) * MM) for t in turns]
+
+
+def _eased_plate(plan: Box, bottom: float) -> Any:
+    """The plate with its upper edge rounded all round."""
+    plate = prism(rectangle(*plan, CORNER), bottom, 0.0)
+    edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
+    return plate.fillet(EDGE * MM, edges)
+
+
+def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
+    """The slab that keeps the shield at its gap below the board."""
+    under = board_heights(layout.spec)[0]
+    if shield is None or under - shield[1] < 1e-9:
+        return ()
+    x0, y0, x1, y1 = layout.body
+    return (box(x0, y0, shield[1], x1, y1, under),)
+
+
+def plate_plan(layout: Layout, film: float) -> Box:
+    """The plate's rectangle: the body, whatever overhangs it and the tail beside the screws, a border for these, and
+    the holes that it is screwed down by.
+    """
+    x0, y0, x1, y1 = layout.body
+    near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
+    y0, y1 = min(y0, *near), max(y1, *near)
+    for body in above_board(layout.spec):
+        left, low, right, high = body.footprint.box
+        x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
+    plan = x0 - BORDER, y0 - BORDER, x1 + BORDER, y1 + BORDER
+    far = reach(layout)
+    return min(plan[0], far[0]), min(plan[1], far[1]), max(plan[2], far[2]), max(plan[3], far[3])
+
+
+def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
+    """What the board with its clearance takes out of a plate, and below it the shield and its spacer."""
+    under, room = board_heights(layout.spec)[0], clearance(layout.spec.mount)
+    cuts = [raised(grown(layout), under, 1e-3)]
+    if shield is not None:
+        x0, y0, x1, y1 = layout.body
+        cuts.append(prism(rectangle(x0 - room, y0 - room, x1 + room, y1 + room), shield[0], 1e-3))
+    if layout.stiffener is not None:
+        x0, y0, x1, y1 = _box_of(face(layout.stiffener.outline))
+        deep = under - layout.stiffener.thickness - room
+        cuts.append(box(x0 - room, y0 - room, deep, x1 + room, y1 + room, 1e-3))
+    return tuple(cuts)
+
+
+def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
+    """A deeper slot under the tail from the body to the plate's edge, round where the tail leaves it, so that the tail
+    may bend down freely over no sharp edge.
+    """
+    start = layout.body[2] + clearance(layout.spec.mount)
+    depth = min(TAIL_RELIEF, floor / 2)
+    beyond = grown(layout) & _slab_face(start, plan)
+    if not beyond:
+        return ()
+    x0, y0, x1, y1 = _box_of(beyond)
+    if x1 < plan[2] - 1e-9:
+        return ()
+    deep = board_heights(layout.spec)[0] - depth
+    return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), lip(plan[2], (y0, y1), deep, min(TAIL_ROUNDING, floor / 3)))
+
+
+def lip(end: float, across: tuple[float, float], height: float, radius: float) -> Any:
+    """What rounds the upper edge of a face at a height (m) that ends at a place along x, to a radius (m)."""
+    bd = require("build123d")
+    corner = box(end - radius, across[0], height - radius, end + radius, across[1], height + radius)
+    lie = bd.Plane(((end - radius) * MM, across[0] * MM, (height - radius) * MM), z_dir=(0, 1, 0))
+    return corner - bd.Solid.make_cylinder(radius * MM, (across[1] - across[0]) * MM, lie)
+
+
+def _slab_face(start: float, plan: Box) -> Any:
+    """Everything in plan beyond x = `start` and within the plate's length."""
+    return face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
+
+
+def grown(layout: Layout) -> Any:
+    """The board's outline grown by the clearance, as a face."""
+    bd = require("build123d")
+    room = clearance(layout.spec.mount)
+    return bd.offset(face(Region(layout.outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
+
+
+def _box_of(shape: Any) -> Box:
+    """Bounding box in plan of a build123d shape, in metres."""
+    bounds = shape.bounding_box()
+    return bounds.min.X / MM, bounds.min.Y / MM, bounds.max.X / MM, bounds.max.Y / MM

@@ -1,0 +1,61 @@
+"""Moves that make a sensor feel more finely: slower scans, softer pads, pads of another thickness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.finding import Edit
+from sitscad.remedy.fix import Fix
+from sitscad.spec.profiles import presets
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+SCANS_A_BAND = 2.0
+"""Scans a second for every hertz of bandwidth, at least (SIT210)."""
+
+FEWEST_SCANS = 1.0
+"""Scans a second that are proposed at least."""
+
+SOFTER = 3
+"""Softer silicones that are tried, the nearest first."""
+
+THICKNESSES = (1.25, 0.8, 1.5)
+"""Thicknesses that are tried, over the one of now."""
+
+
+def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
+    """So many times fewer scans a second, no fewer than the bandwidth takes; nothing where that is no change."""
+    least = max(SCANS_A_BAND * (spec.requirements.bandwidth or 0.0), FEWEST_SCANS)
+    wanted = max(spec.readout.scan_rate / factor, least)
+    digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)
+    rate = max(math.floor(wanted / digits + 1e-9) * digits, least)
+    if rate < spec.readout.scan_rate * (1.0 - 1e-9):
+        edit = Edit("readout.scan_rate", show(rate, "Hz", 6))
+        yield Fix((edit,), replace(spec, readout=replace(spec.readout, scan_rate=rate)))
+
+
+def softer_pads(spec: SensorSpec) -> Iterator[Fix]:
+    """The next softer silicones of which there are figures."""
+    pad = spec.elastomer
+    assert pad is not None
+    known = (presets.elastomer(name) for name in presets.names("elastomer"))
+    softer = sorted(
+        (one for one in known if one.shear_modulus < 0.98 * pad.material.shear_modulus),
+        key=lambda one: -one.shear_modulus,
+    )
+    for material in softer[:SOFTER]:
+        yield Fix(
+            (Edit("elastomer.material", material.name),), replace(spec, elastomer=replace(pad, material=material))
+        )
+
+
+def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
+    """Pads somewhat thicker and thinner, as they are written: in whole hundredths of a millimetre."""
+    pad = spec.elastomer
+    assert pad is not None
+    for factor in THICKNESSES:
+        thickness = round(factor * pad.thickness * 1e5) * 1e-5
+        edit = Edit("elastomer.thickness", f"{1e3 * thickness:.6g}")
+        yield Fix((edit,), replace(spec, elastomer=replace(pad, thickness=thickness)))

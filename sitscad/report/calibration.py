@@ -1,0 +1,193 @@
+"""The page of a calibration: its error, the unknowns and how far they were moved, every point and what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.calibrate import Calibration
+from sitscad.drawing.page_style import STYLE
+from sitscad.drawing.sheet import Pen, Sheet
+from sitscad.drawing.svg import svg
+from sitscad.geometry.path import Point, circle
+from sitscad.report.findings import printable
+from sitscad.report.numbers import table
+from sitscad.report.quantities import quantity
+from sitscad.version import __version__
+
+Array = NDArray[np.float64]
+
+UNUSUAL = 2.0
+"""Standard deviations from which on an unknown is said to be unusual."""
+
+ERROR_HEAD = ("axis", "full scale N", "one sigma N", "of full scale")
+MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
+
+
+def error_rows(found: Calibration) -> Iterable[tuple[str, ...]]:
+    """The map's error on every axis."""
+    for name, full, error in zip(found.map.axes, found.map.full_scale, found.map.error, strict=True):
+        yield name, f"{full:.4g}", f"{error:.2g}", f"{100.0 * error / full:.2g} %"
+
+
+def moved_rows(found: Calibration) -> Iterable[tuple[str, ...]]:
+    """Every unknown: what was found, how sure it is, its usual scatter, by how many sigma it was moved."""
+    units = {one.name: one.unit for one in found.sensors.known}
+    for name, row in found.moved.items():
+        yield (name, *(_amount(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
+               f"{row['moved_by_sigmas']:+.1f} sigma")  # fmt: skip
+
+
+def _amount(value: float, unit: str) -> str:
+    if unit == "1":
+        return f"{100.0 * value:.2g} %"
+    return f"{np.degrees(value):.2g} deg" if unit == "rad" else quantity(value, unit, 2)
+
+
+def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the measured points: load, what the map reads, what is left, and what was left when the others
+    alone foretold it; nothing for poses.
+    """
+    points, fit = found.points, found.fit
+    if points is None or points.loads is None or fit is None or fit.force_errors is None:
+        return [], []
+    settled, columns, axes = points.settled, found.sensors.range.columns, found.map.axes
+    read = found.map(settled.frequency, settled.rest)
+    head = ["point", *(f"{name} N" for name in axes), *(f"read {name}" for name in axes),
+            *(f"foretold {name}" for name in axes)]  # fmt: skip
+    rows = []
+    for k, (load, force, alone) in enumerate(zip(points.loads[:, columns], read, fit.force_errors, strict=True)):
+        foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in alone]
+        rows.append(["tare" if points.at_rest[k] else str(k), *(f"{one:.3f}" for one in load),
+                     *(f"{off:+.3f}" for off in force - load), *foretold])  # fmt: skip
+    return head, rows
+
+
+def calibration_text(found: Calibration) -> str:
+    """The same in few lines, for a terminal."""
+    what = "Calibrated by its points" if found.fit is not None else "As drawn, after a tare: not calibrated"
+    lines = [f"{what}: {found.form.form.name}", *table(ERROR_HEAD, error_rows(found))]
+    if found.fit is not None:
+        lines += ["", *table(MOVED_HEAD, moved_rows(found))]
+        unusual = [name for name, row in found.moved.items() if abs(row["moved_by_sigmas"]) > UNUSUAL]
+        if unusual:
+            lines += ["", f"unusual for this design: {', '.join(unusual)}"]
+    if found.plan is not None:
+        first, last = found.plan.errors[0], found.plan.errors[-1]
+        gains = (f"{axis} {before:.2g} to {after:.2g} N" for axis, before, after in
+                 zip(found.map.axes, first, last, strict=True))  # fmt: skip
+        lines += ["", f"{len(found.plan.loads)} points are planned; expected errors: {', '.join(gains)}"]
+    return "\n".join([*lines, *(f"note: {note}" for note in found.notes), ""])
+
+
+def calibration_page(found: Calibration) -> bytes:
+    """The same as a page with a figure."""
+    name = escape(printable(found.map.sensor))
+    parts = [
+        f"<h1>Calibration of {name}</h1>",
+        f"<p>{escape(found.form.form.name)}; sitscad {__version__}</p>",
+        _table(ERROR_HEAD, error_rows(found), "One sigma of the force."),
+        *_measured(found),
+        *_foretold(found),
+        *(f"<p>{escape(note)}</p>" for note in found.notes),
+    ]
+    page = ["<!DOCTYPE html>", "<html lang='en'><head><meta charset='utf-8'>", f"<title>Calibration of {name}</title>",
+            f"<style>{STYLE}</style></head><body><main>", *parts, "</main></body></html>", ""]  # fmt: skip
+    return "\n".join(page).encode("utf-8")
+
+
+def _measured(found: Calibration) -> Iterable[str]:
+    """What the points say, and what is left of each."""
+    if found.fit is not None:
+        yield "<h2>What the points say of this sensor</h2>"
+        yield _table(MOVED_HEAD, moved_rows(found), "Moved by: in sigmas of manufacture; more than 2 is unusual.")
+    head, rows = point_rows(found)
+    if rows:
+        yield "<h2>Points</h2>"
+        yield f"<figure class='paper'>{figure(found)}<figcaption>{CAPTION}</figcaption></figure>"
+        yield _table(head, rows, "Read: the map less the load. Foretold: the same by a fit without this point.")
+
+
+def _foretold(found: Calibration) -> Iterable[str]:
+    """The points to take, and which forms were tried."""
+    if found.plan is not None:
+        yield "<h2>The points to take</h2>"
+        yield _table(*_plan(found), "One sigma to be expected after so many points.")
+    if found.tried:
+        rows = [(one.form.name, _share(one.error), str(one.size)) for one in found.tried]
+        yield "<h2>Forms of the map</h2>"
+        yield _table(("form", "error of full scale", "coefficients"), rows, TRIED)
+
+
+TRIED = """On simulated sensors with the scatter of manufacture, each with a map of its own, at loads that it was not
+fitted to."""
+
+
+def _share(error: float) -> str:
+    return f"{100.0 * error:.2g} %" if np.isfinite(error) else "cannot be fitted"
+
+
+def _plan(found: Calibration) -> tuple[list[str], list[list[str]]]:
+    assert found.plan is not None
+    axes = found.map.axes
+    rows = [["tare", *["0"] * len(axes), *(f"{error:.2g}" for error in found.plan.errors[0])]]
+    for k, load in enumerate(found.plan.loads):
+        forces = load[found.sensors.range.columns]
+        rows.append([str(k + 1), *(f"{force:.3g}" for force in forces),
+                     *(f"{error:.2g}" for error in found.plan.errors[k + 1])])  # fmt: skip
+    return ["point", *(f"{name} N" for name in axes), *(f"error of {name}" for name in axes)], rows
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
+    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return (f"<div class='scroll'><table><caption>{escape(caption)}</caption><thead><tr>{top}</tr></thead>"
+            f"<tbody>{body}</tbody></table></div>")  # fmt: skip
+
+
+CAPTION = "What is left of every point, a colour an axis: filled by the map, hollow as the other points foretell it."
+
+WIDTH, HEIGHT, LEFT, BOTTOM = 640.0, 260.0, 60.0, 34.0
+COLOURS = ("#0b5fa5", "#b5541c", "#2c7a3f")
+
+
+def figure(found: Calibration) -> str:
+    """What is left of every point, in per cent of full scale, over the points' numbers."""
+    points, fit = found.points, found.fit
+    assert points is not None and points.loads is not None and fit is not None and fit.force_errors is not None
+    settled, full = points.settled, found.map.full_scale
+    read = found.map(settled.frequency, settled.rest) - points.loads[:, found.sensors.range.columns]
+    parts = [100.0 * part[~points.at_rest] / full for part in (read, fit.force_errors)]
+    most = _round_up(max(float(np.nanmax(np.abs(part))) for part in parts))
+    sheet = Sheet("What is left of every point", (WIDTH, HEIGHT), unit="", decimals=1)
+    middle, half = 0.5 * (HEIGHT + BOTTOM), 0.5 * (HEIGHT - BOTTOM) - 12.0
+    for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        y = middle + share * half
+        sheet.line(LEFT, y, WIDTH - 10.0, y, Pen(1.0 if not share else 0.5, "#9aa4ad"))
+        sheet.text(LEFT - 6.0, y - 4.0, f"{share * most:+.3g} %" if share else "0", 11.0, "end")
+    step = (WIDTH - LEFT - 30.0) / max(len(parts[0]), 1)
+    for k in range(len(parts[0])):
+        x = LEFT + 15.0 + (k + 0.5) * step
+        sheet.text(x, BOTTOM - 16.0, str(k + 1), 11.0, "middle")
+        for axis, colour in enumerate(COLOURS[: len(full)]):
+            aside = (axis - 0.5 * (len(full) - 1)) * min(12.0, 0.3 * step)
+            for part, is_filled in zip(parts, (True, False), strict=True):
+                _dot(sheet, x + aside, middle + half * float(part[k, axis]) / most, colour, is_filled)
+    for axis, name in enumerate(found.map.axes):
+        sheet.text(LEFT + 15.0 + 90.0 * axis, 4.0, name, 11.0, colour=COLOURS[axis])
+    return svg(sheet)
+
+
+def _dot(sheet: Sheet, x: float, y: float, colour: str, is_filled: bool) -> None:
+    sheet.draw(circle(Point(x, y), 3.5), Pen(1.2, colour), colour if is_filled else None)
+
+
+def _round_up(value: float) -> float:
+    """The next of 1, 2, 5, 10, ..."""
+    if value <= 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value * (1.0 - 1e-9)))

@@ -1,0 +1,197 @@
+"""Any YAML text to plain values: the whole reader, for what is not plain (`plain_yaml`) and for what is wrong with it.
+
+Reads YAML events, not objects: nothing in the text can construct anything, aliases are refused instead of unfolded, and
+depth and size are bounded before any work is done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError
+from ruamel.yaml.events import (
+    AliasEvent,
+    CollectionEndEvent,
+    DocumentStartEvent,
+    Event,
+    MappingStartEvent,
+    NodeEvent,
+    ScalarEvent,
+    SequenceStartEvent,
+)
+from ruamel.yaml.reader import ReaderError
+
+from sitscad.spec.format.yaml.text import Position, TextError, YamlText, dotted, plain_value
+
+MAX_VALUES = 4000
+MAX_DEPTH = 12
+_LONGEST_KEY = 100
+
+
+def read_events(text: str) -> YamlText:
+    """The values of one YAML document; raises `TextError` where there is no such document."""
+    found = YamlText()
+    try:
+        _read_document(_bounded(YAML(typ="safe", pure=True).parse(text)), found)
+    except ReaderError as error:
+        raise _reader_error(error, text) from None
+    except MarkedYAMLError as error:
+        raise _syntax_error(error) from None
+    except TextError:
+        raise
+    except Exception as error:  # the scanner lets OverflowError and others through on hostile escapes
+        raise TextError("SIT001", f"not YAML: {_first_line(error)}") from None
+    return found
+
+
+def _place(event: Event) -> Position:
+    return event.start_mark.line + 1, event.start_mark.column + 1
+
+
+def _end(event: Event) -> Position:
+    return event.end_mark.line + 1, event.end_mark.column + 1
+
+
+def _bounded(events: Iterator[Event]) -> Iterator[Event]:
+    """The same events, as long as they stay within the size and the plainness of a spec."""
+    documents = depth = count = 0
+    for event in events:
+        documents += isinstance(event, DocumentStartEvent)
+        depth += isinstance(event, (MappingStartEvent, SequenceStartEvent)) - isinstance(event, CollectionEndEvent)
+        count += isinstance(event, NodeEvent)
+        if documents > 1:
+            raise TextError("SIT013", "a second YAML document begins here", "keep one spec in a file", _place(event))
+        if depth > MAX_DEPTH:
+            raise TextError("SIT010", f"nested deeper than {MAX_DEPTH} levels", "a spec needs five", _place(event))
+        if count > MAX_VALUES:
+            raise TextError("SIT010", f"more than {MAX_VALUES} values", "is this the right file?", _place(event))
+        _refuse_indirection(event)
+        yield event
+
+
+def _refuse_indirection(event: Event) -> None:
+    """Refuse anchors, aliases and tags."""
+    if not isinstance(event, NodeEvent):
+        return
+    tag = getattr(event, "tag", None)
+    if isinstance(event, AliasEvent):
+        raise _not_plain(f"the alias *{_printable(event.anchor)}", "write the value out", event)
+    if event.anchor is not None:
+        raise _not_plain(f"the anchor &{_printable(event.anchor)}", "write the value out", event)
+    if tag is not None:
+        raise _not_plain(f"the tag {_printable(tag)}", "leave the tag out", event)
+
+
+def _not_plain(what: str, hint: str, event: Event) -> TextError:
+    return TextError("SIT013", f"{what} is not supported", hint, _place(event))
+
+
+def _read_document(events: Iterator[Event], found: YamlText) -> None:
+    """Read the first document into `found`; TextError where there is none."""
+    has_document = False
+    for event in events:
+        if isinstance(event, NodeEvent):
+            has_document = True
+            found.data = _read_node(event, events, "", found)
+    if not has_document:
+        raise TextError("SIT001", "the file is empty", "a spec begins with `sitscad: 1`")
+
+
+def _read_node(event: Event, events: Iterator[Event], key: str, found: YamlText) -> Any:
+    """The value that an event begins, its places noted in `found`."""
+    if isinstance(event, ScalarEvent):
+        found.values[key] = _place(event)
+        if event.style not in ("|", ">") and event.start_mark.index < event.end_mark.index:
+            found.ends[key] = _end(event)
+        return plain_value(event.value) if event.implicit[0] and event.style in (None, "") else event.value
+    if getattr(event, "flow_style", False):
+        found.values[key] = _place(event)
+    if isinstance(event, SequenceStartEvent):
+        return _read_list(events, key, found, bool(event.flow_style))
+    return _read_mapping(events, key, found, bool(getattr(event, "flow_style", False)))
+
+
+def _read_list(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> list[Any]:
+    """The list whose entries follow."""
+    entries: list[Any] = []
+    for event in events:
+        if isinstance(event, CollectionEndEvent):
+            if in_brackets:
+                found.ends[key] = _end(event)
+            break
+        entry_key = dotted(key, len(entries))
+        line, column = _place(event)
+        if not in_brackets and isinstance(event, ScalarEvent) and event.start_mark.index == event.end_mark.index:
+            column -= 1  # of an entry that holds nothing the reader tells the place behind its dash
+        found.keys[entry_key] = line, column
+        entries.append(_read_node(event, events, entry_key, found))
+    return entries
+
+
+def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> dict[str, Any]:
+    """The section whose keys follow; of a key that is given twice the first counts."""
+    mapping: dict[str, Any] = {}
+    for event in events:
+        if isinstance(event, CollectionEndEvent):
+            if in_brackets:
+                found.ends[key] = _end(event)
+            break
+        name = _key_name(event)
+        entry_key = dotted(key, name)
+        place = _place(event)
+        if name in mapping:
+            first = found.keys[entry_key]
+            found.flaws.append(
+                TextError("SIT012", f"{name} is given twice, first in line {first[0]}", "keep one", place, entry_key)
+            )
+            again = YamlText()  # its places are not those of the first
+            _read_node(next(events), events, entry_key, again)
+            found.flaws += again.flaws
+            continue
+        found.keys[entry_key] = place
+        mapping[name] = _read_node(next(events), events, entry_key, found)
+    return mapping
+
+
+def _key_name(event: Event) -> str:
+    """The key that an event says; TextError for what is no plain word."""
+    if not isinstance(event, ScalarEvent):
+        raise TextError("SIT013", "a list or a section cannot be a key", "keys are plain words", _place(event))
+    name = str(event.value)
+    if not name.isprintable() or len(name) > _LONGEST_KEY:
+        raise _not_plain(f"the key {_printable(name)!r}", "keys are plain words", event)
+    plain = event.implicit[0] and event.style in (None, "")
+    if plain and not isinstance(plain_value(name), str):
+        what = name[:40] or "nothing"
+        raise TextError("SIT013", f"the key is {what}, which is not a text", "keys are plain words", _place(event))
+    return name
+
+
+def _reader_error(error: ReaderError, text: str) -> TextError:
+    position = int(error.position or 0)
+    before = text[:position]
+    place = before.count("\n") + 1, position - (before.rfind("\n") + 1) + 1
+    code = error.character if isinstance(error.character, int) else ord(str(error.character)[:1] or "\0")
+    return TextError("SIT001", f"the character U+{code:04X} is not allowed", "is this a text file?", place)
+
+
+def _syntax_error(error: MarkedYAMLError) -> TextError:
+    """What the YAML reader complains of, with its place."""
+    mark = error.problem_mark or error.context_mark
+    place = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
+    problem = " ".join(str(part).strip() for part in (error.context, error.problem) if part)
+    hint = "indent with spaces, not with tabs" if "\\t" in problem else ""
+    if "mapping values are not allowed" in problem:
+        hint = "is there a colon too many, or a line indented too far?"
+    return TextError("SIT001", f"not YAML: {problem[:200] or _first_line(error)}", hint, place)
+
+
+def _printable(word: object) -> str:
+    text = str(word)[:40]
+    return text if text.isprintable() else ascii(text)[1:-1]
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error).strip().splitlines() or [type(error).__name__])[0][:200]

@@ -1,0 +1,128 @@
+"""Tables of benches: what is read, and what is refused with its place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sitscad.calibration.bench_data import BenchError, points_of, read_table
+from sitscad.calibration.suspicion import require_plausible
+
+COILS = ("C1", "C2")
+
+
+def _read(tmp_path, text):
+    path = tmp_path / "bench.csv"
+    path.write_text(text)
+    return read_table(str(path), COILS)
+
+
+HEAD = "normal_N,shear_x_N,C1_counts,C2_counts\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ("", "1:1", "empty"),
+        (HEAD + "0,0,5,nan\n", "2:4", "no finite number"),
+        (HEAD + "0,0,5,6\n1,0,7,\n", "3:4", "nothing was read here"),
+        (HEAD + "# a remark\n\n0,0,5\n", "4:4", "3 cells under 4 columns"),
+        (HEAD + "0,0,5,six\n", "2:4", "'six'"),
+        ("normal_N,C1,C2\n0,5,6\n", "1:2", "C1 says no unit: C1_counts"),
+        ("normal,C1_counts,C2_counts\n0,5,6\n", "1:1", "normal_N is wanted"),
+        ("normal_kg,C1_counts,C2_counts\n0,5,6\n", "1:1", "normal in 'kg'"),
+        ("normal_N,C1_counts,C2_volts\n0,5,6\n", "1:3", "C2 in 'volts'"),
+        ("normal_N,C1_counts\n0,5\n", "1:2", "no column for C2"),
+        ("normal_N,C1_counts,C2_counts,C1_counts\n0,5,6,5\n", "1:2", "two columns"),
+        ("normal_N,C1_counts,C2_counts,C9_counts\n0,5,6,5\n", "1:4", "'C9_counts' is none of"),
+        ("C1_counts,C2_counts\n5,6\n", "1:2", "neither loads nor poses"),
+        ("normal_N,x_mm,C1_counts,C2_counts\n0,0,5,6\n", "1:4", "one of both"),
+        ("normal_N,C1_counts,C2_Hz\n0,5,6\n", "1:3", "one kind for all"),
+    ],
+)
+def test_what_cannot_be_read_is_told_with_its_place(tmp_path, text, place, words):
+    with pytest.raises(BenchError) as error:
+        _read(tmp_path, text)
+    assert str(error.value).startswith(f"{tmp_path / 'bench.csv'}:{place} ")
+    assert words in str(error.value)
+
+
+def test_units_are_those_of_the_header(tmp_path, sensors):
+    table = _read(tmp_path, "z_um,C1_MHz,C2_kHz\n0,7.5,7500\n-10,7.6,7600\n-20,7.7,7700\n-30,7.8,7800\n")
+    points = points_of(table, sensors)
+    assert points.loads is None and np.allclose(points.poses[:, 2], [0.0, -10e-6, -20e-6, -30e-6])
+    assert np.allclose(points.frequency[1], 7.6e6) and list(points.at_rest) == [True, False, False, False]
+
+
+def test_inductances_are_those_of_the_firmware_s_formula(sensors, bench, table):
+    """The header's capacitance turns them into frequencies: what it is drops out, because all goes over rest."""
+    capacitance = sensors.model.estimates.readout.conversion_capacitance
+
+    def in_microhenry(head, rows):
+        loads = bench.loads[:, sensors.range.columns]
+        found = 1e6 / (capacitance * (2.0 * np.pi * bench.frequency) ** 2)
+        names = [name.replace("counts", "uH") for name in head]
+        return names, [[*map(str, a), *map(repr, map(float, b))] for a, b in zip(loads, found, strict=True)]
+
+    read = points_of(read_table(table(in_microhenry), sensors.coils), sensors)
+    assert np.allclose(read.frequency, bench.frequency, rtol=1e-12)
+
+
+def _without_rest(head, rows):
+    return head, rows[1:]
+
+
+def _few(head, rows):
+    return head, rows[:3]
+
+
+def _pull(head, rows):
+    return head, [*rows[:-1], ["-1", *rows[-1][1:]]]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [(_without_rest, "the tare"), (_few, "different ones at least"), (_pull, "presses are positive")],
+)
+def test_too_little_is_refused(table, sensors, change, words):
+    with pytest.raises(BenchError, match=words):
+        points_of(read_table(table(change), sensors.coils), sensors)
+
+
+def _judge(path, sensors):
+    found = read_table(path, sensors.coils)
+    require_plausible(found, points_of(found, sensors), sensors)
+
+
+def _swapped(head, rows):
+    return head, [[a, b, d, c] for a, b, c, d in rows]
+
+
+def _mistyped(head, rows):
+    return head, [*rows[:3], [*rows[3][:3], str(round(1.12 * int(rows[3][3])))], *rows[4:]]
+
+
+def _counts_as_hertz(head, rows):
+    return [name.replace("counts", "Hz") for name in head], rows
+
+
+def _still(head, rows):
+    return head, [[*row[:2], *rows[0][2:]] for row in rows]
+
+
+def test_an_honest_table_is_taken(table, sensors):
+    _judge(table(), sensors)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (_swapped, "bench.csv:1:3 the columns C1 and C2 look exchanged"),
+        (_mistyped, "bench.csv:5:4 C2: .* where this design reads about"),
+        (_counts_as_hertz, "bench.csv:.* is the header's unit right"),
+        (_still, "do not change with the loads"),
+    ],
+)
+def test_what_no_sensor_of_the_design_would_give_is_refused(table, sensors, change, words):
+    with pytest.raises(BenchError, match=words):
+        _judge(table(change), sensors)

@@ -1,0 +1,131 @@
+"""The C header against the numpy map: compiled as strictly as a compiler can be told, at 1,000 random loads."""
+
+from __future__ import annotations
+
+import subprocess
+
+import numpy as np
+import pytest
+
+from sitscad.calibration.making import gain, own_map, samples
+from sitscad.calibration.maps.forms import FORMS, Form
+from sitscad.formats.calibration_header import header
+
+FLAGS = [
+    "-std=c99",
+    "-O2",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-pedantic",
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-Wshadow",
+]
+
+KINDS = FORMS[2], FORMS[7], next(f for f in FORMS if f.below), next(f for f in FORMS if f.knots)
+
+MAIN = r"""
+#define _POSIX_C_SOURCE 199309L
+#include <stdio.h>
+#include <time.h>
+#include "calibration.h"
+int main(void)
+{
+    static uint32_t counts[ROWS][SITSCAD_COILS];
+    struct sitscad_tare tare;
+    float forces[SITSCAD_AXES], sum = 0.0f;
+    struct timespec from, to;
+    for (int c = 0; c < SITSCAD_COILS; ++c)
+        if (scanf("%u", &tare.counts[c]) != 1) return 1;
+    for (int r = 0; r < ROWS; ++r)
+        for (int c = 0; c < SITSCAD_COILS; ++c)
+            if (scanf("%u", &counts[r][c]) != 1) return 1;
+    for (int r = 0; r < ROWS; ++r) {
+        printf("%d", sitscad_forces((const uint32_t *)counts[r], &tare, forces));
+        for (int a = 0; a < SITSCAD_AXES; ++a) printf(" %.9g", (double)forces[a]);
+        printf("\n");
+    }
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &from);
+    for (int k = 0; k < 100; ++k)
+        for (int r = 0; r < ROWS; ++r) {
+            (void)sitscad_forces((const uint32_t *)counts[r], &tare, forces);
+            sum += forces[0];
+        }
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &to);
+    printf("%.1f %g\n", ((double)(to.tv_sec - from.tv_sec) * 1e9 + (double)(to.tv_nsec - from.tv_nsec))
+           / (100.0 * ROWS), (double)sum);
+    return 0;
+}
+"""
+
+
+def _run_c(tmp_path, found, counts, tare):
+    """Results, forces and nanoseconds a call of the compiled header."""
+    (tmp_path / "calibration.h").write_bytes(header(found, ["a remark with */ in it"]))
+    (tmp_path / "main.c").write_text(MAIN)
+    program = tmp_path / "map"
+    command = ["gcc", *FLAGS, f"-DROWS={len(counts)}", "-o", str(program), str(tmp_path / "main.c"), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    given = "\n".join(" ".join(map(str, map(int, row))) for row in [tare, *counts])
+    *lines, last = subprocess.run(
+        [str(program)], input=given, capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    values = np.array([[float(value) for value in line.split()] for line in lines])
+    return values[:, 0].astype(int), values[:, 1:], float(last.split()[0])
+
+
+def _at_loads(sensors, errors, count):
+    loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(count, 2000)])
+    counts = np.rint(sensors.counts(sensors.under(errors, loads)))
+    return loads[1:], counts[1:], counts[0]
+
+
+@pytest.mark.clients("gcc")
+def test_the_header_gives_the_map_s_forces(tmp_path, sensors, foretold, capsys):
+    loads, counts, tare = _at_loads(sensors, np.zeros(len(sensors.known)), 1000)
+    result, forces, time = _run_c(tmp_path, foretold.map, counts, tare)
+    wanted, full = foretold.map(counts, tare), foretold.map.full_scale
+    apart = np.abs(forces - wanted) / full
+    truth = np.sqrt(np.mean((forces - loads[:, sensors.range.columns]) ** 2, axis=0)) / full
+    with capsys.disabled():
+        off = ", ".join(f"{100 * one:.2f}" for one in truth)
+        print(f"\n  C map: {100 * apart.max():.1e} % of full scale from numpy's, {time:.0f} ns a call; {off} % off")
+    assert apart.max() < 2e-5
+    assert np.all(truth < 0.01)
+    assert np.all(result == 0)
+
+
+@pytest.mark.clients("gcc")
+@pytest.mark.parametrize("form", KINDS, ids=lambda form: form.name)
+def test_every_kind_of_form_is_written(tmp_path, sensors, hidden, form: Form):
+    found = own_map(sensors, form, hidden, is_exact=False)
+    _, counts, tare = _at_loads(sensors, hidden, 200)
+    _, forces, _ = _run_c(tmp_path, found, counts, tare)
+    assert np.abs(forces - found(counts, tare)).max() < 3e-5 * found.full_scale.max()
+
+
+@pytest.mark.clients("gcc")
+def test_faults_are_told(tmp_path, foretold):
+    tare = foretold.map.rest
+    counts = np.array([tare, 0 * tare, 0 * tare + 2**28 - 1, 1.1 * tare])
+    result, forces, _ = _run_c(tmp_path, foretold.map, counts, tare)
+    assert list(result) == [0, 1, 1, 2]
+    assert np.all(forces[:3] == 0.0), "no change is no force, exactly"
+
+
+def test_bytes_are_the_same_every_time(foretold):
+    text = header(foretold.map).decode("ascii")
+    assert header(foretold.map).decode("ascii") == text
+    assert "malloc" not in text and "double" not in text and max(map(len, text.splitlines())) <= 120
+    for word in ("newtons", "grasper-4layer", "One sigma"):
+        assert word in text
+
+
+def test_the_gain_is_the_target_s_share(sensors):
+    """A gain of 28 says that the target takes 1/29 of the inductance at rest."""
+    share = 1.0 / (1.0 + gain(sensors))
+    assert np.all((share > 0.01) & (share < 0.2))
+    rest = samples(sensors, np.zeros(len(sensors.known)), np.zeros((1, 3)))
+    assert np.allclose(rest.readings, rest.rest)

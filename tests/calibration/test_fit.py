@@ -1,0 +1,132 @@
+"""A sensor with hidden errors, found by a few points."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from sitscad.calibration import calibrate, map_of
+from sitscad.calibration.calibrate import calibrate_by
+from sitscad.calibration.maps.basis import exponents, monomials, spread
+from sitscad.calibration.maps.least_squares import levenberg_marquardt, ridge
+from sitscad.calibration.points import Points
+from sitscad.package.calibration_files import calibration_files
+
+
+@pytest.fixture(scope="module")
+def calibrated(sensors, foretold, bench):
+    return calibrate_by(sensors, bench, foretold.form)
+
+
+@pytest.fixture(scope="module")
+def truth(sensors, hidden):
+    """What the sensor reads, each pose solved, under loads that no map was fitted to."""
+    loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
+    return loads[1:, sensors.range.columns], sensors.under(hidden, loads, exact=True)
+
+
+def _off(found, truth):
+    wanted, read = truth
+    return np.sqrt(np.mean((found(read[1:], read[0]) - wanted) ** 2, axis=0)) / found.full_scale
+
+
+def test_eight_points_do_what_a_drawn_map_cannot(foretold, calibrated, truth):
+    before, after = _off(foretold.map, truth), _off(calibrated.map, truth)
+    assert np.all(after < 0.015), "of full scale"
+    assert np.all(after < 0.3 * before)
+
+
+def test_the_stated_error_holds_and_is_not_slack(calibrated, truth):
+    stated, found = calibrated.map.error / calibrated.map.full_scale, _off(calibrated.map, truth)
+    assert np.all(found < 2.0 * stated) and np.all(stated < 0.04)
+
+
+def test_points_along_one_axis_say_that_they_leave_the_other_open(sensors, foretold, hidden, calibrated, truth):
+    """Found with loads without shear: the leave-one-out error alone was a tenth of the true one."""
+    loads = np.zeros((5, 3))
+    loads[1:, 0] = np.linspace(0.3, 1.0, 4) * sensors.range.full_scales[0]
+    frequency = sensors.under(hidden, loads)
+    found = calibrate_by(sensors, Points(loads, None, frequency, loads[:, 0] == 0.0), foretold.form)
+    assert np.all(found.map.error > calibrated.map.error)
+    assert np.all(_off(found.map, truth) * found.map.full_scale < 2.5 * found.map.error)
+
+
+def test_the_modulus_is_found(sensors, hidden, calibrated):
+    names = [one.name for one in sensors.known]
+    true = dict(zip(names, hidden, strict=True))["modulus"]
+    row = calibrated.moved["modulus"]
+    assert abs(row["value"] - true) < 4.0 * row["sigma"] and row["sigma"] < 0.3 * row["sigma_before"]
+    assert "clock" not in calibrated.moved, "counts cannot tell it from the capacitors"
+
+
+def test_drift_goes_with_the_tares(sensors, bench, calibrated, foretold, truth):
+    """All readings creep by 2 %o in the second half; a tare between takes it out."""
+    half = len(bench) // 2
+    order = np.array([*range(half), 0, *range(half, len(bench))])
+    drifted = bench.part(order)
+    drifted.frequency[half:] *= 1.002
+    found = calibrate_by(sensors, drifted, foretold.form)
+    assert np.all(_off(found.map, truth) < 0.02)
+
+
+def test_poses_find_where_the_target_rests(sensors, hidden):
+    """Without loads nothing is learnt of the modulus."""
+    poses = np.zeros((9, 6))
+    poses[1:, 0] = [-5e-4, 5e-4, 0.0, 0.0, -5e-4, 5e-4, 0.0, 3e-4]
+    poses[1:, 2] = [0.0, 0.0, -8e-5, 5e-5, -8e-5, -8e-5, -4e-5, -2e-5]
+    read = sensors.frequencies(hidden, sensors.placed(hidden, poses), exact=True)
+    found = calibrate_by(sensors, Points(None, poses, read, np.arange(9) == 0))
+    rows, true = found.moved, {one.name: e for one, e in zip(sensors.known, hidden, strict=True)}
+    for name in ("offset_x", "tilt_y"):
+        assert abs(rows[name]["value"] - true[name]) < 4.0 * rows[name]["sigma"]
+    assert rows["modulus"]["sigma"] == pytest.approx(rows["modulus"]["sigma_before"])
+    assert found.correction is None
+
+
+def test_each_point_of_the_plan_tells_something(foretold):
+    errors = foretold.plan.errors
+    assert len(errors) == len(foretold.plan.loads) + 1
+    assert np.all(np.diff(errors, axis=0) <= 1e-12)
+    assert np.all(errors[5] < 0.2 * errors[0]), "five points take four fifths of the error away"
+    assert len({tuple(load) for load in foretold.plan.loads}) == len(foretold.plan.loads)
+
+
+def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):
+    for found in (foretold, calibrated):
+        files = calibration_files(found)
+        assert files == calibration_files(found)
+        document = json.loads(files["calibration.json"])
+        again = map_of(document)
+        assert np.array_equal(again(truth[1][1:], truth[1][0]), found.map(truth[1][1:], truth[1][0]))
+        assert b"<svg" in files["calibration.html"] or found.fit is None
+    assert {"plan.csv", "plan.txt"} < set(calibration_files(foretold))
+    assert b"NOT calibrated" in calibration_files(foretold)["calibration.h"]
+    with pytest.raises(ValueError, match="no map"):
+        map_of({"map": {"axes": ["normal"]}})
+
+
+def test_too_many_points_are_refused(design):
+    with pytest.raises(ValueError, match="3 to 40"):
+        calibrate(design, points=41)
+
+
+def test_unknowns_are_found_where_residuals_are_straight():
+    matrix = np.array([[1.0, 2.0], [0.0, 1.0], [3.0, -1.0]])
+    found = levenberg_marquardt(lambda x: matrix @ x - [1.0, 2.0, 3.0], np.zeros(2))
+    known = matrix.T @ matrix + np.eye(2)
+    assert found.settled
+    assert found.values == pytest.approx(np.linalg.solve(known, matrix.T @ [1.0, 2.0, 3.0]), abs=1e-3)
+    assert found.covariance == pytest.approx(np.linalg.inv(known), rel=1e-6)
+
+
+def test_points_left_out_are_foretold_by_the_others():
+    columns = monomials(spread(12, 2), exponents([1.0, 1.0], 2))
+    wanted = np.sin(3.0 * spread(12, 2)[:, :1])
+    size = np.sqrt(np.mean(columns**2, axis=0))
+    _, alone = ridge(columns, wanted, 1e-3)
+    kept = np.arange(12) != 4
+    scaled = columns[kept] / size
+    found = np.linalg.solve(scaled.T @ scaled + 12e-3 * np.eye(6), scaled.T @ wanted[kept])
+    assert alone[4, 0] == pytest.approx(float(wanted[4, 0] - (columns[4] / size) @ found[:, 0]), rel=1e-6)

@@ -1,0 +1,127 @@
+"""SIT401 to SIT409: requirements of how finely and truly a sensor feels, and notes on what a reading can mean."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import sitscad
+from sitscad.checks import RULES, check
+from sitscad.checks.rules import apply_rule
+from sitscad.design import Design
+from sitscad.finding import Severity
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+ASKED = {
+    "SIT401": {"normal_resolution": (1e-3, 0.1)},
+    "SIT402": {"shear_resolution": (1e-5, 0.1)},
+    "SIT403": {"crosstalk": (1e-7, 0.5)},
+    "SIT404": {"tilt": (0.05, 0.05), "tilt_error": (1e-3, 1.0)},
+    "SIT405": {"friction_error": (1e-4, 1.0)},
+    "SIT406": {"temperature_range": ((15.0, 45.0), (15.0, 45.0)), "temperature_error": (1e-3, 100.0)},
+}
+"""By rule its requirements: what bench_7mm misses, and what it meets."""
+
+
+@pytest.fixture(scope="module")
+def bench():
+    design = Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+    assert design.estimates
+    return design
+
+
+def _judged(rule_id, design, **needs):
+    (rule,) = (rule for rule in RULES if rule.id == rule_id)
+    asked = replace(design.spec, requirements=replace(design.spec.requirements, **needs))
+    return apply_rule(rule, Design(asked, replace(design.layout, spec=asked), design.estimates))
+
+
+@pytest.mark.parametrize("rule_id", ASKED)
+def test_a_requirement_is_missed_or_met(bench, rule_id):
+    missed, met = ({name: pair[k] for name, pair in ASKED[rule_id].items()} for k in (0, 1))
+    (finding,), skipped = _judged(rule_id, bench, **missed)
+    assert not skipped and finding.measured > finding.limit
+    assert finding.key.removeprefix("requirements.") in ASKED[rule_id]
+    assert finding.severity is (Severity.WARNING if rule_id in ("SIT405", "SIT406") else Severity.ERROR)
+    assert _judged(rule_id, bench, **met) == ([], [])
+
+
+@pytest.mark.parametrize("rule_id", ASKED)
+def test_what_is_not_required_is_not_checked(bench, rule_id):
+    found, (skipped,) = _judged(rule_id, bench)
+    assert not found and "requirements." in skipped.reason
+
+
+def test_the_resolution_that_is_judged_is_that_of_the_response(bench):
+    (finding,), _ = _judged("SIT401", bench, normal_resolution=1e-6)
+    most = max(point.axes["normal"].resolution for point in bench.performance)
+    assert finding.measured == pytest.approx(most, rel=0.03)
+
+
+def test_what_the_quick_method_cannot_see_of_a_coil_alone_is_said():
+    """By symmetry no slope over tilt is left; any tilt passed, however small its allowed error."""
+    one = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
+    findings, left = _judged("SIT404", one, tilt=0.26, tilt_error=1e-6)
+    assert findings or "second order" in left[0].reason
+    findings, left = _judged("SIT403", one, crosstalk=1e-9)
+    assert not findings and "one axis" in left[0].reason
+
+
+def test_a_coil_alone_tells_no_shear():
+    design = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
+    (finding,), _ = _judged("SIT402", design, shear_resolution=0.1)
+    assert "one coil alone" in finding.message and finding.severity is Severity.ERROR
+    (finding,), _ = _judged("SIT405", design, friction_error=0.1)
+    assert "no friction" in finding.message
+    (finding,), _ = _judged("SIT409", design, shear_force=1.0)
+    assert finding.severity is Severity.NOTE and "read as normal force" in finding.message
+
+
+def test_several_coils_see_shear(bench):
+    assert _judged("SIT409", bench, shear_force=1.0) == ([], [])
+
+
+def test_tilt_that_covers_the_noise_is_worth_a_note(bench):
+    (finding,), _ = _judged("SIT408", bench, normal_resolution=1.0)
+    assert finding.severity is Severity.NOTE and finding.measured > 10.0
+    assert "of shear along x" in finding.message
+
+
+def test_more_shear_than_the_array_tells_apart_reads_alike(bench):
+    """Far beyond the coils the target is as far from one as from nothing: readings turn back."""
+    thick = bench.spec.replace("elastomer.thickness", 5)
+    (finding,), _ = _judged("SIT407", Design(thick), normal_resolution=1.0, normal_force=1.0, shear_force=1.2)
+    assert "read alike" in finding.message and finding.severity is Severity.NOTE
+    assert _judged("SIT407", bench, normal_resolution=1.0, shear_force=0.5) == ([], [])
+
+
+def test_nothing_to_feel_is_said(bench):
+    aside = bench.spec.replace("target.offset", [16, 0])
+    design = Design(aside)
+    found, (skipped,) = _judged("SIT401", design, normal_resolution=0.1)
+    assert not found and "nothing of what the sensor feels" in skipped.reason
+
+
+@pytest.mark.slow
+def test_a_fix_for_the_resolution_is_tried():
+    text = (TEMPLATES / "bench_7mm.yaml").read_text()
+    spec = sitscad.load_text(text.replace("  bandwidth: 50 Hz", "  bandwidth: 20 Hz\n  normal_resolution: 0.5 mN"))
+    (finding,) = (one for one in check(spec).findings if one.rule == "SIT401")
+    assert "(tried)" in finding.hint and "readout.scan_rate" in finding.hint
+    (fix, *_) = finding.fixes
+    mended = spec.replace(fix.edits[0].key, fix.edits[0].new)
+    assert not [one for one in check(mended).findings if one.rule == "SIT401"]
+
+
+def test_a_check_without_such_requirements_loads_nothing_of_it(tmp_path):
+    spec = sitscad.write_template("bench_7mm", tmp_path / "spec.yaml")
+    run = "import sys; from sitscad.cli import main\ntry: main(['check', sys.argv[1]])\nfinally: " \
+          "print([m for m in sys.modules if 'performance' in m or 'response.model' in m], file=sys.stderr)"  # fmt: skip
+    source = str(Path(sitscad.__file__).parents[1])
+    done = subprocess.run([sys.executable, "-c", run, str(spec)], capture_output=True, text=True,
+                          env={"PYTHONPATH": source})  # fmt: skip
+    assert done.stderr.splitlines()[-1] == "[]"

@@ -1,0 +1,92 @@
+"""SIT315 and SIT316: tongue, pins and holes by the figures of the process, the jaw by those of the metal."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from sitscad.checks import check
+from sitscad.finding import Severity
+from sitscad.scene.printing import print_limit
+from sitscad.spec.load import load_text
+from sitscad.spec.profiles import presets
+
+SENSOR = """sitscad: 1
+name: held
+coil: {shape: circle, outer_diameter: 4, turns: 7.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
+array: {pattern: line, count: 2, pitch: 4.5}
+fpc: {stackup: flex-4l, rules: generic-fine, tail: {length: 30, connector: zif-0.5mm, layers: 2}}
+"""
+
+
+def found(mount, rule):
+    result = check(load_text(SENSOR + f"mount: {mount}\n", "held.yaml"))
+    return [finding for finding in result.findings if finding.rule == rule]
+
+
+def joint(retention, jaw="generic-10mm", standoff=0.6, process="resin"):
+    return found(f"{{jaw: {jaw}, standoff: {standoff}, process: {process}, retention: {retention}}}", "SIT315")
+
+
+@pytest.mark.parametrize("retention", ["glue", "dovetail", "pins"])
+def test_the_default_joint_of_each_kind_can_be_made_in_resin(retention):
+    assert joint(retention) == []
+
+
+def test_a_tongue_s_neck_is_its_width_less_both_flanks():
+    (thin,) = joint("{kind: dovetail, width: 1.2, depth: 0.8}", jaw="{based_on: generic-10mm, height: 4}")
+    assert thin.measured == pytest.approx(1.2e-3 - 1.6e-3 / math.tan(math.radians(60.0)))
+    assert thin.limit == print_limit("resin", "wall").value and "wide at its neck" in thin.message
+    wider = float(thin.hint.split("width: ")[1].split(",")[0])
+    retention = f"{{kind: dovetail, width: {wider}, depth: 0.8}}"
+    assert joint(retention, jaw="{based_on: generic-10mm, height: 4}") == []
+
+
+def test_a_groove_leaves_metal_below_its_corners():
+    """The back is round: at the groove's corner the jaw is lower than in its middle."""
+    (deep,) = joint("{kind: dovetail, width: 2.4, depth: 0.7}", jaw="generic-5mm")
+    jaw = presets.jaw("generic-5mm")
+    room = print_limit("resin", "clearance").value + 30e-6
+    half = 1.2e-3 + room * (1 / math.tan(math.radians(60.0)) + 1 / math.sin(math.radians(60.0)))
+    at_corner = jaw.height - (2.5e-3 - math.sqrt(2.5e-3**2 - half**2))
+    assert deep.measured == pytest.approx(at_corner - 0.7e-3 - room)
+    assert deep.severity is Severity.ERROR and "unverified" in deep.message
+
+
+def test_pins_are_as_thick_as_their_process_makes_them_and_end_in_the_jaw():
+    (thin,) = joint("{kind: pins, diameter: 0.8}")
+    assert (thin.measured, thin.limit) == (pytest.approx(0.8e-3), print_limit("resin", "pin").value)
+    (filament,) = joint("{kind: pins, diameter: 1}", process="filament", standoff=1)
+    assert filament.limit == print_limit("filament", "pin").value
+    (long,) = joint("{kind: pins, depth: 3}")
+    assert "stand out of its back" in long.message
+
+
+def test_pins_keep_clear_of_the_window_and_the_ends_of_the_jaw():
+    window = "{based_on: generic-10mm, fenestration: [6, 2]}"
+    assert joint("{kind: pins, spacing: 12}", jaw=window) == []
+    (close,) = joint("{kind: pins, spacing: 7}", jaw=window)
+    room = print_limit("resin", "clearance").value + 30e-6
+    assert close.measured == pytest.approx(3.5e-3 - 0.5e-3 - room - 3e-3) and close.key == "mount.retention.spacing"
+
+
+def test_a_joint_needs_plastic_on_the_metal():
+    shield = "{jaw: generic-5mm, standoff: 0.6, retention: pins}\nshield: {gap: 0.5, thickness: 0.1}"
+    (nothing,) = found(shield, "SIT315")
+    assert "nothing to stand on" in nothing.message
+
+
+def test_small_holes_are_named_once():
+    holes = (
+        "{kind: bench-plate, process: PROCESS, holes: [{at: [20, 9], diameter: 1.6}, {at: [-20, 9], diameter: 1.6}]}"
+    )
+    (one,) = found(holes.replace("PROCESS", "filament"), "SIT316")
+    assert (one.measured, one.limit, one.severity) == (pytest.approx(1.6e-3), pytest.approx(2e-3), Severity.WARNING)
+    assert found(holes.replace("PROCESS", "resin"), "SIT316") == []
+
+
+@pytest.mark.parametrize("name", presets.names("hole pattern"))
+def test_holes_of_every_pattern_can_be_made_by_every_process(name):
+    for process in ("resin", "powder", "filament", "machined"):
+        assert found(f"{{kind: bench-plate, process: {process}, holes: {name}}}", "SIT316") == []

@@ -1,0 +1,87 @@
+"""`sitscad calibrate` as people use it: the plan, the table filled in, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+import sitscad
+from sitscad.calibration.calibrate import sensors_of
+from sitscad.calibration.unknowns import units
+
+PAIR = """\
+sitscad: 1
+name: pair
+coil: {shape: circle, outer_diameter: 6, turns: 12.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+array: {pattern: line, count: 2, pitch: 7}
+fpc: {rules: generic-flex}
+target: {shape: square, size: 7, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 7, thickness: 2}
+requirements: {normal_force: 2 N}
+"""
+
+
+@pytest.fixture
+def pair(tmp_path):
+    (tmp_path / "pair.yaml").write_text(PAIR)
+    return "pair.yaml"
+
+
+def test_a_bad_table_is_told_by_its_place(run, pair, tmp_path):
+    (tmp_path / "bench.csv").write_text("normal_N,C1_counts,C2_counts\n0,5,6\n1,7,nan\n")
+    done = run("calibrate", pair, "bench.csv")
+    assert (done.code, done.out) == (2, "")
+    assert "bench.csv:3:3 C2: 'nan' is no finite number" in done.err
+    assert not (tmp_path / "pair-calibration").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [(["--rotation", "fixed"], "free, held"), (["--points", "2"], "3<=x<=40"), (["nowhere.csv"], "nowhere.csv")],
+)
+def test_wrong_usage(run, pair, arguments, words):
+    done = run("calibrate", pair, *arguments)
+    assert done.code == 2 and words in done.err
+
+
+def test_a_coil_alone_has_nothing_to_calibrate(run, tmp_path):
+    (tmp_path / "alone.yaml").write_text("\n".join(PAIR.splitlines()[:5]) + "\n")
+    done = run("calibrate", "alone.yaml")
+    assert done.code == 2 and "no target" in done.err
+
+
+@pytest.mark.slow
+def test_the_plan_filled_in_calibrates(run, pair, tmp_path):
+    planned = run("calibrate", pair, "--points", "5")
+    folder = tmp_path / "pair-calibration"
+    assert planned.code in (0, 1) and "not calibrated" in planned.out
+    assert {path.name for path in folder.iterdir()} == {
+        "plan.csv", "plan.txt", "calibration.h", "calibration.json", "calibration.html"
+    }  # fmt: skip
+    before = json.loads((folder / "calibration.json").read_text())
+    rows = list(csv.DictReader(io.StringIO((folder / "plan.csv").read_text())))
+    assert len(rows) == 6
+    sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
+    hidden = units(sensors.known, 1, 5)[0]
+    loads = np.array([[float(row.get(f"{name}_N", 0.0)) for name in ("normal", "shear_x", "shear_y")] for row in rows])
+    for row, read in zip(rows, np.rint(sensors.counts(sensors.under(hidden, loads, exact=True))), strict=True):
+        row |= {f"{coil}_counts": str(int(count)) for coil, count in zip(sensors.coils, read, strict=True)}
+    with (tmp_path / "bench.csv").open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    done = run("calibrate", pair, "bench.csv", "-o", "made")
+    assert done.code in (0, 1) and "moved by" in done.out
+    after = json.loads((tmp_path / "made" / "calibration.json").read_text())
+    assert after["is_calibrated"] and not before["is_calibrated"]
+    assert after["error_N"]["normal"] < 0.3 * before["error_N"]["normal"]
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(30, 300)])
+    read = np.rint(sensors.counts(sensors.under(hidden, tried, exact=True)))
+    found = sitscad.map_of(tmp_path / "made" / "calibration.json")
+    off = found(read[1:], read[0]) - tried[1:, sensors.range.columns]
+    stated = np.array([after["error_N"][axis] for axis in found.axes])
+    assert np.all(np.sqrt(np.mean(off**2, axis=0)) < 2.5 * stated)

@@ -1,0 +1,135 @@
+"""Load cases of a spec: what pose and force each stands for, and what a scissor jaw reads like."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sitscad import Design, NoResponse, SpecError, respond
+from sitscad.estimates.response.cases import load_cases, posed, push_of
+from sitscad.estimates.response.pad import soft_pad
+from sitscad.spec.load import load_text
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+PLAIN = """\
+sitscad: 1
+name: pushed
+coil: {shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+array: {pattern: line, count: 2, pitch: 7}
+target: {shape: square, size: 7, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 7, thickness: 2}
+requirements: {normal_force: 2 N}
+"""
+ALL = (
+    PLAIN
+    + """\
+loads:
+  press: {}
+  shear: {normal: 1 N, shear_x: 0.2 N, rotation: free}
+  scissor: {opening: 10 deg, normal: 1 N, face: slides}
+  edge: {normal: 1 N, offset: [1, -0.5]}
+  mechanism: {shaft_tension: 20 N, theta0: 21.80 deg, LA: 3.770, LB: 3.200, LJ: 28}
+"""
+)
+
+
+def case(text, name="scissor"):
+    spec = load_text(PLAIN + text)
+    return spec, posed(spec, load_cases(spec, [name])[0])[0]
+
+
+def test_a_press_is_the_required_force_and_stays_level():
+    spec = load_text(ALL)
+    pose = posed(spec, load_cases(spec, ["press"])[0])[0]
+    assert pose[[0, 1, 3, 4, 5]] == pytest.approx(0.0, abs=1e-12)
+    assert soft_pad(spec).force(pose)[0, 2] == pytest.approx(-2.0, rel=1e-6)
+
+
+def test_every_case_is_held_by_the_force_that_it_names():
+    spec = load_text(ALL)
+    pad = soft_pad(spec)
+    for one in load_cases(spec, ["all"]):
+        held, push = pad.force(posed(spec, one)[0])[0], push_of(one)
+        assert held[:3] == pytest.approx(push.force, abs=1e-7), one.name
+
+
+def test_a_face_that_slides_pushes_along_its_own_normal_and_turns_the_target_flush():
+    spec, pose = case("loads: {scissor: {opening: 10 deg, normal: 1 N, face: slides}}\n")
+    assert pose[4] == pytest.approx(math.radians(10.0))
+    held = soft_pad(spec).force(pose)[0]
+    assert held[0] / held[2] == pytest.approx(math.tan(math.radians(10.0)), rel=1e-6)
+    assert pose[0] < 0.0  # the jaws drive it out towards the tip
+
+
+def test_a_face_that_sticks_keeps_the_middle_of_the_outermost_face():
+    spec, pose = case("loads: {scissor: {opening: 10 deg, normal: 1 N}}\n")
+    assert pose[0] == pytest.approx(-0.2e-3 * math.sin(pose[4]))
+    assert soft_pad(spec).force(pose)[0, 2] == pytest.approx(-1.0, rel=1e-6)
+
+
+def test_a_force_off_centre_brings_its_side_down():
+    spec, pose = case("loads: {edge: {normal: 1 N, offset: [1, -0.5]}}\n", "edge")
+    assert pose[4] > 0.0 and pose[3] > 0.0
+    lever = soft_pad(spec).force(pose)[0]
+    assert lever[4] == pytest.approx(1e-3, rel=0.05) and lever[3] == pytest.approx(0.5e-3, rel=0.05)
+
+
+def test_a_shaft_s_pull_is_the_tip_s_force():
+    found = push_of(load_text(ALL).loads[-1])
+    assert found.force[2] == pytest.approx(-0.4116 * 3.770 / 28.0 * 20.0, rel=1e-3)
+    jaw = load_text((TEMPLATES / "grasper_3p5mm.yaml").read_text())
+    assert push_of(jaw.loads[-1]).force[2] == pytest.approx(found.force[2], rel=1e-9)  # 20 mm of jaw and 8 to its pivot
+
+
+def test_ten_degrees_read_like_the_thesis_s_half_millimetre():
+    """Section 7.5.1: a target turned by about 10 degrees read like 0.5 mm of shear, the travel under 1 N."""
+    spec = load_text((TEMPLATES / "bench_7mm.yaml").read_text()).replace("loads", {"press": {}})
+    design = Design(spec)
+    pose = np.tile(respond(design, case="press").poses, (3, 1))
+    pose[1, 0], pose[2, 4] = 0.5e-3, math.radians(10.0)
+    found = respond(design, pose)
+    _, moved, turned = found.target_change[:, 0, 0] - found.target_change[:, 1, 1]
+    assert 0.5 * turned / moved == pytest.approx(0.5, abs=0.06)
+
+
+def test_cases_of_a_library():
+    found = respond(load_text(ALL), case=["edge", "press"])
+    assert found.cases == ("edge", "press")
+    assert found.point_document(0)["case"] == "edge"
+    with pytest.raises(NoResponse, match="names no"):
+        respond(load_text(PLAIN), case="all")
+    with pytest.raises(ValueError, match="either"):
+        respond(load_text(ALL), [[0.0] * 6], case="press")
+
+
+@pytest.mark.parametrize(
+    ("loads", "rule", "key"),
+    [
+        ("{scissor: {opening: 45 deg}}", "SIT006", "loads.scissor.opening"),
+        ("{scissor: {}}", "SIT003", "loads.scissor.opening"),
+        ("{scissor: {opening: 10}}", "SIT005", "loads.scissor.opening"),
+        ("{edge: {offset: [9, 9]}}", "SIT009", "loads.edge.offset"),
+        ("{edge: {offset: 1}}", "SIT004", "loads.edge.offset"),
+        ("{shear: {normal: -1 N}}", "SIT006", "loads.shear.normal"),
+        ("{mechanism: {shaft_tension: 20 N, theta0: 21.8 deg, LA: 3.77, LB: 3.2}}", "SIT009", "loads.mechanism.LJ"),
+        ("{mechanism: {shaft_tension: 1 N, theta0: 80 deg, LA: 4, LB: 3, LJ: 28}}", "SIT009", "loads.mechanism.LB"),
+        ("{mechanism: {shaft_tension: 20 N, theta0: 1 deg, theta: -2 deg, LA: 3.77, LB: 3.2, LJ: 28}}", "SIT009",
+         "loads.mechanism.theta"),
+        ("{scisor: {opening: 10 deg}}", "SIT002", "loads.scisor"),
+        ("[press]", "SIT004", "loads"),
+    ],
+)  # fmt: skip
+def test_nonsense_is_found_where_it_stands(loads, rule, key):
+    with pytest.raises(SpecError) as refused:
+        load_text(f"{PLAIN}loads: {loads}\n")
+    assert (rule, key, 8) in [(found.rule, found.key, found.line) for found in refused.value.findings]
+
+
+def test_a_load_case_needs_a_force_and_a_pad():
+    for text, missing in ((PLAIN.replace("requirements: {normal_force: 2 N}\n", ""), "no normal force"),
+                          (PLAIN.replace("elastomer", "#"), "a target on an elastomer")):  # fmt: skip
+        with pytest.raises(SpecError, match=missing):
+            load_text(text + "loads: {press: {}}\n")

@@ -1,0 +1,50 @@
+"""The method of the checks against the response itself, on sensors of one, two and three coils."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sitscad
+from sitscad import Design
+from sitscad.estimates.performance.quick import quick_performance
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+
+
+@pytest.fixture(scope="module", params=["bench_7mm", pytest.param("grasper_4layer", marks=pytest.mark.slow),
+                                        pytest.param("three_axis_triangle", marks=pytest.mark.slow),
+                                        pytest.param("fingertip_foil", marks=pytest.mark.slow)])  # fmt: skip
+def both(request):
+    design = Design(sitscad.load(TEMPLATES / f"{request.param}.yaml"))
+    return quick_performance(design.layout, design.estimates), design.performance
+
+
+def test_resolutions_are_within_three_per_cent(both):
+    quick, whole = both
+    for point, other in zip(quick.points, whole, strict=True):
+        assert point.noise == pytest.approx([axis.resolution for axis in other.axes.values()], rel=0.03)
+
+
+def test_errors_by_tilt_are_within_a_quarter_of_the_largest(both):
+    quick, whole = both
+    for point, other in zip(quick.points, whole, strict=True):
+        tilts = np.array([list(row.values()) for row in other.tilt_error.values()])[:, :2]
+        assert point.tilts[:, :2] == pytest.approx(tilts, abs=0.25 * np.abs(tilts).max() + 0.02)
+
+
+def test_temperature_is_within_a_tenth(both):
+    quick, whole = both
+    assert quick.warmed.temperature == pytest.approx(list(whole[-1].temperature_error.values()), rel=0.1)
+
+
+def test_both_say_the_same_of_loads_that_read_alike(both):
+    quick, whole = both
+    assert (quick.working.twins is None) == (whole[-1].ambiguous is None)
+
+
+def test_without_target_there_is_nothing_to_feel():
+    design = Design(sitscad.load(TEMPLATES / "single_coil.yaml"))
+    assert quick_performance(design.layout, design.estimates) is None

@@ -1,0 +1,63 @@
+"""What differs from unit to unit: one list, with sources, that follows the spec."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import sitscad
+from sitscad import Design
+from sitscad.estimates.performance import scatter
+from sitscad.estimates.uncertainty import CAPACITOR
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+
+
+@pytest.fixture(scope="module")
+def grasper():
+    return Design(sitscad.load(TEMPLATES / "grasper_4layer.yaml"))
+
+
+def _sigmas(design):
+    return {one.name: one.sigma for one in design.scatter}
+
+
+def test_every_cause_has_a_unit_a_source_and_a_name_of_its_own(grasper):
+    names = [one.name for one in grasper.scatter]
+    assert len(set(names)) == len(names)
+    for one in grasper.scatter:
+        assert one.sigma > 0.0
+        assert one.unit in ("m", "rad", "1")
+        assert one.per in (scatter.UNIT, scatter.COIL)
+        assert one.source
+
+
+def test_it_holds_what_the_spec_says(grasper):
+    """The template asks 50 um of pad and placement; a band that is evenly filled has its half over the root of 3."""
+    found = _sigmas(grasper)
+    assert found[scatter.THICKNESS] == pytest.approx(50e-6 / math.sqrt(3.0))
+    assert found[scatter.OFFSET_X] == found[scatter.OFFSET_Y] == pytest.approx(50e-6 / math.sqrt(3.0))
+    assert found[scatter.YAW] == pytest.approx(2.0 * 50e-6 / 4.1e-3 / math.sqrt(3.0))
+    assert found[scatter.MODULUS] == grasper.spec.elastomer.material.shear_modulus_sigma
+    assert found[CAPACITOR] == pytest.approx(0.05 / math.sqrt(3.0))
+
+
+def test_coils_scatter_as_the_estimate_says(grasper):
+    free = [coil.states["free"] for coil in grasper.estimates.coils]
+    assert _sigmas(grasper)[scatter.INDUCTANCE] == max(one.spread.inductance / one.inductance for one in free)
+    assert 1e-3 < _sigmas(grasper)[scatter.INDUCTANCE] < 2e-2, "23 measured coils scattered by 0.31 %"
+
+
+def test_it_follows_the_spec(grasper):
+    looser = Design(replace(grasper.spec, assembly=replace(grasper.spec.assembly, tolerances=())), grasper.layout,
+                    grasper.estimates)  # fmt: skip
+    assert _sigmas(looser)[scatter.OFFSET_X] == pytest.approx(2.0 * _sigmas(grasper)[scatter.OFFSET_X])
+    assert _sigmas(looser)[scatter.THICKNESS] == pytest.approx(3.0 * _sigmas(grasper)[scatter.THICKNESS])
+
+
+def test_a_coil_alone_has_no_target_and_no_pad():
+    names = {one.name for one in Design(sitscad.load(TEMPLATES / "single_coil.yaml")).scatter}
+    assert names == {scatter.INDUCTANCE, CAPACITOR, scatter.CLOCK}

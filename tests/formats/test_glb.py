@@ -1,0 +1,57 @@
+"""The assembly for viewers: read back by trimesh, in metres, named, and as large as the solids."""
+
+from __future__ import annotations
+
+import json
+from io import BytesIO
+
+import handmade
+import numpy as np
+import pytest
+
+from sitscad.formats import glb, mesh_3mf
+
+pytestmark = pytest.mark.cad
+
+
+def test_every_piece_is_there_in_metres_with_y_upwards():
+    import trimesh
+
+    solids = handmade.solids("jaw")
+    (data,) = glb.render(solids, handmade.layout("jaw").spec).values()
+    scene = trimesh.load(BytesIO(data), file_type="glb")
+    assert set(scene.geometry) == {solid.name for solid in solids}
+    for solid in solids:
+        bounds, mesh = solid.shape.bounding_box(), scene.geometry[solid.name]
+        low, high = mesh.bounds
+        assert low * 1e3 == pytest.approx((bounds.min.X, bounds.min.Z, -bounds.max.Y), abs=0.021), solid.name
+        assert high * 1e3 == pytest.approx((bounds.max.X, bounds.max.Z, -bounds.min.Y), abs=0.021), solid.name
+        merged = trimesh.Trimesh(mesh.vertices, mesh.faces)
+        merged.merge_vertices()
+        assert merged.volume == pytest.approx(solid.volume, rel=0.02), solid.name
+
+
+def test_the_file_is_gltf_2_and_the_same_twice():
+    solids, spec = handmade.solids("jaw"), handmade.layout("jaw").spec
+    (data,) = glb.render(solids, spec).values()
+    assert data[:4] == b"glTF" and int.from_bytes(data[4:8], "little") == 2
+    assert int.from_bytes(data[8:12], "little") == len(data)
+    length = int.from_bytes(data[12:16], "little")
+    said = json.loads(data[20 : 20 + length])
+    assert said["asset"]["version"] == "2.0"
+    colours = {m["name"]: m["pbrMetallicRoughness"]["baseColorFactor"] for m in said["materials"]}
+    assert colours["pdms"][3] < 1.0 == colours["copper"][3]
+    assert glb.render(solids, spec)["mount/assembly.glb"] == data
+
+
+def test_the_3mf_of_all_pieces_is_in_place_and_in_millimetres():
+    import trimesh
+
+    solids = handmade.solids("jaw")
+    (data,) = mesh_3mf.render_whole(solids, handmade.layout("jaw").spec).values()
+    scene = trimesh.load(BytesIO(data), file_type="3mf")
+    assert scene.units == "millimeter" and len(scene.geometry) == len(solids)
+    low = np.min([tuple(s.shape.bounding_box().min) for s in solids], axis=0)
+    high = np.max([tuple(s.shape.bounding_box().max) for s in solids], axis=0)
+    assert scene.bounds[0] == pytest.approx((0.0, 0.0, 0.0), abs=0.021)
+    assert scene.bounds[1] == pytest.approx(high - low, abs=0.045)

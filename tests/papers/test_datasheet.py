@@ -1,0 +1,136 @@
+"""The data sheet: says what the numbers say, looks the same wherever it is made, and is made where forces are felt."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sitscad
+from sitscad import Design
+from sitscad.drawing.pdf import pdf
+from sitscad.drawing.plotted import plot
+from sitscad.drawing.sheet import Label, Sheet, flattened
+from sitscad.drawing.svg import svg
+from sitscad.estimates.performance.curves import curves
+from sitscad.papers import PAPERS
+from sitscad.papers.datasheet.figures import difference
+from sitscad.papers.datasheet.sheets import render
+from sitscad.units import show
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+(WRITER,) = (writer for writer in PAPERS if writer.name == "data sheet")
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+
+
+@pytest.fixture(scope="module")
+def files(bench):
+    return render(bench.layout, bench.estimates, bench.response, bench.performance, "")
+
+
+@pytest.fixture(scope="module")
+def drawn(bench):
+    return curves(bench.response)
+
+
+def test_it_says_what_the_performance_says(bench, files):
+    page, full = files["datasheet.html"].decode(), bench.performance[-1]
+    for axis in full.axes.values():
+        assert show(axis.resolution, "N", 3) in page and show(axis.range, "N", 3) in page
+        for error in axis.errors.values():
+            assert show(error, "N", 3) in page
+    assert show(full.overload, "N", 3) in page
+    assert "C1.A" in page and "one load to a reading" in page
+
+
+def test_the_page_is_whole_by_itself(files):
+    page = files["datasheet.html"].decode()
+    assert page.count("<svg") == 5  # the drawing, four plots
+    assert not re.search(r"(src|href)\s*=\s*[\"']?(http|//)", page)
+    assert "nan" not in re.sub(r"<[^>]*>", " ", page).lower().split()
+
+
+def test_the_paper_has_the_same_tables(files):
+    text = files["datasheet.pdf"].decode("latin-1")
+    assert text.count("/Type /Page ") == 5
+    assert "CreationDate" not in text and "matplotlib" not in text.lower()
+
+
+@pytest.mark.slow
+def test_bytes_are_the_same_in_another_process(tmp_path, files):
+    code = (
+        "import sitscad, sys; from sitscad import Design; from sitscad.papers.datasheet.sheets import render; "
+        "d = Design(sitscad.load(sys.argv[1])); "
+        "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
+        "render(d.layout, d.estimates, d.response, d.performance, '').items()]"
+    )
+    source = str(Path(sitscad.__file__).parents[1])
+    subprocess.run([sys.executable, "-c", code, str(TEMPLATES / "bench_7mm.yaml"), f"{tmp_path}/"], check=True,
+                   env={"PYTHONPATH": source, "PYTHONHASHSEED": "7", "HOME": str(tmp_path)})  # fmt: skip
+    for name, content in files.items():
+        assert (tmp_path / name).read_bytes() == content
+
+
+@pytest.mark.slow
+def test_a_forced_sheet_says_so(bench):
+    page = render(bench.layout, bench.estimates, bench.response, bench.performance, "why")["datasheet.html"].decode()
+    assert "does not meet its own checks" in page
+
+
+def test_the_curves_are_the_response(bench, drawn):
+    loads = np.zeros((1, 3))
+    loads[0, 0] = drawn.normal.forces[-1]
+    last = bench.response.under(loads, np.ones(1, dtype=bool))
+    rest = bench.response.respond(np.zeros((1, 6)))
+    ratio = drawn.normal.inductance[-1] / drawn.normal.inductance[0]
+    assert ratio == pytest.approx((rest.frequency[0] / last.frequency[0]) ** 2, rel=2e-4)
+    assert np.all(drawn.normal.sigma[0] < 1e-12), "after the tare nothing is off at rest"
+    assert np.all(drawn.normal.sigma[-1] > 0.0)
+
+
+def test_the_difference_is_that_of_the_thesis(drawn):
+    words, weights = difference(drawn, "shear_x")
+    assert words == "L1 - L2" and list(weights) == [1.0, -1.0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["three_axis_triangle", "three_axis_grid", "fingertip_foil", "grasper_4layer"])
+def test_every_kind_of_array_has_one(name):
+    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    made = render(design.layout, design.estimates, design.response, design.performance, "")
+    assert set(made) == {"datasheet.html", "datasheet.pdf"}
+    assert made["datasheet.html"].decode().count("<svg") == (4 if name == "fingertip_foil" else 5)
+
+
+def test_only_what_feels_has_one(bench):
+    assert WRITER.applies(bench.spec)
+    assert not WRITER.applies(sitscad.load(TEMPLATES / "single_coil.yaml"))
+    assert render(bench.layout, bench.estimates, bench.response, (), "") == {}
+
+
+def test_a_plot_is_shapes_and_letters_of_the_sheet():
+    sheet = Sheet("plot", (80.0, 50.0))
+
+    def line(figure):
+        axes = figure.subplots()
+        axes.plot([0.0, 1.0, 2.0], [0.0, 1.0, 5.0], label="curve")
+        axes.set(xlabel="force", ylim=(0.0, 2.0))
+        axes.legend()
+
+    plot(sheet, (0.0, 0.0, 80.0, 50.0), line)
+    texts = [item.text for item in flattened(sheet.items) if isinstance(item, Label)]
+    assert {"force", "curve", "2.0"} <= set(texts)
+    for item in flattened(sheet.items):
+        if not isinstance(item, Label):
+            for path in item.paths:
+                for piece in path.segments:
+                    assert -0.5 < piece.start.x < 80.5 and -0.5 < piece.start.y < 50.5
+    assert svg(sheet) == svg(sheet) and pdf([sheet])

@@ -1,0 +1,100 @@
+"""The whole assembly as it is glued: nothing in anything, nothing missing, the tail as long bent as flat."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import sitscad
+from sitscad.layout.tail.thickness import tail_layers
+from sitscad.parts import fit
+from sitscad.scene.bodies import BodyRole
+from sitscad.scene.column import column, levels
+from sitscad.scene.tail_path import Station, Stretch, tail_path
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+pytestmark = pytest.mark.cad
+
+
+@pytest.fixture(scope="module")
+def layout():
+    return sitscad.lay_out(sitscad.load(TEMPLATES / "grasper_4layer.yaml"))
+
+
+@pytest.fixture(scope="module")
+def pieces(layout):
+    from sitscad.parts.whole import whole
+
+    return {solid.name: solid for solid in whole(layout)}
+
+
+def test_nothing_stands_in_anything_and_every_piece_is_there(layout, pieces):
+    assert not fit.interferences(tuple(pieces.values()))
+    wanted = {"jaw", "opposing-jaw", "shield", "mount", "elastomer", "target", "encapsulation", "stiffener"}
+    wanted |= {f"glue-{part}" for part in ("shield", "mount", "board", "elastomer", "target")}
+    wanted |= {f"copper-{layer}-{coil}" for layer in (1, 2, 3, 4) for coil in ("C1", "C2")}
+    assert wanted < set(pieces)
+    assert all(solid.shape.is_valid for solid in pieces.values())
+
+
+def test_heights_are_those_of_the_column(layout, pieces):
+    at = levels(column(layout))
+    board = at["board"][1].nominal
+    for part in ("jaw", "shield", "mount", "elastomer", "target", "opposing-jaw"):
+        low = pieces[part].shape.bounding_box().min.Z * 1e-3
+        assert low == pytest.approx(at[part][0].nominal - board, abs=1e-9), part
+    for layer in layout.spec.fpc.stackup.copper:
+        bounds = pieces[f"copper-{layer.number}-C1"].shape.bounding_box()
+        assert pytest.approx(layer.z, abs=1e-9) == (bounds.min.Z + bounds.max.Z) / 2e3
+
+
+def test_films_fill_the_board(layout, pieces):
+    """Coverlay, copper, filling and dielectric of the body together are as large as the board's body without films."""
+    films = [s for s in pieces.values() if s.name.startswith(("board-", "copper-"))]
+    coverlay = pieces["board-1-coverlay"].volume / layout.spec.fpc.stackup.layers[0].thickness
+    assert sum(s.volume for s in films) == pytest.approx(coverlay * layout.spec.fpc.stackup.thickness, rel=1e-9)
+
+
+def test_the_tail_is_as_large_bent_as_flat(layout, pieces):
+    """A film above the middle of the tail is stretched by one bend and shortened by the other, which is equal."""
+    path = tail_path(layout)
+    assert path.radius and not path.reason
+    assert path.length == pytest.approx(layout.tail_length)
+    straight = sitscad.lay_out(layout.spec.replace("fpc.tail.bend", "none"))
+    from sitscad.parts.whole.films import films
+
+    there = {solid.name: solid for solid in films(straight, tail_path(straight))}
+    for name in ("tail-1-coverlay", "tail-3-dielectric", "tail-5-coverlay"):
+        assert pieces[name].volume == pytest.approx(there[name].volume, rel=1e-6)
+    low = min(pieces[name].shape.bounding_box().min.Z for name in pieces if name.startswith("tail-"))
+    face = pieces["jaw"].shape.bounding_box().max.Z
+    assert low == pytest.approx(face, abs=1e-6)
+
+
+def test_bends_keep_their_radius_and_end_level(layout):
+    path = tail_path(layout)
+    thickness = math.fsum(layer.thickness for layer in tail_layers(layout))
+    for stretch in path.stretches:
+        if stretch.turn:
+            assert stretch.length / abs(stretch.turn) == pytest.approx(path.radius + thickness / 2)
+    assert math.fsum(stretch.turn for stretch in path.stretches) == pytest.approx(0.0, abs=1e-12)
+    opened = tail_path(layout, math.radians(30))
+    assert math.fsum(stretch.turn for stretch in opened.stretches) == pytest.approx(-math.radians(30))
+
+
+def test_a_station_goes_round_a_circle():
+    end = Station(0.0, 0.0, 0.0).after(Stretch(math.pi, math.pi))
+    assert (end.x, end.z, end.angle) == pytest.approx((0.0, 2.0, math.pi))
+
+
+def test_without_a_jaw_there_is_still_an_assembly():
+    from sitscad.parts.whole import whole
+
+    spec = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
+    layout = sitscad.lay_out(replace(spec, mount=None))
+    found = {solid.name: solid for solid in whole(layout)}
+    assert {"glue-elastomer", "glue-target", "elastomer", "target", "tail-1-coverlay"} < set(found)
+    assert {solid.role for solid in found.values()} >= {BodyRole.COPPER, BodyRole.GLUE, BodyRole.BOARD}
+    lift = found["target"].shape.bounding_box().min.Z - found["elastomer"].shape.bounding_box().size.Z
+    assert lift == pytest.approx(2e3 * spec.assembly.glue_line)

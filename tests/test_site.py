@@ -1,0 +1,94 @@
+"""The documentation's site: every page is in it, its links lead somewhere, two builds give the same bytes."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+
+
+def pages_in_the_contents():
+    text = (DOCS / "index.md").read_text(encoding="utf-8")
+    return [
+        name
+        for block in re.findall(r"^```\{toctree\}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+        for name in block.split()
+        if (DOCS / f"{name}.md").exists()
+    ]
+
+
+def test_every_page_is_in_the_contents_once():
+    named = pages_in_the_contents()
+    assert sorted(named) == sorted(page.stem for page in DOCS.glob("*.md") if page.stem != "index")
+
+
+def test_every_spec_of_the_tutorial_is_what_the_page_says():
+    """The first is refused for its frequency alone, and the second is mended by what the page does."""
+    import sitscad
+
+    text = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+    first, second = re.findall(r"^```\{spec-file\} fingertip.yaml\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    for spec in (first, second):
+        findings = sitscad.check(sitscad.load_text(spec), hints="none").findings
+        assert {finding.rule for finding in findings if finding.severity == "error"} == {"SIT202"}
+    assert "more turns" in " ".join(f.hint for f in sitscad.check(sitscad.load_text(first)).findings)
+
+
+class Links(HTMLParser):
+    """Where a page's links and pictures lead, and the places in it that links can lead to."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.places = [], set()
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        told = dict(attrs)
+        self.links += [told[key] for key in ("href", "src") if told.get(key)]
+        self.places |= {told[key] for key in ("id", "name") if told.get(key)}
+
+
+def built(folder, seed):
+    pytest.importorskip("sphinx")
+    pytest.importorskip("furo")
+    pytest.importorskip("myst_parser")
+    pytest.importorskip("build123d")
+    command = (sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", folder / "kept", DOCS, folder / "site")
+    environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
+    return subprocess.Popen(
+        [str(part) for part in command], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.cad
+def test_two_builds_give_the_same_site_whose_links_lead_somewhere(tmp_path):
+    running = {name: built(tmp_path / name, seed) for name, seed in (("one", "1"), ("other", "2"))}
+    for name, process in running.items():
+        said, _ = process.communicate(timeout=1500)
+        assert process.returncode == 0, f"{name}: {said}"
+    one, other = (
+        {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+        for folder in (tmp_path / "one" / "site", tmp_path / "other" / "site")
+    )
+    assert [path for path in one | other if one.get(path) != other.get(path)] == []
+    assert len([path for path in one if path.suffix == ".svg"]) >= 14
+    pages = {path: Links(data.decode()) for path, data in one.items() if path.suffix == ".html"}
+    for page, found in pages.items():
+        for link in found.links:
+            parts = urlsplit(link)
+            if parts.scheme or parts.netloc:
+                continue
+            target = Path(os.path.normpath(page.parent / unquote(parts.path))) if parts.path else page
+            assert target in one, f"{page}: {link}"
+            if parts.fragment and target in pages:
+                assert unquote(parts.fragment) in pages[target].places, f"{page}: {link}"

@@ -1,0 +1,165 @@
+"""How many points buy which accuracy: simulated sensors with hidden errors and noise, calibrated by few points.
+
+Every sensor has its own gap, offset, tilt, modulus, coils and capacitors, drawn from the scatter of manufacture; some
+of its errors are not looked for by the fit (how compression softens shear, the clock). Its readings are solved, not
+charted. Calibrated is it by the model's unknowns, and by a plain polynomial through the same points (of L, its degree
+by leaving one out). Both are tried on other loads, without noise. The columns are one sigma (rms over sensors and axes)
+and the worst tenth of sensors, in per cent of full scale.
+
+Run `python tests/validation/calibration_points.py [--sensors 100] [--write]`; with `--write` table and figure of
+docs/calibration.md are made.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sitscad
+from sitscad.calibration.calibrate import calibrate_by, sensors_of
+from sitscad.calibration.making import chosen_form, drawn_map
+from sitscad.calibration.maps.basis import exponents, monomials
+from sitscad.calibration.maps.least_squares import ridge
+from sitscad.calibration.plan import plan
+from sitscad.calibration.points import Points, simulated
+from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import units
+
+Array = NDArray[np.float64]
+
+HERE = Path(__file__).parent
+TABLE, FIGURE = HERE / "calibration_points.csv", HERE.parents[1] / "docs" / "calibration-points.svg"
+TEMPLATES = ("grasper_4layer", "three_axis_triangle")
+FEW, MANY = (3, 5, 8, 12), (20, 50)
+TRIED, SEED, HYSTERESIS = 20, 100, 0.0971
+
+COLUMNS = ("template", "method", "points", "rms_percent", "worst_tenth_percent", "sensors")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--sensors", type=int, default=100)
+    parser.add_argument("--templates", default=",".join(TEMPLATES))
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    rows = []
+    for name in given.templates.split(","):
+        found = shown(name, given.sensors)
+        rows += found
+        for row in found:
+            print(",".join(map(str, row)), flush=True)
+    if given.write:
+        with TABLE.open("w", encoding="utf-8", newline="") as stream:
+            csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows])
+        draw(rows)
+
+
+def shown(name: str, count: int) -> list[tuple[object, ...]]:
+    """The rows of one template."""
+    began = time.process_time()
+    design = sitscad.Design(sitscad.load(HERE.parents[1] / "templates" / f"{name}.yaml"))
+    sensors = sensors_of(design.response)
+    form = chosen_form(sensors)[0]
+    loads, drawn = plan(sensors, max(FEW)).loads, drawn_map(sensors, form.form)
+    errors: dict[tuple[str, int], list[float]] = {}
+    for number, own in enumerate(units(sensors.known, count, SEED)):
+        tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(TRIED, 600)])
+        read = sensors.under(own, tried, exact=True)
+        wanted = tried[1:, sensors.range.columns]
+
+        def note(method: str, points: int, forces: Array, wanted: Array = wanted) -> None:
+            off = (forces - wanted) / sensors.range.full_scales
+            errors.setdefault((method, points), []).append(float(np.sqrt(np.mean(off**2))))
+
+        note("drawn", 0, drawn(read[1:], read[0]))
+        generator = np.random.default_rng((SEED, number))
+        for points in FEW:
+            bench = simulated(sensors, own, loads[:points], generator)
+            note("model", points, calibrate_by(sensors, bench, form).map(read[1:], read[0]))
+            note("plain", points, plain(sensors, bench)(read[1:], read[0]))
+        worn = simulated(sensors, own, loads[:8], generator, HYSTERESIS)
+        note("model, hysteresis", 8, calibrate_by(sensors, worn, form).map(read[1:], read[0]))
+        note("plain, hysteresis", 8, plain(sensors, worn)(read[1:], read[0]))
+        bench = simulated(sensors, own, sensors.range.inside(max(MANY)), generator)
+        for points in MANY:
+            note("plain", points, plain(sensors, bench.part(np.arange(points + 1)))(read[1:], read[0]))
+        if number % 10 == 9:
+            print(f"# {name}: {number + 1} of {count}, {time.process_time() - began:.0f} CPU s", flush=True)
+            for row in told(name, errors):
+                print("#", *row, flush=True)
+    return told(name, errors)
+
+
+def told(name: str, errors: dict[tuple[str, int], list[float]]) -> list[tuple[object, ...]]:
+    """The rows of what was found so far."""
+    return [(name, method, points, f"{100 * np.sqrt(np.mean(np.square(found))):.3g}",
+             f"{100 * np.quantile(found, 0.9):.3g}", len(found))
+            for (method, points), found in sorted(errors.items())]  # fmt: skip
+
+
+def plain(sensors: Sensors, points: Points) -> Callable[[Array, Array], Array]:
+    """A map from readings and tare to forces: a polynomial of L over its rest, of the degree that foretells points left
+    out best.
+    """
+    pressed, scale = ~points.at_rest, sensors.range.full_scales
+    assert points.loads is not None
+    forces = points.loads[pressed][:, sensors.range.columns] / scale
+    changes = (points.rest / points.frequency[pressed]) ** 2 - 1.0
+    size = np.abs(changes).max(axis=0)
+    found = None
+    for degree in range(1, 6):
+        powers = exponents([1.0] * changes.shape[1], degree, 1)
+        if degree > 1 and len(powers) >= len(changes):
+            break
+        coefficients, alone = ridge(monomials(changes / size, powers), forces, 1e-9)
+        left = float(np.sum(alone**2))
+        if found is None or left < found[0]:
+            found = left, powers, coefficients
+    _, powers, coefficients = found
+
+    def mapped(readings: Array, tare: Array) -> Array:
+        return monomials(((tare / readings) ** 2 - 1.0) / size, powers) @ coefficients * scale
+
+    return mapped
+
+
+def draw(rows: list[tuple[object, ...]]) -> None:
+    """The figure: error over points, both methods, a panel a template."""
+    os.environ["SOURCE_DATE_EPOCH"] = "0"
+    import matplotlib
+
+    matplotlib.use("svg")
+    matplotlib.rcParams |= {"svg.hashsalt": "sitscad", "svg.fonttype": "path", "font.size": 9}
+    import matplotlib.pyplot as plt
+
+    names = list(dict.fromkeys(str(row[0]) for row in rows))
+    figure, panels = plt.subplots(1, len(names), figsize=(4.2 * len(names), 3.4), sharey=True, squeeze=False)
+    for panel, name in zip(panels[0], names, strict=True):
+        for method, colour, mark in (("model", "#0b5fa5", "o"), ("plain", "#b5541c", "s")):
+            own = sorted((int(row[2]), float(row[3]), float(row[4])) for row in rows if row[:2] == (name, method))
+            places, middle, tenth = zip(*own, strict=True)
+            panel.plot(places, middle, color=colour, marker=mark, label=f"{LABELS[method]}, rms")
+            panel.plot(places, tenth, color=colour, linestyle=":", label=f"{LABELS[method]}, worst tenth")
+        drawn = next(float(row[3]) for row in rows if row[:2] == (name, "drawn"))
+        panel.axhline(drawn, color="#666666", linewidth=0.8, linestyle="--", label="drawn sensor's map, tare alone")
+        panel.set(xscale="log", yscale="log", xlabel="points beside the tare", title=name)
+        panel.set_xticks([3, 5, 8, 12, 20, 50], ["3", "5", "8", "12", "20", "50"], minor=False)
+        panel.xaxis.set_minor_locator(matplotlib.ticker.NullLocator())
+        panel.grid(True, which="both", linewidth=0.3)
+    panels[0][0].set_ylabel("error of force (% of full scale)")
+    panels[0][0].legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(FIGURE, metadata={"Date": None, "Creator": None})
+
+
+LABELS = {"model": "model first", "plain": "plain polynomial"}
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,14 @@
+"""The terms of films in `sitscad/data` are those that their script fits."""
+
+from __future__ import annotations
+
+import pytest
+from fit_films import fitted
+
+from sitscad.mechanics.film_law import table
+
+
+def test_the_films_terms_are_those_of_their_script():
+    for course, parts in table().items():
+        for term, values in fitted(course).items():
+            assert parts[term] == pytest.approx(values, rel=1e-3, abs=2e-3), (course, term)
