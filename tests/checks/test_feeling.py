@@ -109,7 +109,7 @@ def test_nothing_to_feel_is_said(bench):
 @pytest.mark.slow
 def test_a_fix_for_the_resolution_is_tried():
     text = (TEMPLATES / "bench_7mm.yaml").read_text()
-    spec = sitscad.load_text(text.replace("  bandwidth: 50 Hz", "  bandwidth: 20 Hz\n  normal_resolution: 0.5 mN"))
+    spec = sitscad.load_text(text.replace("  bandwidth: 50 Hz", "  bandwidth: 20 Hz\n  normal_resolution: 1.3 mN"))
     (finding,) = (one for one in check(spec).findings if one.rule == "SIT401")
     assert "(tried)" in finding.hint and "readout.scan_rate" in finding.hint
     (fix, *_) = finding.fixes

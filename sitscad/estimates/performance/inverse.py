@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
-from itertools import product
+from itertools import chain, islice, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +28,15 @@ MOST_DEGREE = 6
 APART, SAME = 0.1, 1e-3
 """Loads so far apart (in full scales) count as two; readings so near to each other (in their span) as one."""
 
-ALIKE = 3e-3
-"""The same of what the response itself says of two loads that the polynomials found."""
+ALIKE, NEARBY = 3e-3, 1e-2
+"""The same of what the response itself says of two loads that the polynomials found; by how much (in full scales) a
+load is moved to see how its reading changes."""
 
 TRIED = 12
 """Pairs of loads from which two with one reading are searched."""
+
+POLISHED, POLISHING = 8, 8
+"""Pairs that the polynomials found which the response itself is asked about, and the steps it brings them nearer by."""
 
 
 @record(eq=False)
@@ -68,16 +73,65 @@ class WorkingRange:
     @cached_property
     def twins(self) -> tuple[Loads, Loads] | None:
         """Two loads in the range that give one reading; None where none are found."""
-        found = _twins(self.forward, self.bench.full_scales, self.bench.names)
-        if found is None:
-            return None
-        both = np.zeros((2, 3))
-        both[:, self.bench.columns] = found
-        read = self.bench.readings(self.bench.poses(both))
-        if np.linalg.norm((read[1] - read[0]) / np.maximum(np.ptp(self.readings, axis=0), 1e-300)) > ALIKE:
-            return None  # the polynomials err there
-        one, other = (tuple(map(float, row)) for row in both)
-        return one, other  # type: ignore[return-value]
+        full, names = self.bench.full_scales, self.bench.names
+        pairs = chain(self._over_the_fold(), _alike(self.forward, full, names))
+        for one, other in islice(pairs, POLISHED):
+            found = self._polished(one, other)
+            if found is not None:
+                return found
+        return None
+
+    def _over_the_fold(self) -> Iterator[tuple[Array, Array]]:
+        """Two places (in full scales) on either side of where readings turn back, along what they do not tell there:
+        where the slopes of as many coils as axes change their sense.
+        """
+        names, coils = self.bench.names, self.readings.shape[1]
+        if coils != len(names):
+            return
+        count = GRID[len(names)]
+        span = np.maximum(np.ptp(self.readings, axis=0), 1e-300)
+        table = (self.readings / span).reshape((count,) * len(names) + (coils,))
+        lowest = _lowest(names)
+        slopes = [np.gradient(table, (1.0 - low) / (count - 1), axis=k) for k, low in enumerate(lowest)]
+        matrix = np.stack(slopes, axis=-1).reshape(-1, coils, coils)
+        senses = np.linalg.det(matrix)
+        if not senses.min() < 0.0 < senses.max():
+            return
+        places = np.array(list(product(*(np.linspace(low, 1.0, count) for low in lowest))))
+        for flat in np.argsort(np.abs(senses), kind="stable")[:4]:
+            unseen = np.linalg.svd(matrix[flat])[2][-1]
+            one, other = (np.clip(places[flat] + way * APART * unseen, lowest, 1.0) for way in (1.0, -1.0))
+            yield one, other
+
+    def _polished(self, one: Array, other: Array) -> tuple[Loads, Loads] | None:
+        """Two places (in full scales) that read alike by the response itself, the second moved by steps of
+        Gauss-Newton from where the polynomials put it; None where the steps lead to none.
+        """
+        span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), _lowest(self.bench.names)
+        aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)
+        for _ in range(POLISHING):
+            read = self._readings(np.vstack([one, other, other + np.diag(aside)])) / span
+            lacking = read[0] - read[1]
+            if np.linalg.norm(lacking) < ALIKE:
+                apart = np.linalg.norm(other - one) > APART
+                return (self._load(one), self._load(other)) if apart else None
+            slope = (read[2:] - read[1]).T / aside
+            step = np.linalg.lstsq(slope, lacking, rcond=1e-6)[0]
+            other = np.clip(other + np.clip(step, -0.2, 0.2), lowest, 1.0)
+        return None
+
+    def _readings(self, places: Array) -> Array:
+        """Readings (n, coils) at places (n, axes told apart) in full scales."""
+        loads = np.zeros((len(places), 3))
+        loads[:, self.bench.columns] = places * self.bench.full_scales
+        return self.bench.readings(self.bench.poses(loads))
+
+    def _load(self, place: Array) -> Loads:
+        """The load (N) of a place in full scales."""
+        load = np.zeros(3)
+        load[self.bench.columns] = place * self.bench.full_scales
+        x, y, z = map(float, load)
+        return x, y, z
 
 
 def working_range(bench: Bench) -> WorkingRange:
@@ -98,9 +152,14 @@ def _grid(bench: Bench, count: int, inside: float) -> Array:
     return loads
 
 
-def _twins(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Array | None:
-    """Two loads (2, axes) of one reading: the likeliest pairs of a grid, brought together by Gauss-Newton steps."""
-    lowest = np.array([0.0 if name == "normal" else -1.0 for name in names])
+def _lowest(names: tuple[str, ...]) -> Array:
+    """Where the working range begins on every axis, in full scales."""
+    return np.array([0.0 if name == "normal" else -1.0 for name in names])
+
+
+def _alike(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Iterator[tuple[Array, Array]]:
+    """Two places (in full scales) of one reading by the polynomials: the likeliest of a grid, brought together."""
+    lowest = _lowest(names)
     count = {1: 41, 2: 13, 3: 7}[len(names)]
     places = np.array(list(product(*(np.linspace(low, 1.0, count) for low in lowest))))
     values = forward(places * full)
@@ -112,8 +171,7 @@ def _twins(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Array | 
         one, other = np.unravel_index(flat, ratio.shape)
         found = _same_reading(forward, full, places[one], places[other], lowest, span)
         if found is not None:
-            return np.stack([places[one], found]) * full
-    return None
+            yield places[one], found
 
 
 def _same_reading(
