@@ -55,13 +55,38 @@ def test_sensitivity_is_the_slope_of_the_readings(bench):
     point = bench.performance[2]
     loads = np.array([[point.load[0] - 0.05, 0.0, 0.0], [point.load[0] + 0.05, 0.0, 0.0]])
     low, high = bench.response.under(loads).frequency
-    assert point.axes["normal"].sensitivity == pytest.approx((high - low) / 0.1, rel=1e-2)
+    assert point.axes["normal"].sensitivity == pytest.approx((high - low) / 0.1, rel=3e-3)
     one, other = point.axes["shear_x"].sensitivity
     assert one < 0.0 < other, "towards +x is towards the second coil"
 
 
+ALONE = """
+sitscad: 1
+name: alone
+coil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+target: {shape: circle, size: 8, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: circle, size: 8, thickness: 1}
+requirements: {normal_force: 10 N, tilt: 2 deg}
+loads: {press: {}, scissor: {opening: 2 deg}}
+"""
+
+
+def test_the_error_by_tilt_is_what_a_load_case_with_that_tilt_reads():
+    """One coil under the middle of its target feels tilts at second order: slopes said 0.01 mN."""
+    design = Design(sitscad.load_text(ALONE))
+    level, tilted = (sitscad.respond(design, case=name).frequency[0, 0] for name in ("press", "scissor"))
+    full = design.performance[-1]
+    read = abs(tilted - level) / full.axes["normal"].sensitivity[0]
+    assert full.tilt == pytest.approx(math.radians(2.0))
+    assert full.tilt_error["normal"]["ry"] == pytest.approx(read, rel=0.02)
+    assert full.tilt_error["normal"]["rx"] == pytest.approx(read, rel=0.1)
+    assert read > 5.0 * full.tilt * abs(full.tilt_slope["normal"]["ry"])
+    degree = full.axes["normal"].errors["tilt of 1 degree"]
+    assert degree == pytest.approx(math.sqrt(2.0) * read / 4.0, rel=0.2), "it goes with the square"
+
+
 def test_tilt_about_y_is_read_as_shear_along_x(bench):
-    tilt = bench.performance[1].tilt_error
+    tilt = bench.performance[1].tilt_slope
     assert abs(tilt["shear_x"]["ry"]) > 10.0 * abs(tilt["shear_x"]["rx"])
     assert tilt["shear_x"]["ry"] > 0.0, "the +x side comes nearer, as under a shear along +x"
 

@@ -23,7 +23,7 @@ NOTHING_FELT = Undecided(
 NOISE_STEPS_SOURCE = (
     "noise by the law measured on an LDC1614 (1 to 1.4 steps of 1/(32 RCOUNT) of the frequency: "
     "data/ldc161x_limits.csv), slopes as in the states and SIT218, pad by its law; within a few per cent of "
-    "`response --performance`, tilts 25 %"
+    "`response --performance`, tilts 10 %"
 )
 
 

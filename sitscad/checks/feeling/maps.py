@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-
-import numpy as np
 
 from sitscad.checks.cases import Case
 from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, NOTHING_FELT, felt, more_signal, worst
@@ -16,8 +13,6 @@ from sitscad.units import show
 
 BESIDE_NOISE = 10.0
 """How many times the resolution one degree of tilt may be read as before it is worth a note."""
-
-DEGREE = math.radians(1.0)
 
 
 def two_loads_one_reading(design: Design) -> Iterator[Verdict]:
@@ -40,17 +35,18 @@ def tilt_beside_noise(design: Design) -> Iterator[Verdict]:
     if found is None:
         yield NOTHING_FELT
         return
+    from sitscad.estimates.performance.tilts import DEGREE
 
     def over_noise(point: int, axis: int) -> float:
         here = found.points[point]
-        return DEGREE * float(np.abs(here.tilts[axis, :2]).max() / here.noise[axis])
+        return float(here.tilt_errors(DEGREE)[axis].max() / here.noise[axis])
 
     most = worst(found, found.bench.names, over_noise)
     if most is not None and most.value > BESIDE_NOISE:
         point = found.points[("at rest", "at half load", "at full load").index(most.at)]
         k = [name.replace("_", " along ") for name in found.bench.names].index(most.axis)
         yield TILT_COVERS.found("elastomer.thickness", most.value, BESIDE_NOISE, None, axis=most.axis, at=most.at,
-                                force=DEGREE * float(np.abs(point.tilts[k, :2]).max()),
+                                force=float(point.tilt_errors(DEGREE)[k].max()),
                                 noise=float(point.noise[k]))  # fmt: skip
 
 

@@ -43,10 +43,6 @@ def _resolution(design: Design, key: str, axes: tuple[str, ...]) -> Iterator[Ver
         )  # fmt: skip
 
 
-SECOND_ORDER = Undecided(
-    "one coil under the middle of its target feels tilts of either way alike, at second order, which the quick method "
-    "leaves out: compare loads by `sitscad response --case` or with poses rx, ry"
-)
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
 
 
@@ -82,12 +78,10 @@ def tilt_error(design: Design) -> Iterator[Verdict]:
     tilt, asked = needs.tilt, needs.tilt_error
     assert tilt is not None and asked is not None
     most = worst(found, found.bench.names,
-                 lambda point, axis: tilt * float(np.abs(found.points[point].tilts[axis, :2]).max()))  # fmt: skip
+                 lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))  # fmt: skip
     if most is not None and most.value > asked:
         yield TILTED.found("requirements.tilt_error", most.value, asked, "N", axis=most.axis, at=most.at,
                            angle=float(np.degrees(tilt)), advice=more_signal(design.spec))  # fmt: skip
-    elif len(found.bench.names) == 1:
-        yield SECOND_ORDER
 
 
 def friction_error(design: Design) -> Iterator[Verdict]:

@@ -42,7 +42,8 @@ AT_ONCE = 250
 class Bench:
     """A design, the axes that it tells apart, and the full scale (N) of all three: what is required, else the force
     that presses the pad by 20 %, and shear at a friction of 0.42, at most half of the pad's
-    thickness. The target is held level. `frequencies` gives those (Hz) of the coils, (n, coils), at (n, 6) poses.
+    thickness. The target is held level. `frequencies` gives those (Hz) of the coils, (n, coils), at (n, 6) poses;
+    `turned` the same with every order of the target's turn.
     """
 
     spec: SensorSpec
@@ -50,6 +51,7 @@ class Bench:
     names: tuple[str, ...]
     full: Mapping[str, float]
     frequencies: Callable[[Array], Array]
+    turned: Callable[[Array], Array]
 
     @cached_property
     def pad(self) -> Pad:
@@ -142,8 +144,13 @@ class Solved:
         return self.respond(poses).frequency
 
 
-def bench_of(spec: SensorSpec, estimates: Estimates, frequencies: Callable[[Array], Array]) -> Bench:
+def bench_of(
+    spec: SensorSpec, estimates: Estimates, frequencies: Callable[[Array], Array],
+    turned: Callable[[Array], Array] | None = None,
+) -> Bench:  # fmt: skip
     """The bench of a design with target, pad and a tank that oscillates, its metals at the required temperature.
+
+    `turned` is `frequencies` where left out.
 
     Raises NoResponse without a pad under the target.
     """
@@ -156,6 +163,7 @@ def bench_of(spec: SensorSpec, estimates: Estimates, frequencies: Callable[[Arra
         axes_told_apart(spec.array),
         {"normal": normal, "shear_x": shear, "shear_y": shear},
         frequencies,
+        frequencies if turned is None else turned,
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.tilts import DEGREE, Tilts
 from sitscad.estimates.performance.units import Units
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.values import Estimates
@@ -35,7 +36,8 @@ BRANCH = 0.5
 @record(eq=False)
 class Disturbed:
     """A working point: its load (3; N), share of full scale and pose, slopes of the readings by pose (coils, 6), the
-    straight map `inverse` (N per reading; axes, coils), and what temperature does to readings at rest (per K; coils).
+    straight map `inverse` (N per reading; axes, coils), what temperature does to readings at rest (per K; coils), and
+    the tilts of all working points, of which this is the one of that `number`.
     """
 
     bench: Bench
@@ -45,6 +47,8 @@ class Disturbed:
     by_pose: Array
     inverse: Array
     by_metal: Array
+    tilted: Tilts
+    number: int
 
     @cached_property
     def carried(self) -> Array:
@@ -53,8 +57,18 @@ class Disturbed:
 
     @property
     def tilts(self) -> Array:
-        """Errors (N/rad) of every axis by rx, ry, rz."""
+        """Slopes (N/rad) of every axis by rx, ry, rz at none: what a coil alone hardly has, and feels tilts all the
+        same.
+        """
         return np.asarray(self.inverse @ self.by_pose[:, 3:])
+
+    def by_tilt(self, angle: float) -> Array:
+        """Errors (N) of every axis by a tilt (rad) about x and y, either way: (2, 2, axes)."""
+        return np.asarray(self.tilted.at(angle)[self.number] @ self.inverse.T).reshape(2, 2, -1)
+
+    def tilt_errors(self, angle: float) -> Array:
+        """Their sizes, the worse of both ways: (axes, 2) for tilts (rad) about x and y."""
+        return np.asarray(np.abs(self.by_tilt(angle)).max(axis=1).T)
 
     @cached_property
     def contact(self) -> Array:
@@ -116,7 +130,7 @@ class Disturbed:
 
     def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
         """One sigma (N) of every axis by cause; tilts of one degree, the worse of both ways."""
-        pad, degree = self.bench.spec.elastomer, math.radians(1.0)
+        pad = self.bench.spec.elastomer
         assert pad is not None
         material, normal = pad.material, self.bench.full["normal"]
         found = {
@@ -125,8 +139,8 @@ class Disturbed:
             "creep": material.losses.creep * self.carried,
             "curved map": map_errors,
             "temperature, 10 K": 10.0 * self.temperature,
-            "tilt of 1 degree": degree * np.hypot(*self.tilts[:, :2].T),
-            "twist of 1 degree": degree * np.abs(self.tilts[:, 2]),
+            "tilt of 1 degree": np.hypot(*self.tilt_errors(DEGREE).T),
+            "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
             **self.unmeasured(),
             "modulus, before calibration": material.shear_modulus_sigma * self.carried,
@@ -169,7 +183,7 @@ class Disturbed:
         )
         tilt = self.bench.spec.requirements.tilt
         if tilt is not None:
-            found["required tilt"] = tilt * math.hypot(*(of(self.tilts[:, way]) for way in (0, 1)))
+            found["required tilt"] = math.hypot(*(max(map(of, ways)) for ways in self.by_tilt(tilt)))
         return found
 
 

@@ -18,6 +18,7 @@ from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, crosstalk, working_range
 from sitscad.estimates.performance.reach import Course, course
 from sitscad.estimates.performance.scatter import manufacturing_scatter
+from sitscad.estimates.performance.tilts import DEGREE, Tilts
 from sitscad.estimates.performance.units import Units, units_of
 from sitscad.estimates.performance.values import AXES, AxisPerformance, Performance
 from sitscad.estimates.response.model import ResponseModel
@@ -62,8 +63,9 @@ def disturbed(bench: Bench, metal: Array) -> tuple[Disturbed, ...]:
     loads = np.array([[share * bench.full["normal"], 0.0, 0.0] for _, share in POINTS])
     poses = bench.poses(loads)
     slopes = bench.slopes(poses)
+    tilts = Tilts(bench, loads, poses)
     return tuple(
-        Disturbed(bench, loads[k], share, poses[k], slopes[k], _inverted(bench, poses[k], slopes[k]), metal)
+        Disturbed(bench, loads[k], share, poses[k], slopes[k], _inverted(bench, poses[k], slopes[k]), metal, tilts, k)
         for k, (_, share) in enumerate(POINTS)
     )
 
@@ -100,10 +102,12 @@ def _at(here: _Working) -> Performance:
     condition = float(singular[0] / max(singular[-1], 1e-300))
     twins = here.working.twins
     shear = next((name for name in names if name != "normal"), None)
+    tilt = bench.spec.requirements.tilt or DEGREE
     friction = point.friction(errors, shear) if shear is not None and point.share > 0.0 else {}
     return Performance(
         at=here.at, load=(float(point.load[0]), 0.0, 0.0), axes=_axes(here, courses, errors), crosstalk=curved,
-        straight_crosstalk=straight, tilt_error=_table(names, ("rx", "ry", "rz"), point.tilts),
+        straight_crosstalk=straight, tilt_slope=_table(names, ("rx", "ry", "rz"), point.tilts),
+        tilt=tilt, tilt_error=_table(names, ("rx", "ry"), point.tilt_errors(tilt)),
         contact_error=_table(names, ("x", "y"), np.nan_to_num(point.contact)),
         temperature_error=_row(names, point.temperature),
         temperature_causes={name: _row(names, value) for name, value in point.by_kelvin.items()},
@@ -118,8 +122,9 @@ def _at(here: _Working) -> Performance:
 def _axes(here: _Working, courses: Mapping[str, Course], errors: Mapping[str, Array]) -> dict[str, AxisPerformance]:
     """What every axis of load feels at a working point."""
     bench, found = here.point.bench, {}
+    frequencies = bench.frequencies(here.point.pose[None])[0]
     for k, name in enumerate(bench.names):
-        slopes = here.by_load[:, AXES.index(name)] * bench.rest
+        slopes = here.by_load[:, AXES.index(name)] * frequencies
         found[name] = AxisPerformance(
             courses[name].range, courses[name].limited_by, bench.full[name], tuple(map(float, slopes)),
             float(errors["noise"][k]), _nonlinearity(here, name, k),

@@ -1,8 +1,8 @@
 """The same at a small part of the cost, for checks: a chart of what the states' own shares of an endless plate say.
 
-Slopes by x, y, z are within a few per cent of the response's (tests/estimates/test_quick.py). A tilted target counts,
-for every coil, as a level one at the height that it has over the middle of what both share: errors by tilt are within
-a quarter of the response's.
+Slopes by x, y, z are within a few per cent of the response's (tests/estimates/test_quick.py). A target that tilts
+slightly counts, for every coil, as a level one at the height that it has over the middle of what both share: slopes by
+tilt are within a quarter. A tilt that a contact may have is asked of the response's own solution of the target.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, working_range
 from sitscad.estimates.performance.points import disturbed
 from sitscad.estimates.performance.scatter import manufacturing_scatter
+from sitscad.estimates.performance.tilts import QuickTilts
 from sitscad.estimates.performance.units import units_of
 from sitscad.estimates.response.scan import chebyshev, evaluated
 from sitscad.estimates.states.assembly import warmed
@@ -145,7 +146,9 @@ def quick_performance(layout: Layout, estimates: Estimates) -> QuickPerformance 
         return None
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     known = chart(layout, estimates)
-    return QuickPerformance(layout, estimates, bench_of(spec, estimates, known.frequencies))
+    inductance = np.array([coil.states[REST].inductance for coil in estimates.coils])
+    tilts = QuickTilts(layout, spec, known.frequencies, inductance, known.rest, _pull(estimates))
+    return QuickPerformance(layout, estimates, bench_of(spec, estimates, known.frequencies, tilts.frequencies))
 
 
 def _can_feel(spec: SensorSpec, estimates: Estimates) -> bool:

@@ -46,7 +46,9 @@ class Performance:
     """The sensor at a working point `at` (rest, half, full) under `load` (N).
 
     `crosstalk[a][b]` is the error of axis a while b goes over its full scale, over a's full scale: of the curved map,
-    and of the straight one at this point (`straight_crosstalk`). `tilt_error` (N/rad) by axis and angle;
+    and of the straight one at this point (`straight_crosstalk`). `tilt_error` (N) by axis and angle (rx, ry) of a
+    contact that is tilted by `tilt` (rad: the required one, else a degree), the worse of both ways; `tilt_slope`
+    (N/rad) is that of small angles, which leaves out all that grows with their square;
     `contact_error` (N/mm) by axis and direction in which the force stands beside the middle, the target tilting as it
     likes; `temperature_error` (N/K, one sigma) with its causes (N/K, signed where the sign is known);
     `friction_error` that of shear over normal (None without shear or at rest) with its causes; `ambiguous` are two
@@ -58,6 +60,8 @@ class Performance:
     axes: Mapping[str, AxisPerformance]
     crosstalk: Table
     straight_crosstalk: Table
+    tilt_slope: Table
+    tilt: float
     tilt_error: Table
     contact_error: Table
     temperature_error: Mapping[str, float]
@@ -82,7 +86,9 @@ class Performance:
             "axes": {name: axis.document() for name, axis in self.axes.items()},
             "crosstalk": _plain(self.crosstalk),
             "straight_crosstalk": _plain(self.straight_crosstalk),
-            "tilt_error_N_per_rad": _plain(self.tilt_error),
+            "tilt_error_N_per_rad": _plain(self.tilt_slope),
+            "tilt_rad": self.tilt,
+            "tilt_error_N": _plain(self.tilt_error),
             "contact_error_N_per_mm": _plain(self.contact_error),
             "temperature_error_N_per_K": dict(self.temperature_error),
             "temperature_causes_N_per_K": _plain(self.temperature_causes),

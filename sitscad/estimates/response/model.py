@@ -14,6 +14,7 @@ from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.errors import LOSSY, stated_errors
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
+from sitscad.estimates.response.placed import LEAST_HEIGHT, Placed, at_rest, tabled
 from sitscad.estimates.response.plate import Plate, solved_plate
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
@@ -24,15 +25,11 @@ from sitscad.estimates.steps import Wound, given, wind
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
 from sitscad.layout.board import Layout
-from sitscad.physics.eddy.coil_potential import FINE, ROOM
-from sitscad.physics.eddy.target import turned
 from sitscad.physics.metal.half_spaces import Plate as Sheet
 from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
 from sitscad.physics.resonator import Network
 from sitscad.readout import FAMILIES
 from sitscad.record import record
-from sitscad.scene.bodies import target as target_body
-from sitscad.scene.gaps import target_gap
 from sitscad.scene.pose import REST_POSE
 from sitscad.scene.state import REST, State
 from sitscad.spec.sensor import SensorSpec
@@ -41,16 +38,6 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Progress = Callable[[int, int], None]
 
-
-NEARER, FARTHER = 1.5, 1.3
-"""Ratios of the heights and of the reaches for which a target is solved: one solution serves many poses."""
-
-LEAST_HEIGHT = 40e-6
-"""Height (m) over the copper's mid-plane below which a field is taken at it: tracks are no filaments there."""
-
-WIDEST, MOST_NODES = 4.4, 800
-"""Side of the table of a coil's potential, in the coil's size (beyond, it is a dipole to 2e-4 of a change), and nodes
-along it, at most."""
 
 BAND = 0.9, 1.15
 """Frequencies for which the target is solved: this part of the lowest and of the highest that any state has."""
@@ -99,9 +86,7 @@ class ResponseModel:
     @cached_property
     def rest(self) -> Array:
         """The centre (m) of the target's near face at rest, in the layout's coordinates."""
-        body, gap = target_body(self.spec), target_gap(self.spec)
-        assert body is not None and gap is not None
-        return np.array([*body.footprint.centre, gap])
+        return at_rest(self.spec)
 
     @cached_property
     def band(self) -> tuple[float, float]:
@@ -131,7 +116,7 @@ class ResponseModel:
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not np.all(np.isfinite(poses)):
             raise ValueError("a pose has six finite numbers: metres and radians")
-        placed = _Placed.of(self.spec, self.rest, poses)
+        placed = Placed.of(self.spec, self.rest, poses)
         at_tank = self._near(placed, self.band)
         changes = mapped(self._exact(at_tank), poses, self._scale, tolerance, progress)
         terminals = self._terminals(at_tank, placed, changes)
@@ -194,7 +179,7 @@ class ResponseModel:
         volts = [family.amplitude_at(1.0, current) for current in currents]
         return terminals.parallel_resistance * np.array(volts)
 
-    def _terminals(self, near: _Near, placed: _Placed, changes: Changes) -> Terminals:
+    def _terminals(self, near: _Near, placed: Placed, changes: Changes) -> Terminals:
         """What the converter sees of all coils in every pose, at the frequency at which each oscillates."""
         found = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
         usual = math.sqrt(self.band[0] * self.band[1])
@@ -202,7 +187,7 @@ class ResponseModel:
         impedances = self._impedances(near, placed, changes)
         return oscillating(impedances, self.networks, self.tank, np.tile(start, (len(placed.places), 1)))
 
-    def _impedances(self, near: _Near, placed: _Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
+    def _impedances(self, near: _Near, placed: Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
         """All coils between their contacts at (n,) frequencies, one a pose."""
         heights = placed.heights(np.array([coil.placement.centre for coil in self.layout.coils]))
         diagonal = np.arange(heights.shape[1])
@@ -220,21 +205,14 @@ class ResponseModel:
         plate = near.plate
 
         def exact(poses: Array) -> tuple[ComplexArray, ComplexArray]:
-            placed = _Placed.of(self.spec, self.rest, poses)
+            placed = Placed.of(self.spec, self.rest, poses)
             return plate.changes(placed.turns, placed.places)
 
         return Exact(plate.frequencies, exact)
 
-    def _near(self, placed: _Placed, band: tuple[float, float]) -> _Near:
+    def _near(self, placed: Placed, band: tuple[float, float]) -> _Near:
         """What holds for all poses no nearer than these, solved at most once for each step of height and reach."""
-        top = max(winding.z for winding in self.layout.coils[0].windings)
-        centre = np.array(self.spec.array.middle)
-        coils = max(math.hypot(*(np.array(c.placement.centre) - centre)) for c in self.layout.coils)
-        extent = max(self.spec.coil.size)
-        reach = FARTHER ** math.ceil(math.log(placed.reach(centre) + coils, FARTHER))
-        least = max(LEAST_HEIGHT, WIDEST * extent / (FINE * MOST_NODES))
-        height = max(float(placed.lowest.min()) - top, least)
-        height = max(NEARER ** math.floor(math.log(height, NEARER)), least)
+        top, height, reach = placed.cover(self.spec, self.layout.coils)
         key = (height, reach, band)
         if key not in self.solved:
             self.solved[key] = self._solve(height + top, reach, band)
@@ -250,8 +228,7 @@ class ResponseModel:
         thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
         heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
         crowding = curves(*band, lambda at: np.stack([self._crowding(winding, at, z) for z in heights], axis=1), 4)
-        within = min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size))
-        plate = solved_plate(spec, coils, band, self.behind, lowest, within, self.finer)
+        plate = solved_plate(spec, coils, band, self.behind, lowest, tabled(spec, reach), self.finer)
         return _Near(plate, bare, np.log(heights), crowding)
 
     def _endless(self, height: float) -> Reflector:
@@ -292,43 +269,6 @@ class ResponseModel:
         return coil_circuits(start.layout, winding, self.wound.matrix, around, TargetShares({}, {}, ()), start.spared)
 
 
-@record(eq=False)
-class _Placed:
-    # Poses as turns (n, 3, 3) and places (n, 3) of the near face's centre (m), and the lowest point of each (m).
-    turns: Array
-    places: Array
-    lowest: Array
-    half: tuple[float, float]
-
-    @classmethod
-    def of(cls, spec: SensorSpec, rest: Array, poses: Array) -> _Placed:
-        """The target in poses (n, 6; m, rad), each with its lowest point (m)."""
-        target = spec.target
-        assert target is not None
-        own = 0.0 if target.outline.is_round else target.rotation
-        turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, own]]))[0]
-        places = rest + poses[:, :3]
-        x, y = 0.5 * target.size[0], 0.5 * target.size[1]
-        along, across = x * np.abs(turns[:, 2, 0]), y * np.abs(turns[:, 2, 1])
-        down = np.hypot(along, across) if target.outline.is_round else along + across
-        return cls(turns, places, places[:, 2] - down, (x, y))
-
-    def reach(self, centre: Array) -> float:
-        """How far (m) from a place any point of the target gets."""
-        return float(np.hypot(*(self.places[:, :2] - centre).T).max()) + math.hypot(*self.half)
-
-    def heights(self, centres: Array) -> Array:
-        """Logarithm of the height (m) of the near face's plane over every coil's centre, (n, coils), no more than the
-        face itself reaches up and down.
-        """
-        normal = self.turns[:, :, 2]
-        away = centres[None, :, :] - self.places[:, None, :2]
-        plane = self.places[:, None, 2] - np.einsum("nci,ni->nc", away, normal[:, :2]) / normal[:, 2:]
-        span = (self.places[:, 2] - self.lowest)[:, None]
-        middle = self.places[:, 2:]
-        return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
-
-
 def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
     """The polynomial through `values` (n, m) at (m,) places, at (n, k) others, held beyond the ends."""
     x = np.clip(at, places[0], places[-1])
@@ -361,7 +301,7 @@ STRAIN_LIMIT = 0.35
 """Strain of the pad beyond which no model of it is trusted."""
 
 
-def _notes(placed: _Placed, terminals: Terminals, strain: Array | None) -> list[tuple[str, ...]]:
+def _notes(placed: Placed, terminals: Terminals, strain: Array | None) -> list[tuple[str, ...]]:
     """By pose what is to be known of it: contact, a pad pressed too far, a tank that stops."""
     lost = ~np.isfinite(terminals.frequency)
     found = []

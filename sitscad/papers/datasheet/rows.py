@@ -35,8 +35,8 @@ def summary(felt: Sequence[Performance]) -> Rows:
     row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
     row("crosstalk, curved map", *(_crosstalk(half.crosstalk, name) for name in names))
     for angle in ("rx", "ry"):
-        row(f"error by one degree of {angle}",
-            *(_newtons(math.radians(abs(full.tilt_error[name][angle]))) for name in names))  # fmt: skip
+        row(f"error by {_degrees(full.tilt)} of {angle}, either way",
+            *(_newtons(full.tilt_error[name][angle]) for name in names))  # fmt: skip
     row("error by a force 0.1 mm beside", *(_newtons(full.axes[name].errors[BESIDE]) for name in names))
     row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
     return rows
@@ -111,6 +111,11 @@ def notes(felt: Sequence[Performance]) -> Iterator[str]:
         one, other = (", ".join(_newtons(force) for force in load) for load in full.ambiguous)
         yield f"Two loads (normal, shear along x, along y) read alike: {one}; and {other}. No map tells them apart."
     yield from (note[0].upper() + note[1:] for note in full.notes)
+
+
+def _degrees(angle: float) -> str:
+    degrees = f"{math.degrees(angle):.3g}"
+    return "one degree" if degrees == "1" else f"{degrees} degrees"
 
 
 def _newtons(force: float) -> str:

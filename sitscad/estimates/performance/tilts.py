@@ -1,0 +1,103 @@
+"""How a contact that is tilted is read: the target turned under the same force, at second order, too."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.response.placed import Placed, at_rest, tabled
+from sitscad.estimates.response.plate import Plate, solved_plate
+from sitscad.estimates.states.assembly import metal_behind
+from sitscad.layout.board import Layout
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+DEGREE = math.radians(1.0)
+
+WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+"""The turns that are looked at, in angles of tilt: about x and y, either way."""
+
+
+@record(eq=False)
+class Tilts:
+    """Working points of a bench: loads (points, 3; N) and poses (points, 6) of their level target."""
+
+    bench: Bench
+    loads: Array
+    poses: Array
+    kept: dict[float, Array] = field(default_factory=dict)
+
+    def at(self, angle: float) -> Array:
+        """Change of the readings by a tilt (rad) in every one of `WAYS`: (points, ways, coils).
+
+        As in the load case `scissor`: a face that sticks turns the target, and presses it with the same force.
+        """
+        if angle not in self.kept:
+            count, ways = len(self.poses), len(WAYS)
+            turned = np.log(self.bench.turned(np.concatenate([self.poses, self._tilted(angle)])))
+            self.kept[angle] = turned[count:].reshape(count, ways, -1) - turned[:count, None]
+        return self.kept[angle]
+
+    def _tilted(self, angle: float) -> Array:
+        """Poses (points times ways, 6); those that the pad cannot hold are the level ones, turned."""
+        ways = len(WAYS)
+        wrenches = np.zeros((len(self.loads) * ways, 6))
+        wrenches[:, 2] = -np.repeat(self.loads[:, 0], ways)
+        turns = np.tile(angle * WAYS, (len(self.loads), 1))
+        found = self.bench.pad.pose(wrenches, turns=turns, is_stuck=True)
+        lost = np.isnan(found[:, 0])
+        found[lost] = np.repeat(self.poses, ways, axis=0)[lost]
+        found[lost, 3:] = turns[lost]
+        return found
+
+
+@record(eq=False)
+class QuickTilts:
+    """What a turn adds to a quick method's frequencies, by the response's own solution of the target at one frequency.
+
+    `level` gives frequencies (Hz; n, coils) at level poses; `inductance` (H), `rest` (Hz) are the coils' at rest, and
+    `pull` is how much more or less a tank's frequency follows its inductance than a free one's.
+    """
+
+    layout: Layout
+    spec: SensorSpec
+    level: Callable[[Array], Array]
+    inductance: Array
+    rest: Array
+    pull: Array
+    solved: dict[tuple[float, float], Plate] = field(default_factory=dict)
+
+    @cached_property
+    def place(self) -> Array:
+        """The centre (m) of the target's near face at rest."""
+        return at_rest(self.spec)
+
+    def frequencies(self, poses: Array) -> Array:
+        """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses."""
+        level = poses.copy()
+        level[:, 3:] = 0.0
+        known = self.level(level)
+        change = self._changes(np.concatenate([poses, level]))
+        apart = change[: len(poses)] - change[len(poses) :]
+        inductance = self.inductance * (known / self.rest) ** (-2.0 / self.pull)
+        return np.asarray(known * np.exp(-0.5 * self.pull * np.log1p(apart / inductance)))
+
+    def _changes(self, poses: Array) -> Array:
+        """What the target changes of the coils' inductances (H; n, coils), the crowding of their currents left out."""
+        placed = Placed.of(self.spec, self.place, poses)
+        top, height, reach = placed.cover(self.spec, self.layout.coils)
+        if (height, reach) not in self.solved:
+            self.solved[height, reach] = solved_plate(
+                self.spec, self.layout.coils, (float(self.rest.mean()),), metal_behind(self.spec), height + top,
+                tabled(self.spec, reach),
+            )  # fmt: skip
+        changes = self.solved[height, reach].changes(placed.turns, placed.places)[0][0]
+        return np.asarray(np.einsum("pcc->pc", changes).real)

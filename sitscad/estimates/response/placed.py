@@ -1,0 +1,92 @@
+"""Where the target stands in a pose, how near it gets to the coils, and how far from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.layout.board import Coil
+from sitscad.physics.eddy.coil_potential import FINE, ROOM
+from sitscad.physics.eddy.target import turned
+from sitscad.record import record
+from sitscad.scene.bodies import target as target_body
+from sitscad.scene.gaps import target_gap
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+NEARER, FARTHER = 1.5, 1.3
+"""Ratios of the heights and of the reaches for which a target is solved: one solution serves many poses."""
+
+LEAST_HEIGHT = 40e-6
+"""Height (m) over the copper's mid-plane below which a field is taken at it: tracks are no filaments there."""
+
+WIDEST, MOST_NODES = 4.4, 800
+"""Side of the table of a coil's potential, in the coil's size (beyond, it is a dipole to 2e-4 of a change), and nodes
+along it, at most."""
+
+
+def at_rest(spec: SensorSpec) -> Array:
+    """The centre (m) of the target's near face at rest, in the layout's coordinates."""
+    body, gap = target_body(spec), target_gap(spec)
+    assert body is not None and gap is not None
+    return np.array([*body.footprint.centre, gap])
+
+
+def tabled(spec: SensorSpec, reach: float) -> float:
+    """How far (m) from a coil its potential is tabled for points that reach so far (m) from the coils' middle."""
+    return min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size))
+
+
+@record(eq=False)
+class Placed:
+    """Poses as turns (n, 3, 3) and places (n, 3) of the near face's centre (m), the lowest point of each (m), and half
+    of the target's sides (m).
+    """
+
+    turns: Array
+    places: Array
+    lowest: Array
+    half: tuple[float, float]
+
+    @classmethod
+    def of(cls, spec: SensorSpec, rest: Array, poses: Array) -> Placed:
+        """The target in poses (n, 6; m, rad), each with its lowest point (m)."""
+        target = spec.target
+        assert target is not None
+        own = 0.0 if target.outline.is_round else target.rotation
+        turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, own]]))[0]
+        places = rest + poses[:, :3]
+        x, y = 0.5 * target.size[0], 0.5 * target.size[1]
+        along, across = x * np.abs(turns[:, 2, 0]), y * np.abs(turns[:, 2, 1])
+        down = np.hypot(along, across) if target.outline.is_round else along + across
+        return cls(turns, places, places[:, 2] - down, (x, y))
+
+    def reach(self, centre: Array) -> float:
+        """How far (m) from a place any point of the target gets."""
+        return float(np.hypot(*(self.places[:, :2] - centre).T).max()) + math.hypot(*self.half)
+
+    def heights(self, centres: Array) -> Array:
+        """Logarithm of the height (m) of the near face's plane over every coil's centre, (n, coils), no more than the
+        face itself reaches up and down.
+        """
+        normal = self.turns[:, :, 2]
+        away = centres[None, :, :] - self.places[:, None, :2]
+        plane = self.places[:, None, 2] - np.einsum("nci,ni->nc", away, normal[:, :2]) / normal[:, 2:]
+        span = (self.places[:, 2] - self.lowest)[:, None]
+        middle = self.places[:, 2:]
+        return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
+
+    def cover(self, spec: SensorSpec, coils: Sequence[Coil]) -> tuple[float, float, float]:
+        """For which poses a target is solved that serves these: height (m) of the coils' topmost layer, least height
+        over it, and reach from the coils' middle; both in steps, so that one solution serves many.
+        """
+        top, centre = max(winding.z for winding in coils[0].windings), np.array(spec.array.middle)
+        apart = max(math.hypot(*(np.array(coil.placement.centre) - centre)) for coil in coils)
+        reach = FARTHER ** math.ceil(math.log(self.reach(centre) + apart, FARTHER))
+        least = max(LEAST_HEIGHT, WIDEST * max(spec.coil.size) / (FINE * MOST_NODES))
+        height = max(float(self.lowest.min()) - top, least)
+        return top, max(NEARER ** math.floor(math.log(height, NEARER)), least), reach
