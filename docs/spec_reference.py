@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.documents.spec import SpecDocument
 from sitscad.spec.format.kinds.figure import Sourced
 from sitscad.spec.format.kinds.kind import Either, Kind, Special
 from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList, Truth

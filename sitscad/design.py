@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from sitscad.layout.cutting.panel import Panel
     from sitscad.layout.routing.patience import Patience
     from sitscad.scene.bodies import Body
-    from sitscad.scene.closing import Closing
     from sitscad.scene.fit import Measure
+    from sitscad.scene.grasper.closing import Closing
     from sitscad.scene.motions import Motions
 
 Kept = TypeVar("Kept")
@@ -80,7 +80,7 @@ class Design:
     @cached_property
     def closing(self) -> Closing | None:
         """How the sensor's jaws close; None without a jaw, or where the shield does not fit."""
-        from sitscad.scene.closing import closing
+        from sitscad.scene.grasper.closing import closing
 
         return closing(self.layout) if self.fit else None
 

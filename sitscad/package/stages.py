@@ -218,7 +218,7 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
 
 def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
-    from sitscad.drawing.board_picture import Mark, picture
+    from sitscad.drawing.pictures.board import Mark, picture
     from sitscad.drawing.svg import svg
     from sitscad.papers.drawings import plan_view
     from sitscad.papers.drawings import stackup as stackup_drawing
@@ -251,7 +251,7 @@ def _jaws(contents: Contents) -> str | None:
     """The jaw drawing; none without a jaw, or where a forced package's parts contradict each other."""
     from sitscad.drawing.svg import svg
     from sitscad.papers.drawings import jaw
-    from sitscad.scene.jaws import PartsError
+    from sitscad.scene.grasper.jaws import PartsError
 
     try:
         sheet = jaw.drawing(contents.layout, not contents.checked.is_orderable)

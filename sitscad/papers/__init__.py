@@ -9,28 +9,32 @@ from sitscad.writer import Writer, is_cut, is_felt, is_mounted
 
 PAPERS: tuple[Writer, ...] = (
     Writer(
-        "placement", "papers.placement", "gerber", ("layout", "estimates"), lambda spec: spec.readout.chip is not None
+        "placement",
+        "papers.order.placement",
+        "gerber",
+        ("layout", "estimates"),
+        lambda spec: spec.readout.chip is not None,
     ),
-    Writer("order notes", "papers.order_notes", "gerber", ("layout", "panel", "files", "forced")),
+    Writer("order notes", "papers.order.notes", "gerber", ("layout", "panel", "files", "forced")),
     Writer("board pictures", "papers.board_pictures", "gerber"),
     Writer("board drawing", "papers.drawings.board", "gerber", ("layout", "forced", "files")),
     Writer("stack-up drawing", "papers.drawings.stackup", "gerber", ("layout", "forced", "files")),
     Writer("panel drawing", "papers.drawings.panel", "gerber", ("panel", "coupon_estimates", "forced", "files")),
-    Writer("order archive", "papers.order_archive", "gerber", ("layout", "panel", "forced", "files")),
+    Writer("order archive", "papers.order.archive", "gerber", ("layout", "panel", "forced", "files")),
     Writer("assembly drawing", "papers.drawings.assembly", "laser", ("layout", "forced"), is_cut),
-    Writer("laser notes", "papers.laser_notes", "laser", ("layout",), is_cut),
-    Writer("fit proof", "papers.fit_proof", "assembly", ("layout", "whole"), is_mounted),
-    Writer("weights", "papers.weights", "assembly", ("layout", "whole"), is_mounted),
+    Writer("laser notes", "papers.order.laser_notes", "laser", ("layout",), is_cut),
+    Writer("fit proof", "papers.assembly.fit_proof", "assembly", ("layout", "whole"), is_mounted),
+    Writer("weights", "papers.assembly.weights", "assembly", ("layout", "whole"), is_mounted),
     Writer(
         "assembly notes",
-        "papers.assembly_notes",
+        "papers.assembly.notes",
         "assembly",
         ("layout", "estimates", "bench_estimates", "files"),
         is_mounted,
     ),
-    Writer("print report", "papers.print_report", "mount", ("solids", "aids", "spec"), is_mounted),
+    Writer("print report", "papers.assembly.print_report", "mount", ("solids", "aids", "spec"), is_mounted),
     Writer("jaw drawing", "papers.drawings.jaw", "mount", ("layout", "forced"), is_mounted),
-    Writer("assembly picture", "papers.assembly_picture", "assembly", ("solids", "spec"), is_mounted),
+    Writer("assembly picture", "papers.assembly.picture", "assembly", ("solids", "spec"), is_mounted),
     Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates")),
     Writer(
         "data sheet",
@@ -39,6 +43,6 @@ PAPERS: tuple[Writer, ...] = (
         ("layout", "estimates", "response", "performance", "forced"),
         is_felt,
     ),
-    Writer("bom", "papers.bom", "report", ("layout", "estimates")),
+    Writer("bom", "papers.order.bom", "report", ("layout", "estimates")),
 )
 """Every paper, in the order in which a package is made, after the formats: they name, archive and hash the files."""

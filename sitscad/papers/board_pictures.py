@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.drawing.board_picture import picture
+from sitscad.drawing.pictures.board import picture
 from sitscad.fabrication.files import fabrication_path
 from sitscad.layout.board import Layout
 

@@ -8,12 +8,12 @@ from typing import Any
 from sitscad.geometry.path import Point, rounded
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
-from sitscad.parts.imported import imported
+from sitscad.parts.imports.imported import imported
 from sitscad.parts.mounts.retention import cut_for
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole, seat_heights, top_height
-from sitscad.scene.jaws import POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
+from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
 from sitscad.spec.pieces.mounting import Jaw
 from sitscad.spec.profiles.presets import metal_colour
 

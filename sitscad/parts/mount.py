@@ -10,13 +10,13 @@ from typing import Any
 
 from sitscad.geometry.path import Point
 from sitscad.layout.board import Layout
-from sitscad.parts.imported import imported
+from sitscad.parts.imports.imported import imported
 from sitscad.parts.mounts.cap import fingertip
 from sitscad.parts.mounts.plate import adapter, bench_plate
 from sitscad.parts.mounts.seat import grasper_pad
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import MOUNT_PIECES, BodyRole, board_heights
-from sitscad.scene.jaws import axis
+from sitscad.scene.grasper.jaws import axis
 from sitscad.spec.pieces.mounting import Mount
 
 COLOUR = "#dfe6e9"

@@ -23,7 +23,7 @@ from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
 from sitscad.scene.gaps import target_gap
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
 from sitscad.scene.pose import Pose
 
 TIP_STEP = 0.5e-3

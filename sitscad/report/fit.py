@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from sitscad.units import show
 
 if TYPE_CHECKING:
-    from sitscad.scene.closing import Closing
     from sitscad.scene.fit import Measure
+    from sitscad.scene.grasper.closing import Closing
 
 FIT_TITLE = "Fit in the jaw, as glued together"
 FIT_HEAD = ("measure", "nominal", "root-sum-square", "at worst", "limit", "to spare at worst", "decided by")

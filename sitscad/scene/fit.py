@@ -23,7 +23,7 @@ from sitscad.scene.column import (
     placement,
     plate_tolerance,
 )
-from sitscad.scene.jaws import (
+from sitscad.scene.grasper.jaws import (
     FILM_ROUNDING,
     PartsError,
     axis,
@@ -34,7 +34,7 @@ from sitscad.scene.jaws import (
     section,
     shield_that_fits,
 )
-from sitscad.scene.seating import side_ledges
+from sitscad.scene.grasper.seating import side_ledges
 from sitscad.scene.toleranced import Reach, Toleranced, reach
 from sitscad.spec.sensor import Jaw
 

@@ -19,7 +19,7 @@ from sitscad.scene.bodies import (
     seat_heights,
     top_height,
 )
-from sitscad.scene.jaws import axis, fitted_jaw, half_width, jaw_range, section, shield_that_fits
+from sitscad.scene.grasper.jaws import axis, fitted_jaw, half_width, jaw_range, section, shield_that_fits
 
 
 def stack(layout: Layout) -> tuple[Body, ...]:

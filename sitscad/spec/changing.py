@@ -13,7 +13,7 @@ from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.spec.format.diagnosis import finding_from_text
-from sitscad.spec.format.document import VERSION
+from sitscad.spec.format.documents.spec import VERSION
 from sitscad.spec.format.rewriting import CannotWriteError, rewritten
 from sitscad.spec.format.writing import flow, plain, yaml_text
 from sitscad.spec.format.yaml.reader import read_yaml

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sitscad.spec.format.diagnosis import finding_from_flaw, finding_from_text
-from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.documents.spec import SpecDocument
 from sitscad.spec.format.kinds.preset import is_profile_file
 from sitscad.spec.format.reading import decoded, in_order, read_file, read_section
 from sitscad.spec.format.yaml.text import MAX_BYTES, TextError

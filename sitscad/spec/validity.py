@@ -16,17 +16,17 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 from pydantic_core import PydanticCustomError
 
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format import document as form
 from sitscad.spec.format.diagnosis import finding_from_flaw
-from sitscad.spec.format.fabricator_document import RulesDocument
+from sitscad.spec.format.documents import spec as form
+from sitscad.spec.format.documents.fabricator import RulesDocument
+from sitscad.spec.format.documents.materials import ConductorDocument, ElastomerDocument
+from sitscad.spec.format.documents.mount import FingerDocument, JawDocument, MountDocument, RetentionDocument
 from sitscad.spec.format.kinds.figure import Sourced
 from sitscad.spec.format.kinds.kind import Either, Kind
 from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList
 from sitscad.spec.format.kinds.quantity import Pair, Quantity
 from sitscad.spec.format.kinds.refusal import described
 from sitscad.spec.format.kinds.word import Choice, Text
-from sitscad.spec.format.materials_document import ConductorDocument, ElastomerDocument
-from sitscad.spec.format.mount_document import FingerDocument, JawDocument, MountDocument, RetentionDocument
 from sitscad.spec.format.remarks import Flaw, Remarks
 from sitscad.spec.format.section import Section
 from sitscad.spec.issue import Issue

@@ -15,9 +15,9 @@ from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
 from sitscad.layout.pieces import Pad, Role, Trace, Via
 from sitscad.layout.tail.bending import bend_stretch
-from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.load import load_text
 from sitscad.units import show
 

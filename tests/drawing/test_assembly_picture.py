@@ -9,7 +9,7 @@ import handmade
 import pytest
 
 from sitscad import parts
-from sitscad.drawing.assembly_picture import assembly_svg
+from sitscad.drawing.pictures.assembly import assembly_svg
 
 pytestmark = pytest.mark.cad
 SVG = "{http://www.w3.org/2000/svg}"

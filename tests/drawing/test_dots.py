@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import sitscad
-from sitscad.drawing.board_picture import Mark
-from sitscad.drawing.dots import COLUMNS, dot_picture
+from sitscad.drawing.pictures.board import Mark
+from sitscad.drawing.pictures.dots import COLUMNS, dot_picture
 
 SPEC = """\
 sitscad: 1

@@ -406,7 +406,7 @@ def test_a_sheet_too_small_for_one_piece_is_refused():
 
 def test_the_shop_is_told_which_laser_cuts_what():
     import sitscad
-    from sitscad.papers import laser_notes
+    from sitscad.papers.order import laser_notes
     from sitscad.spec import templates
 
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "one.yaml"))

@@ -13,7 +13,7 @@ import handmade
 import pytest
 
 from sitscad.formats import glb, mesh_3mf, mesh_stl, step, volume_mesh
-from sitscad.papers import assembly_picture
+from sitscad.papers.assembly import picture as assembly_picture
 
 pytestmark = pytest.mark.cad
 ROOT = Path(__file__).parents[2]
@@ -25,7 +25,7 @@ import hashlib, json, sys
 sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
 from sitscad.formats import glb, mesh_3mf, mesh_stl, step, volume_mesh
-from sitscad.papers import assembly_picture
+from sitscad.papers.assembly import picture as assembly_picture
 found = {{}}
 for sensor in ("bench", "jaw"):
     for render in (glb.render, assembly_picture.render, volume_mesh.render, mesh_3mf.render_whole, mesh_3mf.render,

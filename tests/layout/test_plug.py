@@ -145,7 +145,7 @@ def test_other_finishes_need_no_word():
 
 
 def _papers(layout):
-    from sitscad.papers import order_notes as fabrication_notes
+    from sitscad.papers.order import notes as fabrication_notes
 
     return fabrication_notes.render(layout)
 

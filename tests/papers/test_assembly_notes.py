@@ -10,8 +10,8 @@ import pytest
 
 import sitscad
 from sitscad.design import Design
-from sitscad.papers import assembly_notes
-from sitscad.papers.assembly_notes import WIDTH, render
+from sitscad.papers.assembly import notes as assembly_notes
+from sitscad.papers.assembly.notes import WIDTH, render
 from sitscad.scene.fit import closed_section
 from sitscad.spec import templates
 from sitscad.units import show

@@ -14,8 +14,8 @@ import pytest
 from legibility import assert_legible
 
 from sitscad.checks import check
-from sitscad.drawing import board_picture
-from sitscad.drawing.coil_outline import coil_extent
+from sitscad.drawing.pictures import board as board_picture
+from sitscad.drawing.pictures.coil_outline import coil_extent
 from sitscad.drawing.sheet import Label, Shape, text_width
 from sitscad.fabrication.board_end import board_end, tail_width
 from sitscad.fabrication.notes import bare_size, end_tolerance
@@ -26,10 +26,10 @@ from sitscad.layout import lay_out
 from sitscad.layout.tail.bending import bend_length, bend_of, bend_stretch
 from sitscad.layout.tail.stiffening import tail_thickness
 from sitscad.layout.tail.thickness import Where, finished_thickness
-from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.drawings.contacts import COPPER, contact_sheet
+from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.load import SpecError, load_text
 
 COIL = (

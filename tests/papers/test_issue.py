@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import pytest
 
-from sitscad.drawing import board_picture
+from sitscad.drawing.pictures import board as board_picture
 from sitscad.drawing.sheet import Label
 from sitscad.formats import excellon, ipc356, laser_svg
 from sitscad.formats.gerber import drill_map, panel
@@ -22,12 +22,12 @@ from sitscad.formats.gerber import layers as gerber
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.layout.cutting.laser_sheet import laser_sheets
 from sitscad.layout.cutting.panel import plan
-from sitscad.papers import bom
-from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.papers.order import bom
+from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.issue import Issue
 from sitscad.spec.load import SpecError, load_text
 from sitscad.spec.sensor import PanelSpec

@@ -13,9 +13,9 @@ import sitscad
 from sitscad.drawing.sheet import Group, Label, Sheet, flattened
 from sitscad.geometry.path import bounding_box
 from sitscad.papers.drawings.jaw import drawing, render
-from sitscad.scene.closing import closing
 from sitscad.scene.fit import closed_section
-from sitscad.scene.jaws import fitted_jaw
+from sitscad.scene.grasper.closing import closing
+from sitscad.scene.grasper.jaws import fitted_jaw
 from sitscad.spec import templates
 
 

@@ -26,12 +26,12 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.cutting.panel import plan
 from sitscad.layout.tail.thickness import Where, finished_thickness
-from sitscad.papers import order_archive
-from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.papers.order import archive as order_archive
+from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.load import load_text
 from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import PanelSpec

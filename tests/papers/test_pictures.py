@@ -11,7 +11,8 @@ from itertools import pairwise
 import layouts
 import pytest
 
-from sitscad.drawing import board_legend, board_picture
+from sitscad.drawing.pictures import board as board_picture
+from sitscad.drawing.pictures import board_legend
 from sitscad.drawing.svg import svg as as_svg
 from sitscad.finding import Missing, Shortfall
 from sitscad.formats import excellon, ipc356
@@ -21,8 +22,8 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.papers import board_pictures
-from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.load import load_text
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -9,11 +9,11 @@ import handmade
 import pytest
 
 from sitscad.parts import aids, fit
-from sitscad.parts.jig import WELL, clearance, jig
 from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.mould import CAVITIES, SPILL, mould, pour
 from sitscad.parts.prism import MM, prism
 from sitscad.parts.solid import Solid
+from sitscad.parts.tooling.jig import WELL, clearance, jig
+from sitscad.parts.tooling.mould import CAVITIES, SPILL, mould, pour
 from sitscad.scene import stack
 from sitscad.scene.bodies import BodyRole, elastomer, target
 from sitscad.spec.sensor import Assembly

@@ -12,8 +12,9 @@ from sitscad.parts import MissingExtra, extras
 
 HEAVY = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely")
 MODULES = (
-    "sitscad.parts, sitscad.parts.fit, sitscad.drawing.assembly_picture, sitscad.parts.assembly, sitscad.formats.step, "
-    "sitscad.formats.mesh_stl, sitscad.formats.mesh_3mf, sitscad.formats.volume_mesh, sitscad.papers.assembly_picture"
+    "sitscad.parts, sitscad.parts.fit, sitscad.drawing.pictures.assembly, sitscad.parts.assembly, "
+    "sitscad.formats.step, sitscad.formats.mesh_stl, sitscad.formats.mesh_3mf, sitscad.formats.volume_mesh, "
+    "sitscad.papers.assembly.picture"
 )
 
 

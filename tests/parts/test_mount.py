@@ -15,9 +15,9 @@ from sitscad.parts.mounts import seat
 from sitscad.parts.solid import of_role
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
-from sitscad.scene.jaws import made_to_measure, section
+from sitscad.scene.grasper.jaws import made_to_measure, section
+from sitscad.scene.grasper.seating import relief
 from sitscad.scene.printing import print_limit
-from sitscad.scene.seating import relief
 
 pytestmark = pytest.mark.cad
 

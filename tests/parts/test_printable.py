@@ -11,7 +11,7 @@ import handmade
 import pytest
 
 from sitscad.formats import mesh_3mf, mesh_stl
-from sitscad.papers import print_report
+from sitscad.papers.assembly import print_report
 from sitscad.parts import aids, mount
 from sitscad.parts.printable import printable
 from sitscad.parts.solid import Solid
@@ -125,7 +125,7 @@ def test_every_piece_can_be_made_by_every_process(kind, process):
 
 def test_the_report_says_how_each_piece_is_made():
     from sitscad.parts.jaw import jaw
-    from sitscad.parts.mould import mould
+    from sitscad.parts.tooling.mould import mould
 
     layout = KINDS["pins"]
     given = (jaw(layout), *mount.mount(layout)), mould(layout)
@@ -161,7 +161,7 @@ def test_slicers_find_nothing_to_mend(kind, tmp_path):
 
 
 def test_a_cap_s_bore_leaves_its_clearance_round_the_finger():
-    from sitscad.scene.seating import clearance
+    from sitscad.scene.grasper.seating import clearance
 
     layout = KINDS["finger-circle"]
     (cap, *_) = mount.mount(layout)
@@ -192,7 +192,7 @@ def test_pins_have_their_cylinders_volume_less_their_chamfers():
 def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
     from sitscad.parts import fit
     from sitscad.parts.jaw import jaw
-    from sitscad.scene.seating import joint_clearance
+    from sitscad.scene.grasper.seating import joint_clearance
 
     layout = KINDS[kind]
     metal, (seat, *_) = jaw(layout), mount.mount(layout)

@@ -10,7 +10,7 @@ import pytest
 
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
-from sitscad.papers import fit_proof
+from sitscad.papers.assembly import fit_proof
 from sitscad.parts.prism import box
 from sitscad.parts.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, Load, prove
 from sitscad.parts.solid import Solid

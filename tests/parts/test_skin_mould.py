@@ -9,11 +9,11 @@ import handmade
 import pytest
 
 from sitscad.parts import fit
-from sitscad.parts.jig import PINS, clearance, jig
 from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.mould import DRAFT, SPILL
 from sitscad.parts.pad import encapsulation
-from sitscad.parts.skin_mould import is_cast, skin_mould, skin_pour
+from sitscad.parts.tooling.jig import PINS, clearance, jig
+from sitscad.parts.tooling.mould import DRAFT, SPILL
+from sitscad.parts.tooling.skin_mould import is_cast, skin_mould, skin_pour
 from sitscad.scene.bodies import top_height
 from sitscad.spec.sensor import Encapsulation
 

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitscad.scene.closing import Closing, closing
 from sitscad.scene.fit import closed_section
-from sitscad.scene.jaws import POCKET_CLEARANCE, half_width, rim, section
+from sitscad.scene.grasper.closing import Closing, closing
+from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, half_width, rim, section
 from sitscad.spec.profiles import presets
 
 CLOSING = Closing(0.5e-3, 18e-3, math.radians(60.0))

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from sitscad.scene.column import column, levels, process_tolerance, slack
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, closed_section, fit, measures
-from sitscad.scene.jaws import section
+from sitscad.scene.grasper.jaws import section
 from sitscad.scene.printing import print_limit
 from sitscad.scene.toleranced import Toleranced, reach, total
-from sitscad.spec.format.mount_document import PROCESSES
+from sitscad.spec.format.documents.mount import PROCESSES
 from sitscad.spec.sensor import Assembly
 
 GLUED = Assembly(None, 30e-6, 20e-6)

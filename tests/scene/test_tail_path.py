@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from sitscad.scene.tail_path import Station, Stretch, TailPath
+from sitscad.scene.grasper.tail_path import Station, Stretch, TailPath
 
 WAY = TailPath(
     Station(0.0, 0.0, 0.0),

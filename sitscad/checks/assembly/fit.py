@@ -15,7 +15,7 @@ from sitscad.layout.tail.bending import bend_figure
 from sitscad.layout.tail.stiffening import tail_thickness
 from sitscad.remedy.moves import calmer_tail
 from sitscad.remedy.search import Left, in_vain, named, ways
-from sitscad.scene.jaws import PartsError
+from sitscad.scene.grasper.jaws import PartsError
 from sitscad.scene.stack import shield
 from sitscad.spec.sensor import ElastomerPad, Jaw, Tail
 

@@ -10,7 +10,7 @@ from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans
-from sitscad.scene.jaws import PartsError, shield_that_fits
+from sitscad.scene.grasper.jaws import PartsError, shield_that_fits
 from sitscad.scene.printing import print_limit
 from sitscad.spec.sensor import Mount, SensorSpec
 

@@ -13,7 +13,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.column import GLUE
 from sitscad.scene.fit import CLOSED_PAIR, Measure
-from sitscad.scene.jaws import PartsError, shield_that_fits
+from sitscad.scene.grasper.jaws import PartsError, shield_that_fits
 from sitscad.units import show
 
 SMALLEST_MEASURED_PORT = 1.1

@@ -19,7 +19,7 @@ from sitscad.remedy.moves import narrower, other_ends
 from sitscad.remedy.search import Left, named, ways
 from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.fit import LENGTH, OVERHANG
-from sitscad.scene.jaws import POCKET_CLEARANCE, rim, section
+from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, rim, section
 from sitscad.spec.sensor import Jaw, SensorSpec
 from sitscad.units import show
 

@@ -19,9 +19,9 @@ from sitscad.finding import Finding, Place, Severity
 from sitscad.layout.tail.stiffening import tail_thickness
 from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.scene.fit import closed_section
-from sitscad.scene.jaws import PartsError, jaw_range
-from sitscad.scene.shaft import shaft
-from sitscad.scene.tail_path import tail_path
+from sitscad.scene.grasper.jaws import PartsError, jaw_range
+from sitscad.scene.grasper.shaft import shaft
+from sitscad.scene.grasper.tail_path import tail_path
 from sitscad.spec.sensor import SensorSpec
 
 BY_BUILD = "measured on the solids by sitscad build (mount/fit.json), not by check"

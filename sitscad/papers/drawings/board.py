@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator, Mapping
 from itertools import groupby
 
-from sitscad.drawing.coil_outline import coil_extent, coil_outline
 from sitscad.drawing.drill_symbols import SYMBOLS
 from sitscad.drawing.frame import (
     CHAIN,
@@ -34,6 +33,7 @@ from sitscad.drawing.frame import (
     table,
 )
 from sitscad.drawing.pdf import pdf
+from sitscad.drawing.pictures.coil_outline import coil_extent, coil_outline
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.fabrication.board_end import tail_width

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.drawing.coil_outline import coil_extent, coil_outline
 from sitscad.drawing.frame import (
     CHAIN,
     THICK,
@@ -25,6 +24,7 @@ from sitscad.drawing.frame import (
     scale_text,
     table,
 )
+from sitscad.drawing.pictures.coil_outline import coil_extent, coil_outline
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.geometry.clipping import Box, parts_inside
 from sitscad.geometry.path import Point, circle, rectangle

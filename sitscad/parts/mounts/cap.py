@@ -13,9 +13,9 @@ from sitscad.parts.mounts.plate import lip, recess, spacer
 from sitscad.parts.prism import MM, box, one_solid
 from sitscad.parts.solid import PartsError
 from sitscad.scene.bodies import board_heights
-from sitscad.scene.jaws import axis, shield_that_fits
+from sitscad.scene.grasper.jaws import axis, shield_that_fits
+from sitscad.scene.grasper.seating import clearance, ledge
 from sitscad.scene.printing import print_limit
-from sitscad.scene.seating import clearance, ledge
 from sitscad.spec.pieces.mounting import Finger
 
 FRONT = 2.0e-3

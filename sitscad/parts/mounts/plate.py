@@ -16,8 +16,8 @@ from sitscad.parts.extras import require
 from sitscad.parts.mounts.screws import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, reach
 from sitscad.parts.prism import MM, box, face, one_solid, prism, raised
 from sitscad.scene.bodies import Heights, above_board, board_heights, film_thickness
-from sitscad.scene.jaws import shield_that_fits
-from sitscad.scene.seating import clearance
+from sitscad.scene.grasper.jaws import shield_that_fits
+from sitscad.scene.grasper.seating import clearance
 from sitscad.spec.pieces.mounting import Hole
 
 FLOOR = 2.0e-3

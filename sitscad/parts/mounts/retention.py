@@ -9,8 +9,8 @@ from sitscad.geometry.path import Point, circle, closed_polygon
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, one_solid, prism
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
-from sitscad.scene.seating import joint_clearance, pin_places, retention, tongue_across
+from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.grasper.seating import joint_clearance, pin_places, retention, tongue_across
 from sitscad.spec.pieces.mounting import Retention
 
 CHAMFER = 0.1e-3

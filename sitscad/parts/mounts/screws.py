@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import above_board
-from sitscad.scene.jaws import axis
+from sitscad.scene.grasper.jaws import axis
 from sitscad.spec.pieces.mounting import Hole, HolePattern
 
 INSET = 3.0e-3

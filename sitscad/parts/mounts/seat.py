@@ -16,7 +16,7 @@ from sitscad.parts.extras import require
 from sitscad.parts.mounts.retention import with_retention
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.scene.bodies import Heights, board_heights, seat_spans
-from sitscad.scene.jaws import (
+from sitscad.scene.grasper.jaws import (
     POCKET_CLEARANCE,
     axis,
     closed_span,
@@ -25,8 +25,8 @@ from sitscad.scene.jaws import (
     made_to_measure,
     shield_that_fits,
 )
+from sitscad.scene.grasper.seating import Relief, clearance, ledge, relief, side_ledges
 from sitscad.scene.printing import print_limit
-from sitscad.scene.seating import Relief, clearance, ledge, relief, side_ledges
 from sitscad.spec.pieces.mounting import Jaw
 
 LEDGE_ROUNDING = 0.2e-3

@@ -13,8 +13,8 @@ from sitscad.spec.source import SpecSource
 
 if TYPE_CHECKING:
     from sitscad.estimates.signal import Signal
-    from sitscad.scene.closing import Closing
     from sitscad.scene.fit import Measure
+    from sitscad.scene.grasper.closing import Closing
 
 
 @record

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic_core import ValidationError
 
 from sitscad.finding import Edit, Finding, Remedy, Severity
-from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.documents.spec import SpecDocument
 from sitscad.spec.format.kinds.refusal import described, is_like
 from sitscad.spec.format.remarks import Flaw
 from sitscad.spec.format.section import GATHERED, NAME, WRITTEN, Section, section_of

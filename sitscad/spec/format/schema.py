@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.documents.spec import SpecDocument
 from sitscad.spec.format.section import Key, Section, sections_in
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from sitscad.spec.design_rules import DesignRules, FoilLines
-from sitscad.spec.format.fabricator_document import RulesDocument, TracksDocument
+from sitscad.spec.format.documents.fabricator import RulesDocument, TracksDocument
 from sitscad.spec.format.kinds.figure import Figure
 from sitscad.spec.format.kinds.preset import is_profile_file
 from sitscad.spec.format.reading import read_section

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from itertools import combinations
 
-from sitscad.spec.format.document import ArrayDocument
+from sitscad.spec.format.documents.spec import ArrayDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.resolver import positions
 from sitscad.spec.sensor import ArraySpec, CoilSpec

@@ -6,7 +6,7 @@ import math
 
 from sitscad.finding import Edit
 from sitscad.geometry.shapes import SHAPES
-from sitscad.spec.format.document import CoilDocument
+from sitscad.spec.format.documents.spec import CoilDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.sensor import CoilSpec
 from sitscad.units import show

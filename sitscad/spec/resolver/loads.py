@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.spec.format.document import SpecDocument
-from sitscad.spec.format.loads_document import MechanismDocument
+from sitscad.spec.format.documents.loads import MechanismDocument
+from sitscad.spec.format.documents.spec import SpecDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.pieces.loads import LoadCase, Mechanism
 from sitscad.spec.pieces.mounting import Mount

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.finding import Edit
-from sitscad.spec.format.materials_document import ConductorDocument
-from sitscad.spec.format.mount_document import FingerDocument, HoleDocument, JawDocument, MountDocument
+from sitscad.spec.format.documents.materials import ConductorDocument
+from sitscad.spec.format.documents.mount import FingerDocument, HoleDocument, JawDocument, MountDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.materials import Conductor
 from sitscad.spec.pieces.mounting import Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart

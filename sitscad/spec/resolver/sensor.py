@@ -10,8 +10,8 @@ from sitscad.finding import Edit
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Point
 from sitscad.geometry.shapes import LONG_PLATE, PLATES, plate_shape
-from sitscad.spec.format.document import CableDocument, SpecDocument
-from sitscad.spec.format.materials_document import ElastomerDocument
+from sitscad.spec.format.documents.materials import ElastomerDocument
+from sitscad.spec.format.documents.spec import CableDocument, SpecDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.format.section import Section
 from sitscad.spec.issue import Issue

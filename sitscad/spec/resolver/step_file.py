@@ -1,6 +1,6 @@
 """STEP files that a spec names: in its folder and below, of a size that a part has, and text as ISO 10303-21 has it.
 
-What is in them is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imported`).
+What is in them is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imports.imported`).
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from sitscad.spec import templates
-from sitscad.spec.format.document import SpecDocument
+from sitscad.spec.format.documents.spec import SpecDocument
 from sitscad.spec.format.schema import DIALECT, json_schema
 from sitscad.spec.format.yaml.reader import read_yaml
 from sitscad.spec.profiles import presets

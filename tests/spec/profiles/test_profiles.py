@@ -20,9 +20,9 @@ from sitscad.design import without_text
 from sitscad.formats.kicad import rules as kicad_rules
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
-from sitscad.papers import order_notes as fabrication_notes
+from sitscad.papers.order import notes as fabrication_notes
 from sitscad.report.findings import as_text
-from sitscad.spec.format.fabricator_document import RulesDocument
+from sitscad.spec.format.documents.fabricator import RulesDocument
 from sitscad.spec.format.schema import json_schema
 from sitscad.spec.load import load, load_text
 from sitscad.spec.profiles import fabricator, presets

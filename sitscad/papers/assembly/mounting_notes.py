@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from sitscad.layout.board import Layout
-from sitscad.parts.mould import LEAST_MIX, Pour
 from sitscad.parts.mounts.screws import adapter_needed
-from sitscad.parts.skin_mould import skin_pour
-from sitscad.scene.seating import joint_clearance, relief, retention, tongue_across
+from sitscad.parts.tooling.mould import LEAST_MIX, Pour
+from sitscad.parts.tooling.skin_mould import skin_pour
+from sitscad.scene.grasper.seating import joint_clearance, relief, retention, tongue_across
 from sitscad.spec.sensor import Encapsulation
 from sitscad.units import in_mm
 

@@ -7,7 +7,7 @@ import math
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.fit import closed_section
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
 
 
 @record

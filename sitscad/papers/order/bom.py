@@ -12,11 +12,11 @@ from sitscad.fabrication.notes import contact_text, stiffener_text
 from sitscad.geometry.path import bounding_box
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
+from sitscad.papers.assembly.mounting_notes import cures_badly
 from sitscad.papers.capacitor import capacitance_text
-from sitscad.papers.mounting_notes import cures_badly
-from sitscad.papers.order_codes import Order, capacitor, order_of
-from sitscad.parts.mould import pour
+from sitscad.papers.order.codes import Order, capacitor, order_of
 from sitscad.parts.mounts.screws import adapter_needed
+from sitscad.parts.tooling.mould import pour
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
 from sitscad.scene.column import column

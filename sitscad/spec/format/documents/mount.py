@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from sitscad.spec.format.documents.materials import ConductorChoice, ConductorDocument, Label
 from sitscad.spec.format.kinds.kind import Special
 from sitscad.spec.format.kinds.preset import Preset
 from sitscad.spec.format.kinds.quantity import Pair, Quantity
 from sitscad.spec.format.kinds.refusal import described, refuse
 from sitscad.spec.format.kinds.word import Choice, Text
-from sitscad.spec.format.materials_document import ConductorChoice, ConductorDocument, Label
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 PROCESSES = ("resin", "powder", "filament", "machined")

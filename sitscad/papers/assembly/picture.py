@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.drawing.assembly_picture import assembly_svg
+from sitscad.drawing.pictures.assembly import assembly_svg
 from sitscad.parts.solid import Solid
 from sitscad.spec.sensor import SensorSpec
 

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
-from sitscad.papers.bench_steps import assembled, bare_board, plugged
-from sitscad.papers.mounting_notes import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
-from sitscad.parts.mould import pour
-from sitscad.parts.skin_mould import skin_pour
+from sitscad.papers.assembly.bench_steps import assembled, bare_board, plugged
+from sitscad.papers.assembly.mounting_notes import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
+from sitscad.parts.tooling.mould import pour
+from sitscad.parts.tooling.skin_mould import skin_pour
 from sitscad.scene.column import Levels, column, levels, plate_thickness
 from sitscad.scene.fit import measures
 from sitscad.scene.toleranced import Toleranced

@@ -12,7 +12,7 @@ from itertools import pairwise
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import board_heights, seat_spans
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range, rim, room_across, section, shield_that_fits
+from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.printing import print_limit
 from sitscad.scene.stack import tail_heights
 from sitscad.spec.pieces.mounting import Mount, Retention

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sitscad.drawing.exploded import CHORD, INK, TURN
+from sitscad.drawing.pictures.exploded import CHORD, INK, TURN
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.geometry.path import Path, Point, circle, closed_polygon, polyline
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import Solid
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
-from sitscad.scene.jaws import section
+from sitscad.scene.grasper.jaws import section
 from sitscad.spec.sensor import SensorSpec
 
 FAINT, OTHER = "#7f8c8d", "#eef1f3"

@@ -12,7 +12,8 @@ from collections.abc import Iterable
 from contextlib import ExitStack
 from itertools import combinations
 
-from sitscad.drawing.board_legend import (
+from sitscad.drawing.frame import View
+from sitscad.drawing.pictures.board_legend import (
     BEND,
     BEND_DASHES,
     BOTTOM_DASHES,
@@ -30,10 +31,9 @@ from sitscad.drawing.board_legend import (
     legend_height,
     legend_keys,
 )
-from sitscad.drawing.board_legend import (
+from sitscad.drawing.pictures.board_legend import (
     Mark as Mark,
 )
-from sitscad.drawing.frame import View
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, bounding_box, circle, rectangle

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.drawing.board_picture import Mark
+from sitscad.drawing.pictures.board import Mark
 from sitscad.layout.board import Layout
 
 COLUMNS = 96

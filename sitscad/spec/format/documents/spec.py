@@ -9,21 +9,21 @@ from __future__ import annotations
 from typing import Any
 
 from sitscad.geometry.shapes import PLATES, SHAPES
-from sitscad.spec.format.fabricator_document import RulesChoice, RulesDocument
+from sitscad.spec.format.documents.fabricator import RulesChoice, RulesDocument
+from sitscad.spec.format.documents.loads import LoadsDocument
+from sitscad.spec.format.documents.materials import (
+    ConductorChoice,
+    ConductorDocument,
+    ElastomerChoice,
+    ElastomerDocument,
+)
+from sitscad.spec.format.documents.mount import MountDocument
 from sitscad.spec.format.kinds.kind import Either, Special
 from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList
 from sitscad.spec.format.kinds.preset import Preset
 from sitscad.spec.format.kinds.quantity import Pair, Quantity
 from sitscad.spec.format.kinds.refusal import described, refuse
 from sitscad.spec.format.kinds.word import Choice, Text
-from sitscad.spec.format.loads_document import LoadsDocument
-from sitscad.spec.format.materials_document import (
-    ConductorChoice,
-    ConductorDocument,
-    ElastomerChoice,
-    ElastomerDocument,
-)
-from sitscad.spec.format.mount_document import MountDocument
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1

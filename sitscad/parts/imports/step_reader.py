@@ -1,4 +1,4 @@
-"""The process that reads a STEP file: ``python -m sitscad.parts.step_reader IN.step OUT.brep``.
+"""The process that reads a STEP file: ``python -m sitscad.parts.imports.step_reader IN.step OUT.brep``.
 
 Writes the file's solids in OpenCASCADE's binary form and one line of JSON, ``{"unit_mm": 1.0}``; ends with 1 and a
 sentence on stderr where there is nothing to write.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from sitscad.drawing.cross_section import cross_section
-from sitscad.drawing.exploded import exploded
+from sitscad.drawing.pictures.cross_section import cross_section
+from sitscad.drawing.pictures.exploded import exploded
 from sitscad.drawing.sheet import Group, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.parts.solid import Solid

@@ -62,7 +62,7 @@ def _converted(content: bytes, name: str) -> tuple[bytes, float]:
     with TemporaryDirectory() as folder:
         source, target = Path(folder) / "part.step", Path(folder) / "part.brep"
         source.write_bytes(content)
-        reader = [sys.executable, "-m", "sitscad.parts.step_reader", str(source), str(target)]
+        reader = [sys.executable, "-m", "sitscad.parts.imports.step_reader", str(source), str(target)]
         try:
             ran = subprocess.run(reader, capture_output=True, timeout=SECONDS, check=False)
         except subprocess.TimeoutExpired:

@@ -11,8 +11,8 @@ from sitscad.layout.board import Layout
 from sitscad.layout.tail.bending import bend_radius, bend_stretch
 from sitscad.record import record
 from sitscad.scene.gaps import metal_face
-from sitscad.scene.jaws import fitted_jaw, jaw_range
-from sitscad.scene.seating import relief
+from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
+from sitscad.scene.grasper.seating import relief
 from sitscad.scene.stack import tail_heights
 
 LEAST = 1e-6

@@ -8,7 +8,7 @@ from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.estimates.uncertainty import direct_resistance_sigma
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.layout.board import Layout
-from sitscad.papers.order_codes import order_of
+from sitscad.papers.order.codes import order_of
 from sitscad.readout import FAMILIES
 from sitscad.scene.state import FREE, REST
 from sitscad.units import show

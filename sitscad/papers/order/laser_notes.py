@@ -9,7 +9,7 @@ from functools import cache
 from sitscad.data import rows
 from sitscad.layout.board import Layout
 from sitscad.layout.cutting.laser_sheet import LOOKS, CutLayer, LaserSheet, laser_sheets
-from sitscad.papers.order_codes import order_of
+from sitscad.papers.order.codes import order_of
 from sitscad.units import in_mm, parse_quantity
 
 WIDTH = 96

@@ -1,0 +1,1 @@
+"""How the sensor is put together and what is measured on it: steps, pictures, proofs and weights."""

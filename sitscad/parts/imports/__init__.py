@@ -1,0 +1,1 @@
+"""Solids out of STEP files that a spec names."""
