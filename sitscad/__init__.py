@@ -63,11 +63,14 @@ _HOMES = {
     "PartsError": "sitscad.parts",
     "Solid": "sitscad.parts",
     "solids": "sitscad.parts",
+    "whole": "sitscad.parts.whole",
     "Area": "sitscad.interchange",
     "CentreLine": "sitscad.interchange",
     "CurrentPath": "sitscad.interchange",
     "areas": "sitscad.interchange",
+    "as_build123d": "sitscad.interchange",
     "as_cadquery": "sitscad.interchange",
+    "as_cadquery_assembly": "sitscad.interchange",
     "centre_lines": "sitscad.interchange",
     "copper_solids": "sitscad.interchange",
     "current_paths": "sitscad.interchange",
@@ -166,7 +169,9 @@ __all__ = [
     "__version__",
     "all_rules",
     "areas",
+    "as_build123d",
     "as_cadquery",
+    "as_cadquery_assembly",
     "as_configured",
     "build",
     "calibrate",
@@ -207,6 +212,7 @@ __all__ = [
     "use_installed_plugins",
     "use_plugin",
     "verify",
+    "whole",
     "write_calibration",
     "write_file",
     "write_schema",
@@ -240,7 +246,9 @@ if TYPE_CHECKING:
         CentreLine,
         CurrentPath,
         areas,
+        as_build123d,
         as_cadquery,
+        as_cadquery_assembly,
         centre_lines,
         copper_solids,
         current_paths,
@@ -262,6 +270,7 @@ if TYPE_CHECKING:
     )
     from sitscad.package.calibration_files import calibration_files, write_calibration
     from sitscad.parts import MissingExtra, PartsError, Solid, solids
+    from sitscad.parts.whole import whole
     from sitscad.plugins import Plugin, PluginError, use_installed_plugins, use_plugin
     from sitscad.policy import Baseline, Policy, PolicyError, nearest_policy, read_baseline, stands_for
     from sitscad.processes import each_of

@@ -35,23 +35,16 @@ def in_build123d(layout: sitscad.Layout) -> tuple[Any, Any]:
     """The housing, and an assembly of it with everything in it; names and colours are kept."""
     solids = sitscad.solids(layout)
     block = housing(solids)
-    children = [block]
-    for solid in (*solids, *sitscad.copper_solids(layout, 20e-6)):
-        shape = solid.shape
-        shape.label, shape.color = solid.name, bd.Color(*solid.rgb)
-        children.append(shape)
-    return block, bd.Compound(label=layout.spec.name, children=children)
+    sensor = sitscad.as_build123d((*solids, *sitscad.copper_solids(layout, 20e-6)), name=layout.spec.name)
+    return block, bd.Compound(label="housed", children=[block, sensor])
 
 
 def in_cadquery(layout: sitscad.Layout) -> Any:
     """The sensor on a base plate drawn with CadQuery, as an assembly with names."""
-    works = sitscad.as_cadquery(sitscad.solids(layout))
-    lowest = min(work.val().BoundingBox().zmin for work in works.values())
+    sensor = sitscad.as_cadquery_assembly(sitscad.solids(layout), name=layout.spec.name)
+    lowest = sensor.toCompound().BoundingBox().zmin
     base = cq.Workplane("XY", origin=(0, 0, lowest)).box(40, 20, 2, centered=(True, True, False)).translate((0, 0, -2))
-    assembly = cq.Assembly(name="on-a-plate").add(base, name="base")
-    for name, work in works.items():
-        assembly.add(work, name=name)
-    return assembly
+    return cq.Assembly(name="on-a-plate").add(base, name="base").add(sensor)
 
 
 def main() -> dict[str, Any]:

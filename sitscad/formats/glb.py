@@ -38,7 +38,7 @@ def _mesh(mesh: TriangleMesh, solid: Solid) -> object:
     alpha = SEE_THROUGH.get(solid.role, 1.0)
     material = trimesh.visual.material.PBRMaterial(
         name=solid.material,
-        baseColorFactor=[*(round(255 * _linear(value)) for value in solid.rgb), round(255 * alpha)],
+        baseColorFactor=[*(round(255 * value) for value in solid.linear_rgb), round(255 * alpha)],
         metallicFactor=0.0,
         roughnessFactor=0.7,
         alphaMode="OPAQUE" if alpha == 1.0 else "BLEND",
@@ -46,8 +46,3 @@ def _mesh(mesh: TriangleMesh, solid: Solid) -> object:
     )
     visual = trimesh.visual.TextureVisuals(material=material)
     return trimesh.Trimesh(turned, faces, visual=visual, process=False)
-
-
-def _linear(value: float) -> float:
-    """A part of a colour as screens have it (sRGB, IEC 61966-2-1), as the light that glTF counts in."""
-    return float(value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4)

@@ -8,7 +8,7 @@ out. Lengths are metres; solids are in millimetres, which is what CAD programs t
 from __future__ import annotations
 
 from sitscad.interchange.areas import Area, areas
-from sitscad.interchange.cad import as_cadquery, copper_solids
+from sitscad.interchange.cad import as_build123d, as_cadquery, as_cadquery_assembly, copper_solids
 from sitscad.interchange.lines import CentreLine, CurrentPath, centre_lines, current_paths
 
 __all__ = [
@@ -16,7 +16,9 @@ __all__ = [
     "CentreLine",
     "CurrentPath",
     "areas",
+    "as_build123d",
     "as_cadquery",
+    "as_cadquery_assembly",
     "centre_lines",
     "copper_solids",
     "current_paths",

@@ -1,4 +1,4 @@
-"""Solids for CAD programs: the copper that `sitscad.solids` leaves out, and all of them for CadQuery."""
+"""Solids for CAD programs: the copper that `sitscad.solids` leaves out, and all of them for build123d and CadQuery."""
 
 from __future__ import annotations
 
@@ -50,6 +50,46 @@ def as_cadquery(solids: Iterable[Solid]) -> dict[str, Any]:
     for solid in solids:
         shape = cq.Shape.cast(solid.shape.wrapped)
         found[solid.name] = found[solid.name].add(shape) if solid.name in found else cq.Workplane(obj=shape)
+    return found
+
+
+def as_cadquery_assembly(solids: Iterable[Solid], name: str = "sensor") -> Any:
+    """Solids as one ``cadquery.Assembly`` in millimetres, in place: a child for every name, in its colour and with its
+    material in ``metadata``; those of one name are one compound. The shapes are the solids' own, not copies.
+
+    Raises `MissingExtra` without CadQuery.
+    """
+    cq = require("cadquery")
+    whole = cq.Assembly(name=name)
+    for called, pieces in _by_name(solids).items():
+        shapes = [cq.Shape.cast(piece.shape.wrapped) for piece in pieces]
+        shape = shapes[0] if len(shapes) == 1 else cq.Compound.makeCompound(shapes)
+        whole.add(shape, name=called, color=cq.Color(*pieces[0].rgb), metadata={"material": pieces[0].material})
+    return whole
+
+
+def as_build123d(solids: Iterable[Solid], name: str = "sensor") -> Any:
+    """Solids as one ``build123d.Compound`` in millimetres, in place: its children are labelled and coloured, so that
+    what build123d exports has names and colours; those of one name are one compound.
+
+    The shapes' geometry is shared; the solids themselves get no label and no parent. Raises `MissingExtra` without
+    build123d.
+    """
+    bd = require("build123d")
+    children = []
+    for called, pieces in _by_name(solids).items():
+        shapes = [bd.Solid(piece.shape.wrapped) for piece in pieces]
+        child = shapes[0] if len(shapes) == 1 else bd.Part(shapes)
+        child.label, child.color = called, bd.Color(*pieces[0].linear_rgb)
+        children.append(child)
+    return bd.Compound(label=name, children=children)
+
+
+def _by_name(solids: Iterable[Solid]) -> dict[str, list[Solid]]:
+    """Solids of one name together, in the order in which the names come."""
+    found: dict[str, list[Solid]] = {}
+    for solid in solids:
+        found.setdefault(solid.name, []).append(solid)
     return found
 
 

@@ -34,6 +34,12 @@ class Solid:
         red, green, blue = (int(self.colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
         return red, green, blue
 
+    @property
+    def linear_rgb(self) -> tuple[float, float, float]:
+        """The same as light is counted (IEC 61966-2-1 undone), which is what glTF and build123d take."""
+        red, green, blue = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in self.rgb)
+        return red, green, blue
+
 
 def of_role(solids: tuple[Solid, ...], *roles: BodyRole) -> tuple[Solid, ...]:
     """The solids that have one of the roles, in their order."""

@@ -26,6 +26,7 @@ NAMES = Path(__file__).with_name("public_names.txt")
 
 def test_the_page_is_what_happens():
     pytest.importorskip("shapely")
+    pytest.importorskip("cadquery")
     blocks = "\n".join(re.findall(r"^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
     found = doctest.DocTestParser().get_doctest(blocks, {}, "library.md", "docs/library.md", 0)
     said: list[str] = []
@@ -70,7 +71,8 @@ def test_a_coil_in_a_field_program(monkeypatch, capsys):
 def test_a_sensor_in_ones_own_cad_models(tmp_path, monkeypatch):
     pytest.importorskip("cadquery")
     made = run("cad_model.py", monkeypatch, "templates/square_bench.yaml", tmp_path)
-    names = {child.label for child in made["model"].children}
+    _, sensor = made["model"].children
+    names = {child.label for child in sensor.children}
     assert {"board", "target", "elastomer", "copper-1-C1", "copper-2-C2"} <= names
     inside = made["housing"].bounding_box()
     for solid in sitscad.solids(made["layout"]):

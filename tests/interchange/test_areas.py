@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import builtins
 import math
+import re
+from dataclasses import replace
 from itertools import combinations
 
+import handmade
 import pytest
 
 import sitscad
-from sitscad.interchange import areas, as_cadquery, copper_solids
+from sitscad.interchange import areas, as_build123d, as_cadquery, as_cadquery_assembly, copper_solids
 from sitscad.spec import templates
 
 LAYOUTS = {name: sitscad.lay_out(sitscad.load_text(templates.read(name))) for name in ("bench_7mm", "jaw_5x20")}
@@ -67,3 +70,30 @@ def test_solid_copper_has_the_volume_of_its_area():
     pytest.importorskip("cadquery")
     volumes = {name: sum(s.Volume() for s in work.vals()) for name, work in as_cadquery(solids).items()}
     assert math.fsum(volumes.values()) * 1e-9 == pytest.approx(drawn, rel=1e-6)
+
+
+@pytest.mark.cad
+def test_both_cad_programs_get_the_same_shapes_named_and_coloured(tmp_path):
+    """In place, the very shapes; what each program writes into a STEP file has our names and colours."""
+    import build123d as bd
+
+    solids = (*handmade.solids("jaw"), replace(handmade.piece("jaw", "target"), name="elastomer"))
+    model, whole = as_build123d(solids, "grasper"), as_cadquery_assembly(solids, "grasper")
+    single = {solid.name: solid for solid in solids if solid.name != "elastomer"}
+    assert model.label == whole.name == "grasper" and len(model.children) == len(single) + 1
+    for child in model.children:
+        if child.label in single:
+            assert child.wrapped.IsSame(single[child.label].shape.wrapped), child.label
+            assert whole.objects[child.label].obj.wrapped.IsSame(child.wrapped)
+            assert whole.objects[child.label].metadata == {"material": single[child.label].material}
+    assert all(solid.shape.parent is None for solid in solids)
+    pad = next(child for child in model.children if child.label == "elastomer")
+    assert len(pad.solids()) == len(whole.objects["elastomer"].obj.Solids()) == 2
+    bd.export_step(model, str(tmp_path / "bd.step"))
+    whole.export(str(tmp_path / "cq.step"))
+    for name in ("bd.step", "cq.step"):
+        text = (tmp_path / name).read_text(encoding="ascii")
+        colours = {tuple(map(float, c.split(","))) for c in re.findall(r"COLOUR_RGB\('',([\d.,E+-]+)\)", text)}
+        for solid in single.values():
+            assert any(c == pytest.approx(solid.rgb, abs=1e-6) for c in colours), (name, solid.name)
+            assert f"PRODUCT('{solid.name}'" in text, (name, solid.name)
