@@ -219,9 +219,12 @@ def respond(
     `frequency` (Hz) is what inductances and resistances are taken at, each coil's own tank frequency where None;
     `tolerance` limits what interpolation between many poses may be off by. A `Design` keeps what it solved. Raises
     ValueError for other shapes and numbers, for none or several of poses, loads and case, and `NoResponse` (a
-    ValueError) where the design has nothing that could respond, or no such load case.
+    ValueError) where the design has nothing that could respond, no such load case, or no room for a pose: more than a
+    metre away, turned over, or with the whole target inside the board.
     """
     import numpy as np
+
+    from sitscad.estimates.response.placed import require_possible
 
     if sum(given is not None for given in (poses, loads, case)) != 1:
         raise ValueError("give either poses or loads or a case")
@@ -237,6 +240,7 @@ def respond(
     flat: NDArray[np.float64] = rows.reshape(-1, wanted)
     if poses is None:
         return model.under(flat, None, frequency, tolerance)
+    require_possible(model.spec, flat)
     return model.respond(flat, frequency, tolerance)
 
 
@@ -248,9 +252,11 @@ def respond_to(
     wanted, and the poses of loads by finite elements rather than the pad's law where wanted.
     """
     from sitscad.estimates.response.cases import in_cases, with_cases
+    from sitscad.estimates.response.placed import require_possible
 
     model, parts = design.response, []
     if len(motions.poses):
+        require_possible(model.spec, motions.poses)
         parts.append(model.respond(motions.poses, frequency, tolerance, progress))
     if len(motions.loads):
         parts.append(model.under(motions.loads, motions.held, frequency, tolerance, progress, by_elements))

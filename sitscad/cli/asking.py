@@ -38,6 +38,20 @@ class Names(click.ParamType):
         return value if isinstance(value, tuple) else tuple(part.strip() for part in value.split(",") if part.strip())
 
 
+class Tolerance(click.FloatRange):
+    """A relative error above 0, 1 at most; nan, which lies in no range and which click lets through, is none."""
+
+    def __init__(self) -> None:
+        super().__init__(0, 1, min_open=True)
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        """The number."""
+        found = float(super().convert(value, param, ctx))
+        if found != found:
+            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
+        return found
+
+
 JOBS = click.option("--jobs", type=click.IntRange(1), help="Processes for several specs (default: the processors).")
 
 

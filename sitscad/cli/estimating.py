@@ -7,14 +7,14 @@ import sys
 import click
 
 import sitscad
-from sitscad.cli.asking import Example, row_of
+from sitscad.cli.asking import Example, Tolerance, row_of
 from sitscad.cli.telling import coloured, print_result, say, told_errors
 
 
 @click.command(cls=Example, example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
 @click.argument("spec", type=click.Path())
 @click.option("--format", "format_name", default="text", show_default=True, help="text or json.")
-@click.option("--tolerance", type=click.FloatRange(0, 1, min_open=True), help="Relative error of the inductance.")
+@click.option("--tolerance", type=Tolerance(), help="Relative error of the inductance.")
 @click.option("--method", help="The inductance method (default: the cheapest that meets the tolerance).")
 def estimate(spec: str, format_name: str, tolerance: float | None, method: str | None) -> int:
     """Print the electrical numbers of SPEC.
@@ -43,8 +43,6 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read.
     """  # noqa: D301 - click asks for the control character itself
     show = row_of(sitscad.ESTIMATE_FORMATS, format_name, "--format")
-    if tolerance is not None and tolerance != tolerance:  # nan lies in no range, and click lets it through
-        raise click.BadParameter("a number above 0 is wanted", param_hint="--tolerance")
     if method is not None:
         row_of({row.name: row for row in sitscad.METHODS}, method, "--method")
     try:

@@ -8,7 +8,7 @@ import sys
 import click
 
 import sitscad
-from sitscad.cli.asking import Example, row_of
+from sitscad.cli.asking import Example, Tolerance, row_of
 from sitscad.cli.telling import coloured, counted, print_result, say, show_findings, told_errors
 
 
@@ -22,7 +22,7 @@ from sitscad.cli.telling import coloured, counted, print_result, say, show_findi
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="A load case of the spec's loads, or all of them.")
 @click.option("--method", default="law", show_default=True, help="How loads become poses: law, finite-elements (slow).")
 @click.option("--frequency", help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).")
-@click.option("--tolerance", type=click.FloatRange(0, 1, min_open=True), help="What a map of many poses may be off by.")
+@click.option("--tolerance", type=Tolerance(), help="What a map of many poses may be off by.")
 @click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
 @click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (JSON always does).")
 @click.option("--format", "format_name", default="text", show_default=True, help="text, json or csv.")

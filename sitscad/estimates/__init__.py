@@ -28,10 +28,13 @@ def estimate(
     `method` names a row of METHODS for the winding's inductance; otherwise the cheapest one is taken whose stated error
     meets `tolerance` (relative; 1e-4 when None). Alike coils are solved once. Works without leads too, where the layout
     found no room for them: the contacts then see the winding alone, and a note says so. Raises ValueError for a method
-    that does not exist or does not serve the shape. R states its own error; it is solved finer for a tolerance below
-    3e-3. `temperature` (degrees Celsius; the spec's where None) sets the conductivity of every track, barrel and metal.
-    Raises SpecError where the layout's spec was put together in Python and has values that no text could have.
+    that does not exist or does not serve the shape, and for a tolerance that is not above 0. R states its own error; it
+    is solved finer for a tolerance below 3e-3. `temperature` (degrees Celsius; the spec's where None) sets the
+    conductivity of every track, barrel and metal. Raises SpecError where the layout's spec was put together in Python
+    and has values that no text could have.
     """
+    if tolerance is not None and not tolerance > 0.0:
+        raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
     refuse_unusable(layout.spec)
     return estimated(layout, method, tolerance, temperature)
 

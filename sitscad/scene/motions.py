@@ -39,6 +39,10 @@ IN_HEADERS = {
 MOST = 2_000_000
 """Points at most in one scan."""
 
+MOST_FORCE = 1e4
+TOO_MUCH = f"forces up to {MOST_FORCE / 1e3:g} kN can be asked for, as in a spec"
+"""Newtons at most, and what is said of more."""
+
 LARGEST = 64_000_000
 """Bytes at most of a CSV file."""
 
@@ -156,6 +160,8 @@ def _number(name: str, text: str) -> float:
             raise MotionError(f"{name}={text}: {error}" + (f"; {error.hint}" if error.hint else "")) from error
     if not math.isfinite(value):
         raise MotionError(f"{name}={text}: a finite number is wanted")
+    if name in LOAD and abs(value) > MOST_FORCE:
+        raise MotionError(f"{name}={text}: {TOO_MUCH}")
     return value
 
 
@@ -246,4 +252,6 @@ def _cells(
             raise MotionError(f"{where}: {error}") from error
         if not math.isfinite(values.get(name, 0.0)):
             raise MotionError(f"{where}: {name}={text}: a finite number is wanted")
+        if name in LOAD and abs(values[name]) > MOST_FORCE:
+            raise MotionError(f"{where}: {name}={text}: {TOO_MUCH}")
     return [values[name] for name in names], held

@@ -92,6 +92,12 @@ def test_files_hold_the_same_numbers(run, pair, tmp_path):
         (("good.yaml",), "no target"),
         (("broken.yaml",), "circle"),
         (("pair.yaml", "--load", "normal=-1"), "0 or more"),
+        (("pair.yaml", "--load", "normal=1e9"), "10 kN"),
+        (("pair.yaml", "--tolerance", "nan"), "--tolerance"),
+        (("pair.yaml", "--pose", "x=1e9"), "more than 1 m from rest"),
+        (("pair.yaml", "--pose", "z=-0.2", "--pose", "rx=90"), "away from the coils"),
+        (("pair.yaml", "--pose", "rz=1e6"), "more than once"),
+        (("pair.yaml", "--pose", "z=-500"), "inside or under the board"),
     ],
 )
 def test_wrong_usage_is_a_sentence(run, pair, arguments, said):

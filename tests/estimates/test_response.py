@@ -258,3 +258,11 @@ def test_what_cannot_respond_says_why(plain):
         respond(plain, [[math.nan] * 6])
     with pytest.raises(ValueError, match="0 or more"):
         respond(plain, loads=[[-1.0, 0.0, 0.0]])
+
+
+def test_no_pose_is_answered_that_no_target_can_have(plain):
+    for pose in ([2.0, 0, 0, 0, 0, 0], [0, 0, -0.5, 0, 0, 0], [0, 0, 0, 0, math.pi / 2, 0]):
+        with pytest.raises(NoResponse, match="the pose x="):
+            respond(plain, [[0.0] * 6, pose])
+    with pytest.raises(ValueError, match="tolerance"):
+        respond(plain, [[0.0] * 6], tolerance=math.nan)

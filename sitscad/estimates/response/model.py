@@ -116,6 +116,8 @@ class ResponseModel:
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not np.all(np.isfinite(poses)):
             raise ValueError("a pose has six finite numbers: metres and radians")
+        if tolerance is not None and not tolerance > 0.0:
+            raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
         placed = Placed.of(self.spec, self.rest, poses)
         at_tank = self._near(placed, self.band)
         changes = mapped(self._exact(at_tank), poses, self._scale, tolerance, progress)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.estimates.response.pad import NoResponse
 from sitscad.layout.board import Coil
 from sitscad.physics.eddy.coil_potential import FINE, ROOM
 from sitscad.physics.eddy.target import turned
@@ -29,6 +30,12 @@ WIDEST, MOST_NODES = 4.4, 800
 along it, at most."""
 
 
+FARTHEST, STEEPEST = 1.0, math.radians(89.0)
+"""How far (m) from rest and how steep (rad) a pose that is asked for may be."""
+
+NAMES = ("x", "y", "z", "rx", "ry", "rz")
+
+
 def at_rest(spec: SensorSpec) -> Array:
     """The centre (m) of the target's near face at rest, in the layout's coordinates."""
     body, gap = target_body(spec), target_gap(spec)
@@ -39,6 +46,31 @@ def at_rest(spec: SensorSpec) -> Array:
 def tabled(spec: SensorSpec, reach: float) -> float:
     """How far (m) from a coil its potential is tabled for points that reach so far (m) from the coils' middle."""
     return min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size))
+
+
+def require_possible(spec: SensorSpec, poses: Array) -> None:
+    """Raise NoResponse for the first of (n, 6) poses that no target can have, with the reason; what a pad cannot take
+    is no such reason.
+    """
+    poses = np.asarray(poses, dtype=float).reshape(-1, 6)
+    if not np.all(np.isfinite(poses)):
+        return  # said by who solves them
+    placed, target = Placed.of(spec, at_rest(spec), poses), spec.target
+    assert target is not None
+    highest = 2.0 * placed.places[:, 2] - placed.lowest + target.thickness
+    reasons = (
+        (np.abs(poses[:, :3]).max(axis=1) > FARTHEST, f"is more than {FARTHEST:g} m from rest"),
+        (np.abs(poses[:, 3:5]).max(axis=1) > STEEPEST, "turns the target's near face away from the coils: rx and ry "
+                                                       "are at most 89 degrees"),
+        (np.abs(poses[:, 5]) > 2.0 * math.pi, "turns the target more than once: rz is at most 360 degrees"),
+        (highest < 0.0, "has the whole target inside or under the board"),
+    )  # fmt: skip
+    for is_wrong, said in reasons:
+        if is_wrong.any():
+            k = int(np.argmax(is_wrong))
+            *place, rx, ry, rz = (*1e3 * poses[k, :3], *np.degrees(poses[k, 3:]))
+            words = ", ".join(f"{name}={value:.6g}" for name, value in zip(NAMES, (*place, rx, ry, rz), strict=True))
+            raise NoResponse(f"the pose {words} (mm, degrees) {said}")
 
 
 @record(eq=False)
