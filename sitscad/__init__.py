@@ -105,9 +105,9 @@ _HOMES = {
     "stands_for": "sitscad.policy",
     "as_configured": "sitscad.inspection",
     "Held": "sitscad.inspection",
-    "opened": "sitscad.inspection",
-    "policy_for": "sitscad.inspection",
-    "specs_in": "sitscad.inspection",
+    "opened": "sitscad.opening",
+    "policy_for": "sitscad.opening",
+    "specs_in": "sitscad.opening",
     "each_of": "sitscad.processes",
     "ESTIMATE_FORMATS": "sitscad.report.numbers",
     "RESPONSE_FILES": "sitscad.report.response",
@@ -236,9 +236,6 @@ if TYPE_CHECKING:
         as_configured,
         inspect,
         mend,
-        opened,
-        policy_for,
-        specs_in,
         unreadable,
     )
     from sitscad.interchange import (
@@ -255,6 +252,7 @@ if TYPE_CHECKING:
     )
     from sitscad.layout import lay_out
     from sitscad.layout.board import Layout
+    from sitscad.opening import opened, policy_for, specs_in
     from sitscad.package import (
         STAGES,
         BuildResult,

@@ -24,9 +24,8 @@ if TYPE_CHECKING:
     from sitscad.layout.board import Layout
     from sitscad.layout.cutting.panel import Panel
     from sitscad.layout.routing.patience import Patience
+    from sitscad.measured import Closing, Measure
     from sitscad.scene.bodies import Body
-    from sitscad.scene.fit import Measure
-    from sitscad.scene.grasper.closing import Closing
     from sitscad.scene.motions import Motions
 
 Kept = TypeVar("Kept")

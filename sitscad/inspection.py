@@ -4,28 +4,23 @@ picture, and its text with fixes written into it.
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 
 from sitscad.checks import CheckResult, all_rules, mended
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy
-from sitscad.policy import Baseline, Policy, chosen_rules, judged, nearest_policy
+from sitscad.opening import STDIN, beginning, opened, policy_for
+from sitscad.policy import Baseline, Policy, chosen_rules, judged
 from sitscad.record import record
 from sitscad.remedy.budget import DECISIVE
 from sitscad.remedy.mending import Applied, mended_text
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.review import Review
 from sitscad.spec.format.reading import decoded
-from sitscad.spec.load import load, load_text, read_text
+from sitscad.spec.load import load_text, read_text
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
-
-STDIN = "-"
-SHOWN = 1 << 18
-"""Bytes of an unreadable spec that are read to show its lines: as many as a spec may have."""
 
 
 @record
@@ -93,53 +88,6 @@ def as_configured(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
 
 def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
     return checked_spec(spec, result.findings, result.not_checked, result.signals, result.fit, result.closing)
-
-
-def policy_for(path: str) -> Policy:
-    """The policy of the nearest configuration above a spec; above the working folder for standard input."""
-    return nearest_policy(Path(path).parent, all_rules())
-
-
-def opened(path: str, policy: Policy | None = None) -> SensorSpec:
-    """The spec at a path, or of standard input; raises `SpecError` with every finding where it is none."""
-    profiles = None if policy is None else policy.profiles
-    if path == STDIN:
-        return load_text(decoded(read_text(path).encode("utf-8")), path, profiles)
-    return load(path, profiles)
-
-
-def specs_in(paths: Sequence[str]) -> list[str]:
-    """Paths as they are, folders as the specs in them and below, in order of their names.
-
-    Of the YAML files in a folder those are specs that have a key ``sitscad`` at the left; packages and hidden folders
-    are left out. Raises ValueError for a folder without any.
-    """
-    found: list[str] = []
-    for path in paths:
-        if path == STDIN or not os.path.isdir(path):
-            found.append(path)
-            continue
-        below = [name for name in _yaml_files(path) if _is_spec(name)]
-        if not below:
-            raise ValueError(f"{path}: there is no spec in this folder (a YAML file with `sitscad: 1` in it)")
-        found += below
-    return list(dict.fromkeys(found))
-
-
-def _yaml_files(folder: str) -> list[str]:
-    found = []
-    for root, folders, files in os.walk(folder):
-        folders[:] = sorted(name for name in folders if not name.startswith(".") and not _is_package(root, name))
-        found += [os.path.join(root, name) for name in sorted(files) if name.lower().endswith((".yaml", ".yml"))]
-    return found
-
-
-def _is_package(root: str, name: str) -> bool:
-    return os.path.isfile(os.path.join(root, name, "manifest.json"))
-
-
-def _is_spec(path: str) -> bool:
-    return any(line.startswith("sitscad:") for line in _beginning(path).splitlines())
 
 
 def _picture(design: Design, checked: CheckedSpec) -> str:
@@ -211,16 +159,5 @@ def unreadable(path: str, error: SpecError, hints: str = DECISIVE, text: str | N
     skipped = (rule.id for rule in all_rules() if rule.id not in reported)
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
     known = error.source.text if error.source is not None else ""
-    shown = text if text is not None else known if path == STDIN else _beginning(path)
+    shown = text if text is not None else known if path == STDIN else beginning(path)
     return CheckedSpec(path, shown, mended(error, hints), not_checked, error.texts)
-
-
-def _beginning(path: str) -> str:
-    """What a spec may hold at most, to show a line of it; nothing of what is no plain file (a pipe would never end)."""
-    try:
-        if not Path(path).is_file():
-            return ""
-        with Path(path).open("rb") as stream:
-            return stream.read(SHOWN).decode("utf-8", errors="replace")
-    except (OSError, ValueError):
-        return ""

@@ -12,7 +12,7 @@ from sitscad.record import record
 from sitscad.remedy.budget import DECISIVE
 
 if TYPE_CHECKING:
-    from sitscad.estimates.signal import Signal
+    from sitscad.measured import Signal
 
 
 @record

@@ -44,9 +44,7 @@ from sitscad.spec.validity import refuse_unusable
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
-    from sitscad.estimates.signal import Signal
-    from sitscad.scene.fit import Measure
-    from sitscad.scene.grasper.closing import Closing
+    from sitscad.measured import Closing, Measure, Signal
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 

@@ -61,7 +61,7 @@ def build(
     else:
         work = functools.partial(_build_one, **asked, force=force, progress=progress if alone else None)
     for result in sitscad.each_of(work, loaded, jobs):
-        code = max(code, _told(result))
+        code = max(code, _told(result, only or ()))
     return code
 
 
@@ -75,8 +75,8 @@ def _compare_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
     return sitscad.stale(spec, **how, policy=policy)
 
 
-def _told(result: BuildResult) -> int:
-    """Say what became of a build; its exit code."""
+def _told(result: BuildResult, only: tuple[str, ...]) -> int:
+    """Say what became of a build of some stages (all, if none is named); its exit code."""
     if result.checked.findings or result.checked.ignored:
         show_findings([result.checked])
     if result.stale:
@@ -92,6 +92,8 @@ def _told(result: BuildResult) -> int:
         say(f"files that were changed by hand, or not sitscad's, are now in {result.kept_aside}")
     if result.forced:
         say(f"{result.directory} was built in spite of errors and is marked as forced")
+    for stage, why in result.missing(only).items():
+        say(f"{result.directory} has no {stage}: {why}")
     print_result(_built(result))
     return 0 if result.written else result.checked.exit_code
 

@@ -53,7 +53,7 @@ def progress(stage: str, outcome: str, seconds: float) -> None:
 
 def show_findings(checked: list[CheckedSpec]) -> None:
     """Findings as text to stderr, where they are a message and not the result."""
-    text = sitscad.FINDING_FORMATS["text"](checked, manner(sys.stderr))
+    text = sitscad.FINDING_FORMATS["text"](checked, sitscad.Manner(coloured(sys.stderr)))  # which needs no rules' texts
     click.echo(text, err=True, nl=False, color=True)
 
 

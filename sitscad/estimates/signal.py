@@ -5,30 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from sitscad.record import record
+from sitscad.measured import Signal
 from sitscad.scene.state import PRESSED, REST
 
 if TYPE_CHECKING:
     from sitscad.estimates.values import CoilEstimate, Estimates
-
-
-@record
-class Signal:
-    """One coil from rest to pressed by `force` (N): inductance at its contacts at rest (H), that and the frequency per
-    newton (H/N, Hz/N) with one sigma of each (None: unknown); the share by which the converter's reading changes over
-    the whole force, of inductance by its formula and of frequency, and the steps of the converter in that.
-    """
-
-    coil: str
-    force: float
-    rest: float
-    per_newton: float
-    sigma: float | None
-    frequency_per_newton: float
-    frequency_sigma: float | None
-    share: float
-    frequency_share: float
-    steps: float | None
 
 
 def signals(estimates: Estimates) -> tuple[Signal, ...]:

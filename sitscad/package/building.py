@@ -30,6 +30,7 @@ from sitscad.package.values import (
     BuildResult,
     Progress,
     StageResult,
+    unplotted,
     version_of,
 )
 from sitscad.policy import Baseline, Policy
@@ -82,12 +83,13 @@ def build(
 ) -> BuildResult:
     """Check a spec and write its package into ``out/NAME``, as a whole or not at all.
 
-    `only` names stages (see STAGES); the parts of an existing package that are still true to the spec stay, stale ones
-    go. `force` builds in spite of errors and marks the package. A part that would come out the same is not made again,
-    and of a package whose spec, profiles, policy, data and code are the same nothing is done at all: its findings are
-    then read from it (signals and fit are left out). `policy` and `baseline` are held against the findings, and so are
-    the comments in the spec; errors of the electrical rules that they silence stop nothing, but mark the package as
-    `force` does.
+    `only` names stages (see STAGES); without it all are made, but a data sheet only where matplotlib is installed (the
+    result's ``left_out`` says so otherwise). The parts of an existing package that are still true to the spec stay,
+    stale ones go. `force` builds in spite of errors and marks the package. A part that would come out the same is not
+    made again, and of a package whose spec, profiles, policy, data and code are the same nothing is done at all: what
+    its checks found is then read from it. `policy` and `baseline` are held against the findings, and so are the
+    comments in the spec; errors of the electrical rules that they silence stop nothing, but mark the package as `force`
+    does.
 
     Raises
     ------
@@ -97,26 +99,33 @@ def build(
         when a stage needs a package that is not installed; the text says which stages do without.
     """
     asked, design = _asked(spec, out, only, force, policy, baseline)
-    before = _require_ours(asked.directory)
+    left_out = {} if only is not None else unplotted(asked.spec)
+    asked = dataclasses.replace(asked, wanted=asked.wanted - set(left_out))
+    result = _build(asked, design or asked.spec, progress or (lambda *_: None))
+    return dataclasses.replace(result, left_out=left_out) if left_out and result.written else result
+
+
+def _build(asked: Asked, spec: SensorSpec | Design, report: Progress) -> BuildResult:
+    """The package as it is asked for; as `build`."""
+    directory = asked.directory
+    before = _require_ours(directory)
     key = asked.made_from(before)
     if (same := _unchanged(asked, before, key)) is not None:
         return same
     from sitscad.package import stages  # only where something has to be made
 
-    report = progress or (lambda *_: None)
-    contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
+    contents = stages.contents_of(spec, asked.policy, asked.baseline)
     report(CHECK_STAGE, "start", 0.0)
     began = time.perf_counter()
-    stops = not contents.checked.ok and not force
+    stops = not contents.checked.ok and not asked.force
     report(CHECK_STAGE, "stopped" if stops else "made", time.perf_counter() - began)
     if stops:
-        return BuildResult(asked.directory, contents.checked, written=False)
-    directory = asked.directory
+        return BuildResult(directory, contents.checked, written=False)
     with opened_for_building(directory.parent, directory.name) as staged:
         old = _require_ours(directory)
         made = stages.make_all(contents, directory, old, asked.wanted, report)
         contents = made.contents
-        if not contents.checked.ok and not force:  # what the solids have shown
+        if not contents.checked.ok and not asked.force:  # what the solids have shown
             return BuildResult(directory, contents.checked, written=False)
         manifest = stages.manifest_of(contents, made, old, key, asked.wanted)
         is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)

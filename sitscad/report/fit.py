@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from sitscad.units import show
 
 if TYPE_CHECKING:
-    from sitscad.scene.fit import Measure
-    from sitscad.scene.grasper.closing import Closing
+    from sitscad.measured import Closing, Measure
 
 FIT_TITLE = "Fit in the jaw, as glued together"
 FIT_HEAD = ("measure", "nominal", "root-sum-square", "at worst", "limit", "to spare at worst", "decided by")

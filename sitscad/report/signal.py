@@ -11,7 +11,7 @@ from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
-    from sitscad.estimates.signal import Signal
+    from sitscad.measured import Signal
 
 SIGNAL_TITLE = "Signal from rest to the required force (inductance at the contacts, +- one sigma)"
 

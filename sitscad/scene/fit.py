@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.layout.board import Layout
+from sitscad.measured import Measure, Share
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, above_board, board_heights, shield_heights
 from sitscad.scene.column import (
@@ -39,48 +40,6 @@ from sitscad.scene.toleranced import Reach, Toleranced, reach
 from sitscad.spec.sensor import Jaw
 
 CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "board along the jaw"
-
-
-@record
-class Share:
-    """What a part brings to a measure: its size and half its band (m), and where the tolerance comes from."""
-
-    part: str
-    nominal: float
-    tolerance: float
-    source: str
-
-
-@record
-class Measure:
-    """One size that has to stay below a limit (m): nominal, by root-sum-square of all tolerances, and at worst.
-
-    ``decided_by`` is the part that decides it, ``parts`` what it is made of.
-    """
-
-    name: str
-    nominal: float
-    root_sum_square: float
-    worst: float
-    limit: float
-    decided_by: str
-    parts: tuple[Share, ...]
-
-    @property
-    def margin(self) -> float:
-        """What is to spare (m) at worst; negative where it is too much."""
-        return self.limit - self.worst
-
-    @property
-    def measured(self) -> float:
-        """What is held against the limit (m): root-sum-square or nominal where that is beyond it, else the worst."""
-        likely = max(self.nominal, self.root_sum_square)
-        return likely if likely > self.limit else self.worst
-
-    @property
-    def likely_margin(self) -> float:
-        """What is to spare (m) by root-sum-square."""
-        return self.limit - self.root_sum_square
 
 
 @record

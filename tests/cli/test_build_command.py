@@ -77,6 +77,30 @@ def test_two_specs_of_one_name_are_refused_before_anything_is_made(run, tmp_path
     assert not (tmp_path / "outputs").exists()
 
 
+def test_a_part_that_the_spec_has_nothing_for_is_named(run):
+    for _ in range(2):  # the second finds it unchanged
+        done = run("build", "good.yaml", "--only", "datasheet,firmware")
+        assert done.code == 0
+        assert done.err.count("outputs/good-coil has no datasheet: it takes a target that conducts") == 1
+        assert "no firmware" not in done.err
+
+
+def test_without_a_plotting_library_the_rest_is_built(run, tmp_path, monkeypatch):
+    text = (tmp_path / "good.yaml").read_text()
+    text += "target: {shape: circle, size: 10}\nelastomer: {shape: circle, size: 10}\n"
+    (tmp_path / "felt.yaml").write_text(text)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setattr("sitscad.package.values.find_spec", lambda name: None)
+    for _ in range(2):
+        done = run("build", "felt.yaml", "--force")
+        assert done.code == 0, done.err
+        assert "has no datasheet: it needs matplotlib, which is not installed: pip install 'sitscad[all]'" in done.err
+    names = {path.name for path in (tmp_path / "outputs" / "good-coil").iterdir()}
+    assert {"fpc", "laser", "report.html"} <= names and "datasheet.pdf" not in names
+    named = run("build", "felt.yaml", "--force", "--only", "datasheet")
+    assert named.code == 2 and "matplotlib" in named.err
+
+
 def test_an_unknown_part_names_the_known_ones(run, tmp_path):
     done = run("build", "good.yaml", "--only", "gerbre")
     assert done.code == 2

@@ -37,6 +37,17 @@ def test_nothing_heavy_is_imported(tmp_path, command):
     assert not imported & HEAVY
 
 
+def test_a_build_of_what_has_not_changed_loads_neither_rules_nor_numbers(tmp_path):
+    spec = sitscad.write_template("grasper_4layer", tmp_path / "spec.yaml")
+    command = ["build", str(spec), "-o", str(tmp_path), "--only", "firmware"]
+    run = [sys.executable, "-c", _RUN.replace('.partition(".")[0]', ""), str(Path(sitscad.__file__).parents[1])]
+    first, again = (subprocess.run([*run, *command], capture_output=True, text=True) for _ in range(2))
+    assert "(unchanged)" in again.stdout
+    *said, imported = again.stderr.splitlines()
+    assert said == first.stderr.splitlines()[:-1] and any(line.startswith("signal: ") for line in said)
+    assert not {"numpy", "sitscad.checks", "sitscad.estimates", "sitscad.layout"} & set(imported.split())
+
+
 def test_importing_sitscad_imports_nothing_else():
     source = str(Path(sitscad.__file__).parents[1])
     code = "import sys; before = set(sys.modules); import sitscad; print(*sorted(set(sys.modules) - before))"

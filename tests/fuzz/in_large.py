@@ -1,7 +1,9 @@
 """Fuzzing in large: ``python tests/fuzz/in_large.py [--loads N] [--checks N] [--kills N] [--seed S] [--seconds S]``.
 
 Prints what was tried, how long the slowest took, and how much memory was in use at most; stops with exit code 1 at the
-first traceback, with the text that made it. Nothing is sent anywhere; files are written into a temporary folder alone.
+first traceback, with the text that made it. SECONDS are of the processor, for loads and for checks; an interrupt
+(Ctrl-C) ends what is being tried, and its figures are printed. Nothing is sent anywhere; files are written into a
+temporary folder alone.
 """
 
 from __future__ import annotations
@@ -23,43 +25,49 @@ from killed import killed_build  # noqa: E402
 import sitscad  # noqa: E402
 
 
-def load(text: str) -> None:
-    """Read a text; what is wrong with it is a `SpecError` with at least one finding."""
+def load(text: str) -> bool:
+    """Read a text, and whether it is a spec; what is wrong with it is a `SpecError` with at least one finding."""
     try:
         sitscad.load_text(text, "fuzzed.yaml")
     except sitscad.SpecError as error:
         assert error.findings, "refused without a word"
+        return False
+    return True
 
 
-def check(text: str) -> None:
-    """Read and check a text."""
+def check(text: str) -> bool:
+    """Read and check a text, and whether it is a spec."""
     try:
         spec = sitscad.load_text(text, "fuzzed.yaml")
     except sitscad.SpecError:
-        return
+        return False
     for finding in sitscad.check(spec, hints="none").findings:
         assert finding.message and finding.severity
+    return True
 
 
-def told(name: str, work: Callable[[str], None], count: int, texts: Iterator[str], until: float) -> int:
+def told(name: str, work: Callable[[str], bool], count: int, texts: Iterator[str], until: float) -> int:
     """Do some work on many texts and print figures; the number of texts that were tried."""
-    began, slowest, worst, done = time.perf_counter(), 0.0, "", 0
-    for done in range(1, count + 1):
-        text = next(texts)
-        start = time.perf_counter()
-        try:
-            work(text)
-        except Exception as error:
-            print(f"{name} {done}: {type(error).__name__}: {error}\n--- the text:\n{text}\n---", flush=True)
-            raise
-        if (took := time.perf_counter() - start) > slowest:
-            slowest, worst = took, text
-        if time.perf_counter() - began > until:
-            break
+    began, slowest, worst, done, specs = time.process_time(), 0.0, "", 0, 0
+    try:
+        while done < count and time.process_time() - began < until:
+            text = next(texts)
+            start = time.process_time()
+            try:
+                specs += work(text)
+            except Exception as error:
+                print(f"{name} {done}: {type(error).__name__}: {error}\n--- the text:\n{text}\n---", flush=True)
+                raise
+            done += 1
+            if (took := time.process_time() - start) > slowest:
+                slowest, worst = took, text
+    except KeyboardInterrupt:
+        print(f"{name}: interrupted")
     megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    seconds = time.perf_counter() - began
+    seconds = time.process_time() - began
     print(
-        f"{name}: {done} texts in {seconds:.0f} s, the slowest in {slowest:.2f} s, at most {megabytes:.0f} MB",
+        f"{name}: {done} texts, {specs} of them specs, in {seconds:.0f} s of the processor "
+        f"({1e3 * seconds / max(done, 1):.2f} ms a text), the slowest in {slowest:.2f} s, at most {megabytes:.0f} MB",
         flush=True,
     )
     if slowest > 20.0:
@@ -75,13 +83,13 @@ def main() -> None:
     asked = parser.parse_args()
     rng = random.Random(asked.seed)
     texts = iter(lambda: mutated(rng), None)
-    told("loads", load, asked.loads, texts, asked.seconds / 3)
-    told("checks", check, asked.checks, texts, asked.seconds / 3)
+    told("loads", load, asked.loads, texts, asked.seconds)
+    told("checks", check, asked.checks, texts, asked.seconds)
     began, outcomes = time.perf_counter(), []
     with tempfile.TemporaryDirectory() as folder:
         for number in range(asked.kills):
             outcomes.append(killed_build(Path(folder), random.Random(f"{asked.seed} {number}")))
-            if time.perf_counter() - began > asked.seconds / 3:
+            if time.perf_counter() - began > asked.seconds:
                 break
     words = {word: outcomes.count(word) for word in sorted(set(outcomes))}
     print(f"kills: {len(outcomes)} builds killed, {words}", flush=True)

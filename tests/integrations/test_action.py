@@ -123,6 +123,17 @@ def test_a_baseline_and_a_build_are_asked_for_by_inputs(repository, environment)
     assert codes == {"Check": 0}
 
 
+def test_options_of_the_build_reach_it(repository, environment):
+    given = {"build": "outputs", "build_arguments": "--only firmware"}
+    assert executed(repository, environment, ("Install",), **given) == {"Check": 0, "Build": 0}
+    made = {path.name for path in (repository / "outputs" / "good-coil").iterdir()}
+    assert "firmware" in made and "fpc" not in made
+    assert executed(repository, environment, ("Install",), **given, build_check="true") == {"Check": 0, "Build": 0}
+    hostile = {"build": "outputs", "build_arguments": "--only $(touch${IFS}owned) *"}
+    assert executed(repository, environment, ("Install",), **hostile)["Build"] == 2
+    assert not (repository / "owned").exists()
+
+
 @pytest.mark.slow
 def test_the_action_installs_itself(repository, environment, tmp_path):
     """In an empty environment, as on a runner; the packages that it needs come from the registry."""

@@ -18,13 +18,23 @@ sitscad: 1
 name: good-coil
 coil: {shape: circle, outer_diameter: 10, turns: 12.5, layers: 2, trace_width: 160 um, trace_spacing: 160 um}
 """
+SHOP = "based_on: generic-flex\ntracks: [{copper: 35 um, width: 100 um, spacing: 100 um}]\n"
 
 
-def test_hooks_take_specs_in_the_folder_of_sensors():
-    for hook in HOOKS.values():
-        takes = re.compile(hook["files"])
-        assert takes.search("sensors/a.yaml") and takes.search("sensors/deep/b.yml")
-        assert not takes.search("shops/a.yaml") and not takes.search("sensors/a.yaml.bak")
+def test_a_check_follows_whatever_changes_what_is_said_of_a_spec():
+    hook = HOOKS["sitscad-check"]
+    takes = re.compile(hook["files"])
+    for name in ("sensors/a.yaml", "shops/ours.yml", "sitscad.toml", "sub/pyproject.toml", "known.json", "jaws/a.step"):
+        assert takes.search(name), name
+    for name in ("README.md", "sensors/a.yaml.bak", "notsitscad.toml", "src/main.py"):
+        assert not takes.search(name), name
+    assert hook["pass_filenames"] is False and hook["args"] == ["sensors"]
+
+
+def test_a_fix_takes_the_specs_that_changed():
+    takes = re.compile(HOOKS["sitscad-fix"]["files"])
+    assert takes.search("sensors/a.yaml") and takes.search("sensors/deep/b.yml")
+    assert not takes.search("shops/a.yaml") and not takes.search("sensors/a.yaml.bak")
     assert set(HOOKS) == {"sitscad-check", "sitscad-fix"}
 
 
@@ -60,14 +70,33 @@ def test_pre_commit_runs_the_hook(tmp_path):
     git(project, "add", "-A")
     environment = {**os.environ, "PRE_COMMIT_HOME": str(tmp_path / "home")}
 
-    def ran() -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "pre_commit", "run", "--all-files", "--verbose"]
+    def ran(*files: str) -> subprocess.CompletedProcess[str]:
+        command = [
+            sys.executable,
+            "-m",
+            "pre_commit",
+            "run",
+            "--verbose",
+            *(["--files", *files] if files else ["--all-files"]),
+        ]
         return subprocess.run(
             command, cwd=project, env=environment, capture_output=True, text=True, timeout=600, check=False
         )
 
     done = ran()
     assert done.returncode == 0 and "ok: no findings" in done.stdout, done.stdout + done.stderr
+    assert "Skipped" in ran("README.md").stdout
+    (project / "sensors" / "good.yaml").write_text(GOOD + "fpc: {rules: ourshop.yaml}\n")
+    shop = project / "shops" / "ourshop.yaml"
+    shop.parent.mkdir()
+    (project / "sitscad.toml").write_text('profiles = "shops"\n')
+    shop.write_text(SHOP)
+    git(project, "add", "-A")
+    assert ran("sitscad.toml").returncode == 0
+    shop.write_text(SHOP.replace("100 um", "170 um"))
+    done = ran("shops/ourshop.yaml")
+    assert done.returncode == 1 and "sensors/good.yaml" in done.stdout and "170 um" in done.stdout, done.stdout
+    (project / "sensors" / "good.yaml").write_text(GOOD)
     (project / "sensors" / "bad.yaml").write_text(GOOD.replace("circle", "circel"))
     git(project, "add", "-A")
     done = ran()

@@ -7,9 +7,10 @@ import json
 import handmade
 import pytest
 
+from sitscad.measured import Measure, Share
 from sitscad.report.findings import CheckedSpec, as_json, as_text
 from sitscad.report.fit import FIT_HEAD, PARTS_HEAD, fit_rows, headline, part_rows
-from sitscad.scene.fit import Measure, Share, fit
+from sitscad.scene.fit import fit
 
 MEASURED = fit(handmade.jaw_sensor())
 

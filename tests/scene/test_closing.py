@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sitscad.measured import Closing
 from sitscad.scene.fit import closed_section
-from sitscad.scene.grasper.closing import Closing, closing
+from sitscad.scene.grasper.closing import closing
 from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, half_width, rim, section
 from sitscad.spec.profiles import presets
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sitscad.checks.assembly.fit import ROUNDING
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.scene.fit import Measure
+from sitscad.measured import Measure
 from sitscad.units import show
 
 JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"

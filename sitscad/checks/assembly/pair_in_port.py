@@ -11,8 +11,9 @@ from sitscad.checks.cases import Case
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.measured import Measure
 from sitscad.scene.column import GLUE
-from sitscad.scene.fit import CLOSED_PAIR, Measure
+from sitscad.scene.fit import CLOSED_PAIR
 from sitscad.scene.grasper.jaws import PartsError, shield_that_fits
 from sitscad.units import show
 

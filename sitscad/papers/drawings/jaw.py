@@ -29,10 +29,11 @@ from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, circle, closed_polygon, polyline, rectangle
 from sitscad.layout.board import Layout
+from sitscad.measured import Closing
 from sitscad.scene.bodies import MOUNT_PIECES, above_board
 from sitscad.scene.column import column, levels
 from sitscad.scene.fit import ClosedSection, closed_section, measures
-from sitscad.scene.grasper.closing import Closing, closing
+from sitscad.scene.grasper.closing import closing
 from sitscad.scene.grasper.jaws import axis, fitted_jaw, half_width, jaw_range, rim, section
 from sitscad.spec.sensor import Jaw
 from sitscad.units import decimal, show

@@ -12,9 +12,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
 
 if TYPE_CHECKING:
-    from sitscad.estimates.signal import Signal
-    from sitscad.scene.fit import Measure
-    from sitscad.scene.grasper.closing import Closing
+    from sitscad.measured import Closing, Measure, Signal
 
 
 @record

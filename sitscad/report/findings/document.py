@@ -11,7 +11,7 @@ from sitscad.report.findings.checked import CheckedSpec
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
-    from sitscad.estimates.signal import Signal
+    from sitscad.measured import Signal
 
 
 def as_json(checked: Sequence[CheckedSpec]) -> str:

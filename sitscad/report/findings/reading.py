@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
+from sitscad.measured import Closing, Measure, Share, Signal
 from sitscad.report.findings.checked import CheckedSpec
 
 
 def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
-    """The one spec of a ``findings.json``, at a path and with a text; its signals and fit are left out. None for what
-    does not hold one spec.
-    """
+    """The one spec of a ``findings.json``, at a path and with a text. None for what does not hold one spec."""
     import json
 
     try:
@@ -19,7 +18,13 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
         ignored = [Ignored(_finding(each["finding"]), each["reason"], each["by"]) for each in spec["ignored"]]
         not_checked = tuple(NotChecked(each["rule"], each["reason"]) for each in spec["not_checked"])
         findings = tuple(map(_finding, spec["findings"]))
-        return CheckedSpec(path, text, findings, not_checked, ignored=tuple(ignored))
+        return CheckedSpec(
+            path, text, findings, not_checked,
+            signals=tuple(map(_signal, spec["signal"])),
+            ignored=tuple(ignored),
+            fit=tuple(map(_measure, spec["fit"])),
+            closing=_closing(spec["closing"]),
+        )  # fmt: skip
     except (ValueError, KeyError, TypeError):
         return None
 
@@ -41,3 +46,37 @@ def _finding(entry: dict[str, Any]) -> Finding:
 def _remedy(entry: dict[str, Any]) -> Remedy:
     edits = tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in entry["edits"])
     return Remedy(edits, tuple(entry["brings"]))
+
+
+def _signal(entry: dict[str, Any]) -> Signal:
+    return Signal(
+        coil=entry["coil"],
+        force=entry["force_N"],
+        rest=entry["rest_inductance_H"],
+        per_newton=entry["inductance_H_per_N"],
+        sigma=entry["sigma_inductance_H_per_N"],
+        frequency_per_newton=entry["frequency_Hz_per_N"],
+        frequency_sigma=entry["sigma_frequency_Hz_per_N"],
+        share=entry["share"],
+        frequency_share=entry["frequency_share"],
+        steps=entry["steps"],
+    )
+
+
+def _measure(entry: dict[str, Any]) -> Measure:
+    parts = (Share(each["part"], each["nominal_m"], each["tolerance_m"], each["source"]) for each in entry["parts"])
+    return Measure(
+        name=entry["name"],
+        nominal=entry["nominal_m"],
+        root_sum_square=entry["root_sum_square_m"],
+        worst=entry["worst_m"],
+        limit=entry["limit_m"],
+        decided_by=entry["decided_by"],
+        parts=tuple(parts),
+    )
+
+
+def _closing(entry: dict[str, Any] | None) -> Closing | None:
+    if entry is None:
+        return None
+    return Closing(entry["parallel_at_m"], entry["reach_m"], entry["opening_rad"], entry["pivot_offset_m"])

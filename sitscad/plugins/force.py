@@ -1,20 +1,11 @@
-"""Rules and writers from outside: a Python file, or an installed package with an entry point in ``sitscad.plugins``.
-
-A plugin is a module with ``RULES`` (values of `Rule`), with ``WRITERS`` (values of `Writer` with a `function`), or
-both. Once used it is in force for the whole process: its rules are applied, listed, selected and waived as ours are,
-its writers' files are in packages and their manifests. A package made with plugins is made anew when one changes.
-"""
+"""A plugin's rules and writers put in force, once they are known to fit; what goes wrong in them is told as theirs."""
 
 from __future__ import annotations
 
-import hashlib
-import os
 import re
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
@@ -22,99 +13,17 @@ from sitscad.checks import add_rules, all_rules
 from sitscad.checks.rules import NEEDS, Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.record import record
+from sitscad.plugins.values import Plugin, PluginError
 from sitscad.writer import STAGES, TAKES, Writer, add_writers, added_writers, marks
 
 Row = TypeVar("Row", Rule, Writer)
 Made = TypeVar("Made")
 
-GROUP = "sitscad.plugins"
-"""The entry points of installed plugins: each names a module."""
-
 _ID = re.compile("[A-Z]{2,8}[0-9]{1,4}")
 _NAME = re.compile("[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
 
-class PluginError(RuntimeError):
-    """A plugin cannot be used, or went wrong where it was used; the text names it."""
-
-
-@record
-class Plugin:
-    """A plugin in force: what it is called, its rules and writers, and the hash of the file that it stands in."""
-
-    name: str
-    rules: tuple[Rule, ...]
-    writers: tuple[Writer, ...]
-    sha256: str
-
-
-def use_plugin(path: str | Path) -> Plugin:
-    """Put the plugin of a Python file in force; one that is in force already, unchanged, stays as it is.
-
-    Raises
-    ------
-    PluginError
-        where the file cannot be read or run, or a rule or a writer of it cannot be taken.
-    """
-    name = Path(path).name
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise PluginError(f"plugin {path}: {error.strerror or error}") from error
-    digest = hashlib.sha256(content).hexdigest()
-    module = ModuleType(f"sitscad_plugin_{digest[:16]}")
-    module.__file__ = str(path)
-    sys.modules[module.__name__] = module
-    try:
-        exec(compile(content, str(path), "exec"), module.__dict__)
-    except Exception as error:
-        raise PluginError(f"plugin {path}: {type(error).__name__}: {error}") from error
-    return _in_force(name, module, digest)
-
-
-def use_installed_plugins() -> tuple[Plugin, ...]:
-    """Put all plugins in force that are installed with entry points in ``sitscad.plugins``, in order of their names.
-
-    Raises `PluginError` where one cannot be loaded.
-    """
-    if not _are_installed():
-        return ()
-    from importlib.metadata import entry_points  # slow to import, and seldom needed
-
-    found = []
-    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
-        try:
-            module = point.load()
-            content = Path(str(module.__file__)).read_bytes()
-        except Exception as error:
-            raise PluginError(f"plugin {point.name} ({point.value}): {type(error).__name__}: {error}") from error
-        found.append(_in_force(point.name, module, hashlib.sha256(content).hexdigest()))
-    return tuple(found)
-
-
-def _are_installed() -> bool:
-    """Whether any installed distribution has such entry points: looked up in the files themselves, in a few ms."""
-    wanted = f"[{GROUP}]".encode()
-    return any(wanted in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or "."))
-
-
-def _entry_points_in(folder: str) -> Iterator[bytes]:
-    """The entry points of all distributions in a folder, as they are written."""
-    try:
-        names = os.listdir(folder)
-    except OSError:  # an archive, or not there
-        return
-    for name in names:
-        if name.endswith("-info"):
-            try:
-                with open(f"{folder}/{name}/entry_points.txt", "rb") as file:
-                    yield file.read()
-            except OSError:
-                continue
-
-
-def _in_force(name: str, module: ModuleType, digest: str) -> Plugin:
+def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
     """A plugin whose rules and writers are now in force; PluginError where it does not fit."""
     rules = _listed(name, module, "RULES", Rule)
     writers = _listed(name, module, "WRITERS", Writer)

@@ -1,0 +1,116 @@
+"""What a check measures of a design beside its findings: each coil's signal, the fit in the jaw, and how that closes.
+
+Values alone, without what works them out: a package that has not changed reads them back and loads nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sitscad.record import record
+
+
+@record
+class Signal:
+    """One coil from rest to pressed by `force` (N): inductance at its contacts at rest (H), that and the frequency per
+    newton (H/N, Hz/N) with one sigma of each (None: unknown); the share by which the converter's reading changes over
+    the whole force, of inductance by its formula and of frequency, and the steps of the converter in that.
+    """
+
+    coil: str
+    force: float
+    rest: float
+    per_newton: float
+    sigma: float | None
+    frequency_per_newton: float
+    frequency_sigma: float | None
+    share: float
+    frequency_share: float
+    steps: float | None
+
+
+@record
+class Share:
+    """What a part brings to a measure: its size and half its band (m), and where the tolerance comes from."""
+
+    part: str
+    nominal: float
+    tolerance: float
+    source: str
+
+
+@record
+class Measure:
+    """One size that has to stay below a limit (m): nominal, by root-sum-square of all tolerances, and at worst.
+
+    ``decided_by`` is the part that decides it, ``parts`` what it is made of.
+    """
+
+    name: str
+    nominal: float
+    root_sum_square: float
+    worst: float
+    limit: float
+    decided_by: str
+    parts: tuple[Share, ...]
+
+    @property
+    def margin(self) -> float:
+        """What is to spare (m) at worst; negative where it is too much."""
+        return self.limit - self.worst
+
+    @property
+    def measured(self) -> float:
+        """What is held against the limit (m): root-sum-square or nominal where that is beyond it, else the worst."""
+        likely = max(self.nominal, self.root_sum_square)
+        return likely if likely > self.limit else self.worst
+
+    @property
+    def likely_margin(self) -> float:
+        """What is to spare (m) by root-sum-square."""
+        return self.limit - self.root_sum_square
+
+
+@record
+class Closing:
+    """A pair of jaws that turn by equal angles about one pivot, as grasped tissue sees them.
+
+    ``parallel_at`` is the grasped thickness (m) at which the faces are parallel, negative where the sensor is too thick
+    for that; ``reach`` is from the pivot to the sensor's middle (m), None where the jaw's hinge is not known;
+    ``opening`` the angle (rad) between the faces, wide open; ``offset`` how far the pivot lies beside the middle.
+    """
+
+    parallel_at: float
+    reach: float | None
+    opening: float | None
+    offset: float = 0.0
+
+    def tilt(self, thickness: float) -> float | None:
+        """The angle (rad) between the faces on tissue of a thickness (m) at the sensor's middle: positive where the
+        jaws stand open towards the tip, so that it touches at the heel first. None without a hinge.
+
+        Each face goes round the pivot by half the angle, half of `parallel_at` beside it: the gap is 2 reach
+        sin(tilt/2) + parallel_at cos(tilt/2), a single sine whose amplitude is the hypotenuse of both factors. A pivot
+        beside the middle changes nothing of it, because both faces turn about the same point.
+        """
+        if self.reach is None:
+            return None
+        amplitude, lag = math.hypot(2.0 * self.reach, self.parallel_at), math.atan2(self.parallel_at, 2.0 * self.reach)
+        sine = thickness / amplitude
+        return 2.0 * (math.asin(sine) - lag) if abs(sine) <= 1.0 else None
+
+    def slide(self, thickness: float) -> float | None:
+        """How far (m) the faces have still to slide along each other, from this thickness of tissue until they are
+        parallel: twice the pivot's offset times the sine of half the angle between them. Positive where this jaw's face
+        moves towards the tip while closing.
+        """
+        tilt = self.tilt(thickness)
+        return None if tilt is None else 2.0 * self.offset * math.sin(tilt / 2.0)
+
+    @property
+    def most(self) -> float | None:
+        """The thickest tissue (m) that goes between the faces at the sensor's middle, wide open; None if not known."""
+        if self.reach is None or self.opening is None:
+            return None
+        half = self.opening / 2.0
+        return self.parallel_at * math.cos(half) + 2.0 * self.reach * math.sin(half)

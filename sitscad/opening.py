@@ -1,0 +1,85 @@
+"""Specs as paths lead to them: files, folders and standard input, each under the nearest configuration above it.
+
+No rule is loaded for that unless a configuration names one: a package that has not changed needs none.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from sitscad.policy import Policy, nearest_policy
+from sitscad.report.findings import RuleTexts
+from sitscad.spec.format.reading import decoded
+from sitscad.spec.load import load, load_text, read_text
+from sitscad.spec.sensor import SensorSpec
+
+STDIN = "-"
+SHOWN = 1 << 18
+"""Bytes of an unreadable spec that are read to show its lines: as many as a spec may have."""
+
+
+def policy_for(path: str) -> Policy:
+    """The policy of the nearest configuration above a spec; above the working folder for standard input."""
+    return nearest_policy(Path(path).parent, _rules())
+
+
+def _rules() -> Iterator[RuleTexts]:
+    """Every rule in force, loaded when the first one is asked for."""
+    from sitscad.checks import all_rules
+
+    yield from all_rules()
+
+
+def opened(path: str, policy: Policy | None = None) -> SensorSpec:
+    """The spec at a path, or of standard input; raises `SpecError` with every finding where it is none."""
+    profiles = None if policy is None else policy.profiles
+    if path == STDIN:
+        return load_text(decoded(read_text(path).encode("utf-8")), path, profiles)
+    return load(path, profiles)
+
+
+def specs_in(paths: Sequence[str]) -> list[str]:
+    """Paths as they are, folders as the specs in them and below, in order of their names.
+
+    Of the YAML files in a folder those are specs that have a key ``sitscad`` at the left; packages and hidden folders
+    are left out. Raises ValueError for a folder without any.
+    """
+    found: list[str] = []
+    for path in paths:
+        if path == STDIN or not os.path.isdir(path):
+            found.append(path)
+            continue
+        below = [name for name in _yaml_files(path) if _is_spec(name)]
+        if not below:
+            raise ValueError(f"{path}: there is no spec in this folder (a YAML file with `sitscad: 1` in it)")
+        found += below
+    return list(dict.fromkeys(found))
+
+
+def _yaml_files(folder: str) -> list[str]:
+    found = []
+    for root, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and not _is_package(root, name))
+        found += [os.path.join(root, name) for name in sorted(files) if name.lower().endswith((".yaml", ".yml"))]
+    return found
+
+
+def _is_package(root: str, name: str) -> bool:
+    return os.path.isfile(os.path.join(root, name, "manifest.json"))
+
+
+def _is_spec(path: str) -> bool:
+    return any(line.startswith("sitscad:") for line in beginning(path).splitlines())
+
+
+def beginning(path: str) -> str:
+    """What a spec may hold at most, to show a line of it; nothing of what is no plain file (a pipe would never end)."""
+    try:
+        if not Path(path).is_file():
+            return ""
+        with Path(path).open("rb") as stream:
+            return stream.read(SHOWN).decode("utf-8", errors="replace")
+    except (OSError, ValueError):
+        return ""

@@ -1,0 +1,91 @@
+"""Rules and writers from outside: a Python file, or an installed package with an entry point in ``sitscad.plugins``.
+
+A plugin is a module with ``RULES`` (values of `Rule`), with ``WRITERS`` (values of `Writer` with a `function`), or
+both. Once used it is in force for the whole process: its rules are applied, listed, selected and waived as ours are,
+its writers' files are in packages and their manifests. A package made with plugins is made anew when one changes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+from sitscad.plugins.values import Plugin, PluginError
+
+__all__ = ["GROUP", "Plugin", "PluginError", "use_installed_plugins", "use_plugin"]
+
+GROUP = "sitscad.plugins"
+"""The entry points of installed plugins: each names a module."""
+
+
+def use_plugin(path: str | Path) -> Plugin:
+    """Put the plugin of a Python file in force; one that is in force already, unchanged, stays as it is.
+
+    Raises
+    ------
+    PluginError
+        where the file cannot be read or run, or a rule or a writer of it cannot be taken.
+    """
+    name = Path(path).name
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise PluginError(f"plugin {path}: {error.strerror or error}") from error
+    digest = hashlib.sha256(content).hexdigest()
+    module = ModuleType(f"sitscad_plugin_{digest[:16]}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    try:
+        exec(compile(content, str(path), "exec"), module.__dict__)
+    except Exception as error:
+        raise PluginError(f"plugin {path}: {type(error).__name__}: {error}") from error
+    from sitscad.plugins.force import in_force  # loads every rule
+
+    return in_force(name, module, digest)
+
+
+def use_installed_plugins() -> tuple[Plugin, ...]:
+    """Put all plugins in force that are installed with entry points in ``sitscad.plugins``, in order of their names.
+
+    Raises `PluginError` where one cannot be loaded.
+    """
+    if not _are_installed():
+        return ()
+    from importlib.metadata import entry_points  # slow to import, and seldom needed
+
+    from sitscad.plugins.force import in_force
+
+    found = []
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        try:
+            module = point.load()
+            content = Path(str(module.__file__)).read_bytes()
+        except Exception as error:
+            raise PluginError(f"plugin {point.name} ({point.value}): {type(error).__name__}: {error}") from error
+        found.append(in_force(point.name, module, hashlib.sha256(content).hexdigest()))
+    return tuple(found)
+
+
+def _are_installed() -> bool:
+    """Whether any installed distribution has such entry points: looked up in the files themselves, in a few ms."""
+    wanted = f"[{GROUP}]".encode()
+    return any(wanted in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or "."))
+
+
+def _entry_points_in(folder: str) -> Iterator[bytes]:
+    """The entry points of all distributions in a folder, as they are written."""
+    try:
+        names = os.listdir(folder)
+    except OSError:  # an archive, or not there
+        return
+    for name in names:
+        if name.endswith("-info"):
+            try:
+                with open(f"{folder}/{name}/entry_points.txt", "rb") as file:
+                    yield file.read()
+            except OSError:
+                continue
