@@ -163,7 +163,7 @@ class Design:
 
         return whole(self.layout, self.solids)
 
-    @property
+    @cached_property
     def aids(self) -> tuple[Any, ...]:
         """The solids of what the sensor is put together with: jig and mould (importing a CAD kernel)."""
         from sitscad.parts import aids

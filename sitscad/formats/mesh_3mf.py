@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from sitscad.parts.mesh import TriangleMesh, seen, tessellate
+from sitscad.parts.mesh import TriangleMesh, made, seen
 from sitscad.parts.solid import Solid, of_role
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
@@ -36,8 +36,8 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] 
     """``mount/NAME-<solid>.3mf`` of every piece of mount and jaw, and of jig and mould; nothing without a mount."""
     pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {
-        f"mount/{spec.name}-{piece.name}.3mf": package(piece, tessellate(piece).on_bed(), f"{spec.name}-{piece.name}")
-        for piece in pieces
+        f"mount/{spec.name}-{piece.name}.3mf": package(piece, mesh.on_bed(), f"{spec.name}-{piece.name}")
+        for piece, mesh in zip(pieces, made(pieces), strict=True)
     }
 
 

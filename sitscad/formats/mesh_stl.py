@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sitscad.parts.extras import require
-from sitscad.parts.mesh import NotManifold, TriangleMesh, tessellate
+from sitscad.parts.mesh import NotManifold, TriangleMesh, made
 from sitscad.parts.solid import Solid, of_role
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
@@ -12,7 +12,7 @@ from sitscad.spec.sensor import SensorSpec
 def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
     """``mount/NAME-<solid>.stl`` of every piece of mount and jaw, and of jig and mould; nothing without a mount."""
     pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
-    return {f"mount/{spec.name}-{piece.name}.stl": stl(tessellate(piece).on_bed()) for piece in pieces}
+    return {f"mount/{spec.name}-{mesh.name}.stl": stl(mesh.on_bed()) for mesh in made(pieces)}
 
 
 def stl(mesh: TriangleMesh) -> bytes:

@@ -47,6 +47,12 @@ def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> Triang
 
 
 @lru_cache(maxsize=1)
+def made(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
+    """The meshes of solids that are printed: one tessellation for all formats of a package."""
+    return tuple(tessellate(solid) for solid in solids)
+
+
+@lru_cache(maxsize=1)
 def seen(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
     """The meshes of solids that are looked at, not made: within 20 um of their faces, curves in steps of 20 degrees."""
     return tuple(tessellate(solid, 0.02, 0.35) for solid in solids)
