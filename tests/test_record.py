@@ -139,6 +139,23 @@ class Named:
     fields: int = 3
 
 
+@record
+class Inner:
+    """Fields called like the pieces that a constructor is made of."""
+
+    missing: int
+    inside: int = 2
+    field_0: dict = field(default_factory=dict)
+
+
+def test_a_constructor_of_the_same_pattern_has_its_own_names_and_defaults():
+    assert (Inner(1).missing, Inner(1).inside, Inner(1).field_0) == (1, 2, {})
+    assert Inner(1, field_0={"a": 1}).field_0 == {"a": 1} and Inner(1).field_0 is not Inner(1).field_0
+    with pytest.raises(TypeError, match=r"Inner.__init__\(\) missing 1 required positional argument: 'missing'"):
+        Inner()
+    assert [one.type for one in dataclasses.fields(Inner)] == ["int", "int", "dict"]
+
+
 def test_fields_may_have_any_name():
     assert (Named(1).own, Named(1).cls, Named(1).fields) == (1, 2, 3)
     assert Named(1) == Named(own=1) and Named(1) != Named(4)

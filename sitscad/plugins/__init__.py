@@ -7,7 +7,6 @@ its writers' files are in packages and their manifests. A package made with plug
 
 from __future__ import annotations
 
-import hashlib
 import os
 import sys
 from collections.abc import Iterator
@@ -35,7 +34,7 @@ def use_plugin(path: str | Path) -> Plugin:
         content = Path(path).read_bytes()
     except OSError as error:
         raise PluginError(f"plugin {path}: {error.strerror or error}") from error
-    digest = hashlib.sha256(content).hexdigest()
+    digest = _digest(content)
     module = ModuleType(f"sitscad_plugin_{digest[:16]}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
@@ -46,6 +45,12 @@ def use_plugin(path: str | Path) -> Plugin:
     from sitscad.plugins.force import in_force  # loads every rule
 
     return in_force(name, module, digest)
+
+
+def _digest(content: bytes) -> str:
+    import hashlib  # loads OpenSSL, which is of use only where there are plugins
+
+    return hashlib.sha256(content).hexdigest()
 
 
 def use_installed_plugins() -> tuple[Plugin, ...]:
@@ -66,7 +71,7 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
             content = Path(str(module.__file__)).read_bytes()
         except Exception as error:
             raise PluginError(f"plugin {point.name} ({point.value}): {type(error).__name__}: {error}") from error
-        found.append(in_force(point.name, module, hashlib.sha256(content).hexdigest()))
+        found.append(in_force(point.name, module, _digest(content)))
     return tuple(found)
 
 

@@ -74,24 +74,54 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     Places are those of the coils' centres in the target's own axes, about its centre; mirrored ones are solved once.
     Coils that are not round count as round ones with the same area turn by turn.
     """
-    covered = [(around.name, around.above.distance, around.below) for around in states if around.above is not None]
+    covered = _covered(states)
     if spec.target is None or not covered:
         return TargetShares({}, {}, ())
-    rings = equivalent_rings(spec.coil, heights)
-    plate = footprint(spec, spec.target)
-    places = np.array([plate.place_of(Point(*placement.centre)) for placement in spec.array.placements])
-    places = np.round(np.abs(places), 9)
-    distinct, member = np.unique(places, axis=0, return_inverse=True)
+    rings, (distinct, member) = equivalent_rings(spec.coil, heights), _places(spec, spec.target)
     shares, losses, found = {}, {}, []
-    for name, gap, below in covered:
-        floor = -math.inf if below is None else -below.distance
+    for name, gap, floor in covered:
         found.append(shares_of_sheet(spec.target, rings, distinct, gap, floor))
-        for placement, row in zip(spec.array.placements, member.ravel(), strict=True):
+        for placement, row in zip(spec.array.placements, member, strict=True):
             shares[placement.name, name] = float(found[-1].shares[row])
             losses[placement.name, name] = float(found[-1].losses[row])
     names, errors = [name for name, _, _ in covered], (max(f.error for f in found), max(f.loss_error for f in found))
     notes = _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
     return TargetShares(shares, losses, tuple(notes), *errors)
+
+
+def shares_of_change(
+    spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings]
+) -> dict[tuple[str, str], float]:
+    """The shares of the change of inductance alone, as in `target_shares`: for a conductor half of its work."""
+    if spec.target is None:
+        return {}
+    rings, (distinct, member) = equivalent_rings(spec.coil, heights), _places(spec, spec.target)
+    shares = {}
+    for name, gap, floor in _covered(states):
+        if _is_conductor(spec.target, rings, gap):
+            found = _kept(spec.target, rings, distinct, gap, floor)
+        else:
+            found = shares_of_sheet(spec.target, rings, distinct, gap, floor).shares
+        for placement, row in zip(spec.array.placements, member, strict=True):
+            shares[placement.name, name] = float(found[row])
+    return shares
+
+
+def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
+    """Name, gap and height of the mirror behind the board (m; -inf: none) of every state with a target."""
+    return [
+        (around.name, around.above.distance, -math.inf if around.below is None else -around.below.distance)
+        for around in states
+        if around.above is not None
+    ]
+
+
+def _places(spec: SensorSpec, target: Target) -> tuple[Array, NDArray[np.intp]]:
+    """The distinct places (n, 2; m) of coils seen from the target, mirrored ones as one; and which is each coil's."""
+    plate = footprint(spec, target)
+    places = np.array([plate.place_of(Point(*placement.centre)) for placement in spec.array.placements])
+    distinct, member = np.unique(np.round(np.abs(places), 9), axis=0, return_inverse=True)
+    return distinct, member.ravel()
 
 
 PURE, UNSURE = 1e-3, 0.01
@@ -117,9 +147,9 @@ def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: flo
     """The shares of an endless sheet's change and loss that the target has, over all places (n, 2; m), with their
     errors.
     """
-    like = like_a_conductor(target, float(rings.radii.mean()) + gap)
-    if like >= 1.0 - PURE:
+    if _is_conductor(target, rings, gap):
         return _of_conductor(target, rings, places, gap, floor)
+    like = _likeness(target, rings, gap)
     magnet = Plate(target.size, target.thickness, target.outline.is_round)
     drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
     magnetic_error = magnetic_share_error(magnet, rings)
@@ -144,16 +174,30 @@ LOSS_OF_MAGNETS = 0.5
 """Relative error of the share of loss where a target is no conductor: there it is taken to be the inductance's."""
 
 
+def _likeness(target: Target, rings: CoaxialRings, gap: float) -> float:
+    return like_a_conductor(target, float(rings.radii.mean()) + gap)
+
+
+def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
+    return _likeness(target, rings, gap) >= 1.0 - PURE
+
+
+def _kept(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> Array:
+    """The shares of the change of inductance of a conducting target; arguments as of `_of_conductor`."""
+    plate, depth = _plate(target)
+    kept = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
+    return np.asarray(kept / _resisted(target, rings)[0])
+
+
 def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
     """The shares of a conducting target, whose faces count half a skin depth deeper."""
     plate, depth = _plate(target)
-    where = plate, rings, places, gap + depth, floor
-    kept, lost = np.minimum(plate_share(*where), 1.0), plate_loss_share(*where)
+    kept, lost = _kept(target, rings, places, gap, floor), plate_loss_share(plate, rings, places, gap + depth, floor)
     error, loss_error = share_error(plate, rings), loss_share_error(plate, rings)
     thin = eased(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
     loss_error = max(loss_error, eased(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin, 0.0))
     resisted, unsure = _resisted(target, rings)
-    return SheetShares(kept / resisted, lost / resisted, error + unsure, loss_error + unsure, False)
+    return SheetShares(kept, lost / resisted, error + unsure, loss_error + unsure, False)
 
 
 RESISTED, LEAKY = 0.3, 0.06

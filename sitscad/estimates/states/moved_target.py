@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.states.assembly import assemble, warmed
-from sitscad.estimates.states.finite_target import target_shares
+from sitscad.estimates.states.finite_target import shares_of_change
 from sitscad.estimates.winding.methods import reflected_by, winding_geometry
 from sitscad.estimates.winding.solved import LEAST_DISTANCE
 from sitscad.layout.board import Layout
@@ -33,7 +33,7 @@ def moved_changes(layout: Layout, moves: Sequence[Move], frequency: float) -> Ma
     if not states:
         return {}
     heights = [winding.z for winding in layout.coils[0].windings]
-    shares = target_shares(_seen_from(spec, [(0.0, 0.0), *moves]), heights, states).shares
+    shares = shares_of_change(_seen_from(spec, [(0.0, 0.0), *moves]), heights, states)
     above, below = states[0].above, states[0].below
     assert above is not None
     nearest = above.distance - max(heights)
@@ -67,7 +67,7 @@ def target_effects(
         for k, z in enumerate(heights)
     ]
     layers = [winding.z for winding in layout.coils[0].windings]
-    shares = target_shares(_seen_from(spec, moves), layers, raised).shares
+    shares = shares_of_change(_seen_from(spec, moves), layers, raised)
     nearest = over.distance + min(heights) - max(layers)
     if rest.below is not None:
         nearest = min(nearest, rest.below.distance + min(layers))

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import field, replace
+from functools import lru_cache
 
 from sitscad.geometry.convex import centroid
+from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Path, bounding_box, enclosed_area
 from sitscad.mechanics.elastomer import Compression, Face, Surround, even_rim, model_sigma, press_part
 from sitscad.record import record
@@ -101,19 +103,24 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
     What pad and target cover together keeps its area; of its widths, along the target's sides or the pad's, those are
     taken that it fills best.
     """
-    assert spec.elastomer is not None
     pad, over = elastomer(spec), target(spec)
     assert pad is not None
-    whole = Face(*pad.footprint.size, pad.footprint.is_round).grown(wider)
+    return _loaded(pad.footprint, None if over is None else over.footprint, wider)
+
+
+@lru_cache(maxsize=256)
+def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face, float]:
+    """`loaded_face` of pad and target as they lie: every state and every cause of scatter asks for the same few."""
+    whole = Face(*pad.size, pad.is_round).grown(wider)
     if over is None:
         return whole, 0.0
-    below = replace(pad.footprint, size=(whole.width_x, whole.width_y))
-    shared = over.footprint.common(below)
+    below = replace(pad, size=(whole.width_x, whole.width_y))
+    shared = over.common(below)
     if shared is None:
-        return whole.grown(-max(whole.width_x, whole.width_y)), over.footprint.centre.distance(below.centre)
+        return whole.grown(-max(whole.width_x, whole.width_y)), over.centre.distance(below.centre)
     area, middle = enclosed_area(shared), centroid(shared)
-    faces = [_face(shared.rotated(-turn), area) for turn in dict.fromkeys((over.footprint.rotation, 0.0))]
-    return max(faces, key=lambda face: face[0])[1], middle.distance(over.footprint.centre)
+    faces = [_face(shared.rotated(-turn), area) for turn in dict.fromkeys((over.rotation, 0.0))]
+    return max(faces, key=lambda face: face[0])[1], middle.distance(over.centre)
 
 
 def _face(outline: Path, area: float) -> tuple[float, Face]:

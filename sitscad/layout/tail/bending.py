@@ -131,8 +131,11 @@ def unfit_for_bending(layout: Layout) -> list[Unfit]:
 
 
 def _askew(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:
+    middle, half = (zone[0] + zone[1]) / 2.0, (zone[1] - zone[0]) / 2.0
     for trace in layout.traces:
         for segment in trace.path:
+            if isinstance(segment, Arc) and abs(segment.centre.x - middle) > half + segment.radius:
+                continue  # a coil's, as most are: far from the tail, and its box takes time
             x0, y0, x1, _ = segment.box
             if x0 < zone[1] - _ROUNDING and x1 > zone[0] + _ROUNDING and _angle(segment) > STRAIGHT:
                 yield Unfit(max(zone[0], x0), min(zone[1], x1), y0, trace.layer, trace.net)

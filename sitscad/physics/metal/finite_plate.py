@@ -292,12 +292,12 @@ def _rectangle(half: Array, offsets: Array, source: Source, detail: float, room:
     away = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
     field = _cubic(away, radii[1], table)
     flux = half[0] * half[1] * np.einsum("mi,pij,nj->pmn", u[1], field, v[1], optimize=True)
-    total = np.zeros(len(offsets))
+    total, mixed = np.zeros(len(offsets)), _mixed(half, max(counts), room)
     for px in (0, 1):
         for py in (0, 1):
             b = flux[:, px::2, py::2].reshape(len(offsets), -1)
             if np.abs(b).max() > 1e-12 * np.abs(flux).max():
-                energy = _rectangle_energy(half, np.arange(px, counts[0], 2.0), np.arange(py, counts[1], 2.0), room)
+                energy = _rectangle_energy(half, np.arange(px, counts[0], 2.0), np.arange(py, counts[1], 2.0), mixed)
                 total += np.einsum("pm,mp->p", b, np.linalg.solve(energy, b.T))
     return total / (2.0 * math.pi)
 
@@ -325,20 +325,25 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
     return found
 
 
-def _rectangle_energy(half: Array, x: Array, y: Array, room: float) -> Array:
-    """Energies of products of Chebyshev's functions, closed but for one quadrature, and the mirror's echo."""
+def _mixed(half: Array, count: int, room: float) -> tuple[Array, Array]:
+    """What of a rectangle's energies neither side has alone, at nodes along both; and the sides' transforms there."""
     # k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
     # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
-    q, weights, transforms = _transforms(2 * (int(max(x.max(), y.max())) // 2 + 1))
+    q, weights, transforms = _transforms(count)
     kx, ky = q[:, None] / half[0], q / half[1]
     k = np.hypot(kx, ky)
     rest = -2.0 * kx * ky / (k + kx + ky)
     if math.isfinite(room):
         rest = rest - k * np.exp(-2.0 * k * room)
-    rest = rest * (weights[:, None] * weights)
+    return rest * (weights[:, None] * weights), transforms
+
+
+def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array]) -> Array:
+    """Energies of products of Chebyshev's functions of orders `x` and `y`, closed but for `_mixed`."""
+    rest, transforms = mixed
     fx, fy = transforms[x.astype(int)], transforms[y.astype(int)]
-    inner = np.einsum("aq,bq->abq", fx, fx).reshape(-1, q.size) @ rest
-    outer = np.einsum("aq,bq->abq", fy, fy).reshape(-1, q.size)
+    inner = np.einsum("aq,bq->abq", fx, fx).reshape(-1, len(rest)) @ rest
+    outer = np.einsum("aq,bq->abq", fy, fy).reshape(-1, len(rest))
     energy = (inner @ outer.T).reshape(x.size, x.size, y.size, y.size)
     for row, (one, other) in enumerate(((x, y), (y, x))):
         slope = np.diag(0.5 * (one + 1.0)) / half[row]

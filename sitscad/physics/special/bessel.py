@@ -23,25 +23,36 @@ _PHASE_0 = (-0.78539816, -0.04166397, -0.00003954, 0.00262573, -0.00054125, -0.0
 def j0(x: ArrayLike) -> Array:
     """J0(x) for real x >= 0, an array of the shape of `x`; absolute error below 1e-7."""
     x = np.asarray(x, dtype=float)
-    low, high = np.minimum(x, 3.0), np.maximum(x, 3.0)
-    inverse = 3.0 / high
-    large = _polynomial(_MODULUS_0, inverse) * np.cos(high + _polynomial(_PHASE_0, inverse)) / np.sqrt(high)
-    return np.where(x < 3.0, _polynomial(_SMALL_0, (low / 3.0) ** 2), large)
+    found, near = _far(x, _MODULUS_0, _PHASE_0), x < 3.0
+    found[near] = _polynomial(_SMALL_0, (x[near] / 3.0) ** 2)
+    return found
 
 
 def j1(x: ArrayLike) -> Array:
     """J1(x) for real x >= 0, an array of the shape of `x`; absolute error below 4e-8."""
     x = np.asarray(x, dtype=float)
-    low, high = np.minimum(x, 3.0), np.maximum(x, 3.0)
-    small = low * _polynomial(_SMALL, (low / 3.0) ** 2)
+    found, near = _far(x, _MODULUS, _PHASE), x < 3.0
+    low = x[near]
+    found[near] = low * _polynomial(_SMALL, (low / 3.0) ** 2)
+    return found
+
+
+def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
+    """Modulus times cosine of the phase at every x, those below 3 taken as 3; in place, for tables are large."""
+    high = np.asarray(np.maximum(x, 3.0))
     inverse = 3.0 / high
-    large = _polynomial(_MODULUS, inverse) * np.cos(high + _polynomial(_PHASE, inverse)) / np.sqrt(high)
-    return np.where(x < 3.0, small, large)
+    found = np.asarray(_polynomial(phase, inverse))
+    found += high
+    np.cos(found, out=found)
+    found *= _polynomial(modulus, inverse)
+    found /= np.sqrt(high, out=high)
+    return found
 
 
 def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
-    result = np.full_like(x, coefficients[-1])
-    for coefficient in reversed(coefficients[:-1]):
+    result = x * coefficients[-1]
+    result += coefficients[-2]
+    for coefficient in coefficients[-3::-1]:
         result *= x
         result += coefficient
     return result

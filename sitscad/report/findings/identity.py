@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections import Counter
 from collections.abc import Sequence
 
@@ -25,4 +24,6 @@ def identities(findings: Sequence[Finding]) -> list[str]:
 
 def fingerprint(*parts: str) -> str:
     """Sixteen hexadecimal digits of the SHA-256 of some texts."""
+    import hashlib  # loads OpenSSL, which a plain check does not need
+
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
