@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 import time
 from collections.abc import Mapping
@@ -24,6 +25,9 @@ from sitscad.report.findings import as_json, numbered_places, to_json
 from sitscad.review import Review
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writer import STAGES, Writer, added_writers, marks
+
+FELT = "datasheet.json"
+"""What the sensor feels, which page and estimate repeat."""
 
 FIT = "mount/fit.json"
 """What was measured on the solids, which findings are made of."""
@@ -104,7 +108,8 @@ def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], fail
     text = (contents.spec, contents.design.spec.source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
         read = {name: sha256(content) for name, content in contents.design.spec.source.files.items()}
-        return (*text, read, failures, any(name.startswith("fpc/") for name in entries))
+        felt = entries[FELT].sha256 if FELT in entries else None
+        return (*text, read, failures, any(name.startswith("fpc/") for name in entries), felt)
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
     if stage in BESIDE_TAIL:
@@ -136,7 +141,7 @@ def _still_true(directory: Path, old: Manifest, stage: str, ingredients: str) ->
 def _render(contents: Contents, stage: str, files: dict[str, bytes], failures: list[str]) -> dict[str, bytes]:
     """The files of one stage."""
     if stage == CHECK_STAGE:
-        return _checked_files(contents, failures, beside_gerbers=any(name.startswith("fpc/") for name in files))
+        return _checked_files(contents, failures, files)
     try:
         writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers()) if writer.stage == stage]
         new = _written(contents, writers, failures)
@@ -174,18 +179,25 @@ def _distinct(maker: str, before: dict[str, bytes], new: dict[str, bytes]) -> di
     return new
 
 
-def _checked_files(contents: Contents, failures: list[str], beside_gerbers: bool) -> dict[str, bytes]:
+def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, bytes]) -> dict[str, bytes]:
     """Findings and estimate as JSON, and the note of a forced package, also beside what goes to a fabricator."""
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
     files = {
         "findings.json": as_json([checked]).encode("ascii"),
-        "estimate.json": to_json(contents.estimates.as_json(contents.file_name)).encode("ascii"),
+        "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | _felt(given)).encode("ascii"),
     }
     files |= _spec_files(contents)
     if not checked.is_orderable:
         note = contents.forced_note(failures).encode("utf-8")
+        beside_gerbers = any(name.startswith("fpc/") for name in given)
         files |= {FORCED_NOTE: note} | ({f"fpc/{FORCED_NOTE}": note} if beside_gerbers else {})
     return files
+
+
+def _felt(files: Mapping[str, bytes]) -> dict[str, Any]:
+    """What the sensor feels, as the data sheet of the package has it; nothing in a package without one."""
+    found: dict[str, Any] = json.loads(files[FELT]) if FELT in files else {}
+    return found
 
 
 def _spec_files(contents: Contents) -> dict[str, bytes]:
@@ -212,7 +224,8 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
 
     sizes = {name: len(content) for name, content in files.items()}
     wiring = contacts(contents.layout)
-    page = render(contents.checked, contents.design.spec, contents.estimates, _pictures(contents, files), sizes, wiring)
+    pictures, felt = _pictures(contents, files), _felt(files).get("performance", ())
+    page = render(contents.checked, contents.design.spec, contents.estimates, pictures, sizes, wiring, felt)
     return {"report.html": page.encode("utf-8")}
 
 

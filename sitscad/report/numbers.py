@@ -14,18 +14,23 @@ from sitscad.version import __version__
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates, ReadoutEstimate
+    from sitscad.estimates.performance.values import Performance
+
+    Felt = Sequence[Performance]
 
 
-def as_text(path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False) -> str:
+def as_text(
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = ()
+) -> str:  # fmt: skip
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
         return styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour) + "\n"
     from sitscad.estimates.signal import signals  # loads what an unreadable spec does not need
 
-    names, felt = ["", *(coil.name for coil in estimates.coils)], signals(estimates)
+    names, pressed = ["", *(coil.name for coil in estimates.coils)], signals(estimates)
     blocks = [
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
-        _titled(SIGNAL_TITLE, table(names if felt else [], signal_rows(felt, estimates)), colour),
+        _titled(SIGNAL_TITLE, table(names if pressed else [], signal_rows(pressed, estimates)), colour),
         _titled(STATE_TITLE, table(STATE_HEAD, state_rows(estimates)), colour),
         _titled("Coils", table(names, coil_rows(estimates)), colour),
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
@@ -42,20 +47,27 @@ def as_text(path: str, estimates: Estimates | None, checked: CheckedSpec, colour
     return "\n\n".join([styled(printable(path), "bold", colour), *(block for block in blocks if block)]) + "\n"
 
 
-def as_json(path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False) -> str:
-    """The JSON document of ``estimate``; an unreadable spec gives no coils, and ``findings`` that say why."""
+def as_json(
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = ()
+) -> str:  # fmt: skip
+    """The JSON document of ``estimate`` with what the sensor feels; an unreadable spec gives no coils, and ``findings``
+    that say why.
+    """
     if estimates is None:
         findings = [finding_json(finding) for finding in checked.findings]
         nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
         return to_json(nothing | {"findings": findings})
-    return to_json(estimates.as_json(path))
+    return to_json({**estimates.as_json(path), "performance": [point.document() for point in felt]})
 
 
-ESTIMATE_FORMATS: Mapping[str, Callable[[str, Estimates | None, CheckedSpec, bool], str]] = {
+Shown = Callable[[str, "Estimates | None", CheckedSpec, bool, "Felt"], str]
+
+ESTIMATE_FORMATS: Mapping[str, Shown] = {
     "text": as_text,
     "json": as_json,
 }
-"""How ``estimate`` can print: each takes the path as typed, the estimate (None: no spec), findings, colour or not."""
+"""How ``estimate`` can print: each takes the path as typed, the estimate (None: no spec), findings, colour or not,
+and what the sensor feels (text: left out)."""
 
 
 def coil_rows(estimates: Estimates) -> list[list[str]]:

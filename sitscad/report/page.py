@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from sitscad.drawing.page_style import STYLE
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail.contacts import Contact, head
+from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, whole_rows
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.fit import CLOSING_HEAD, CLOSING_TITLE, FIT_HEAD, FIT_TITLE, PARTS_HEAD, closing_rows, fit_rows
 from sitscad.report.fit import PARTS_TITLE as FIT_PARTS_TITLE
@@ -65,12 +66,13 @@ def render(
     pictures: Mapping[str, str],
     files: Mapping[str, int],
     wiring: Sequence[Contact] = (),
+    felt: Sequence[Document] = (),
 ) -> str:
     """The page as HTML text.
 
     `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
-    files with their sizes in bytes; `wiring` says where each contact leads. Everything that comes from the spec is
-    escaped, nothing is loaded from outside.
+    files with their sizes in bytes; `wiring` says where each contact leads; `felt` is what the sensor feels, as JSON
+    has it. Everything that comes from the spec is escaped, nothing is loaded from outside.
     """
     parts = [
         _head(checked, spec, estimates),
@@ -79,6 +81,7 @@ def render(
         _part("Layout", "".join(_figure(caption, svg) for caption, svg in pictures.items())),
         _part("Contacts", _contacts(wiring, spec.readout.device.part)),
         _part("Electrical numbers", _electrical(estimates)),
+        _part("What it feels", _feeling(felt)),
         _part("Readout settings", _readout(estimates)),
         _part("Stack", _stack(spec, estimates)),
         _part("Fit", _fit(checked)),
@@ -236,6 +239,12 @@ def _electrical(estimates: Estimates) -> str:
         + (matrix if len(estimates.coils) > 1 else "")
         + _list(notes)
     )
+
+
+def _feeling(felt: Sequence[Document]) -> str:
+    """Ranges, resolutions and errors; nothing in a package without a data sheet."""
+    whole = _table(["of the whole sensor, full load", ""], whole_rows(felt), "")
+    return _table(FELT_HEAD, felt_rows(felt), FELT_TITLE) + whole
 
 
 def _readout(estimates: Estimates) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, felt_rows
 from sitscad.report.findings import printable, styled, to_json
 from sitscad.report.numbers import table
 from sitscad.report.quantities import NONE, quantity
@@ -35,31 +36,10 @@ def response_text(path: str, response: Response, colour: bool = False, felt: Fel
         lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
     blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join(_said(response))]
     if felt:
-        blocks += [styled(FELT_TITLE, "bold", colour) + "\n" + "\n".join(table(FELT_HEAD, _felt_rows(felt)))]
+        lines = table(FELT_HEAD, felt_rows([point.document() for point in felt]))
+        blocks += ["\n".join([styled(FELT_TITLE, "bold", colour), *lines])]
         blocks += ["\n".join(f"note: {note}" for note in felt[-1].notes)]
     return "\n\n".join(block for block in blocks if block) + "\n"
-
-
-FELT_TITLE = "What the sensor feels, after a tare at rest"
-
-FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
-             "condition")  # fmt: skip
-
-
-def _felt_rows(felt: Felt) -> Iterator[list[str]]:
-    """The rows of what the sensor feels, one a point and axis."""
-    for point in felt:
-        for name, axis in point.axes.items():
-            lasting = {
-                cause: error for cause, error in axis.errors.items() if "before" not in cause and "without" not in cause
-            }
-            cause = max(lasting, key=lambda one: lasting[one])
-            cross = max(point.crosstalk[name].values(), default=0.0)
-            yield [
-                point.at, name, f"{axis.range:.3g}", axis.limited_by, f"{1e3 * axis.resolution:.3g}",
-                f"{100.0 * axis.nonlinearity:.2g}", f"{100.0 * cross:.2g}", f"{1e3 * axis.errors[cause]:.3g}", cause,
-                f"{point.condition_number:.2g}",
-            ]  # fmt: skip
 
 
 COLUMNS = ("L", "R", "by target", "+-", "frequency", "counts", "Rp")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from sitscad.drawing.plotted import plot
 from sitscad.drawing.sheet import Label, Sheet, flattened
 from sitscad.drawing.svg import svg
 from sitscad.estimates.performance.curves import curves
+from sitscad.estimates.response.pad import soft_pad
 from sitscad.papers import PAPERS
 from sitscad.papers.datasheet.figures import difference
 from sitscad.papers.datasheet.sheets import render
@@ -49,6 +51,27 @@ def test_it_says_what_the_performance_says(bench, files):
             assert show(error, "N", 3) in page
     assert show(full.overload, "N", 3) in page
     assert "C1.A" in page and "one load to a reading" in page
+
+
+def test_the_file_for_programs_has_the_same_figures(bench, files):
+    felt = json.loads(files["datasheet.json"])["performance"]
+    assert [point["at"] for point in felt] == ["rest", "half", "full"]
+    for point, known in zip(felt, bench.performance, strict=True):
+        assert point["axes"]["normal"]["resolution_N"] == pytest.approx(known.axes["normal"].resolution, rel=1e-8)
+
+
+def test_the_bandwidth_is_that_of_scans_where_target_and_pad_swing_faster(bench, files):
+    """A copper square of 8 x 8 x 0.2 mm and a third of the pad under it, on the pad's own stiffness."""
+    full, spec = bench.performance[-1], bench.spec
+    layers = 8960.0 * spec.target.thickness + spec.elastomer.material.density * spec.elastomer.thickness / 3.0
+    mass = spec.target.size[0] * spec.target.size[1] * layers
+    stiffness = soft_pad(spec).stiffness(np.zeros((1, 6)))[0, 2, 2]
+    alone = np.sqrt(stiffness / mass) / (2.0 * np.pi)
+    assert bench.performance[0].resonance["normal"] == pytest.approx(alone, rel=1e-6)
+    assert full.resonance["normal"] > full.resonance["shear_x"] > full.bandwidth
+    assert full.bandwidth == pytest.approx(0.5 * spec.readout.scan_rate, rel=1e-3)
+    assert full.bandwidth_by == "half the scan rate"
+    assert "resonance of target and pad" in files["datasheet.html"].decode()
 
 
 def test_the_page_is_whole_by_itself(files):
@@ -106,7 +129,7 @@ def test_the_difference_is_that_of_the_thesis(drawn):
 def test_every_kind_of_array_has_one(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     made = render(design.layout, design.estimates, design.response, design.performance, "")
-    assert set(made) == {"datasheet.html", "datasheet.pdf"}
+    assert set(made) == {"datasheet.html", "datasheet.json", "datasheet.pdf"}
     assert made["datasheet.html"].decode().count("<svg") == (4 if name == "fingertip_foil" else 5)
 
 

@@ -16,6 +16,7 @@ from sitscad.estimates import estimated
 from sitscad.estimates.performance.bench import Bench, Solved, bench_of
 from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, crosstalk, working_range
+from sitscad.estimates.performance.mechanics import resonances
 from sitscad.estimates.performance.reach import Course, course
 from sitscad.estimates.performance.scatter import manufacturing_scatter
 from sitscad.estimates.performance.tilts import DEGREE, Tilts
@@ -34,6 +35,9 @@ SINGULAR = 0.01
 
 LIMITS = 3.0
 """Standard deviations of manufacture between which a coil before assembly counts as sound."""
+
+HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"
+"""What a bandwidth is limited by."""
 
 POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))
 """The working points, and their share of the full normal force."""
@@ -102,6 +106,7 @@ def _at(here: _Working) -> Performance:
     condition = float(singular[0] / max(singular[-1], 1e-300))
     twins = here.working.twins
     shear = next((name for name in names if name != "normal"), None)
+    scans, swings = 0.5 * bench.estimates.readout.scan_rate, resonances(bench, point.pose)
     tilt = bench.spec.requirements.tilt or DEGREE
     friction = point.friction(errors, shear) if shear is not None and point.share > 0.0 else {}
     return Performance(
@@ -112,7 +117,8 @@ def _at(here: _Working) -> Performance:
         temperature_error=_row(names, point.temperature),
         temperature_causes={name: _row(names, value) for name, value in point.by_kelvin.items()},
         friction_error=float(np.hypot.reduce(list(friction.values()))) if friction else None,
-        friction_causes=friction, bandwidth=0.5 * bench.estimates.readout.scan_rate,
+        friction_causes=friction, bandwidth=min([scans, *swings.values()]),
+        bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
         condition_number=condition, invertible=bool(condition * SINGULAR < 1.0 and twins is None), ambiguous=twins,
         overload=bench.overload, map_degree=here.working.map.degree, production=_production(bench.estimates),
         notes=_notes(here),
@@ -181,6 +187,8 @@ def _notes(here: _Working) -> tuple[str, ...]:
         "half the pad's thickness); shear axes carry their share of it where errors grow with the load",
         f"crosstalk is what a polynomial of degree {here.working.map.degree} in the readings leaves of this design; "
         "what a unit adds is under manufacture, after calibration",
+        "how fast the silicone follows is in no data: its hysteresis, measured slowly, stands for its lag; the "
+        "resonance is that of target and pad with nothing on them, and tissue lowers it",
     ]
     if len(names) < len(AXES):
         found.append(f"the array tells {', '.join(names)} apart; what the other axes do to these is among the errors")

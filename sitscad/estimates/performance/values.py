@@ -51,8 +51,10 @@ class Performance:
     (N/rad) is that of small angles, which leaves out all that grows with their square;
     `contact_error` (N/mm) by axis and direction in which the force stands beside the middle, the target tilting as it
     likes; `temperature_error` (N/K, one sigma) with its causes (N/K, signed where the sign is known);
-    `friction_error` that of shear over normal (None without shear or at rest) with its causes; `ambiguous` are two
-    loads (N) of one reading, None where the map can be inverted.
+    `friction_error` that of shear over normal (None without shear or at rest) with its causes; `bandwidth` (Hz)
+    is the least of half the scan rate and `resonance`, that of target and pad by axis with nothing on them
+    (`bandwidth_by` says which; a silicone's lag by rate is in no data); `ambiguous` are two loads (N) of one reading,
+    None where the map can be inverted.
     """
 
     at: str
@@ -69,6 +71,8 @@ class Performance:
     friction_error: float | None
     friction_causes: Mapping[str, float]
     bandwidth: float
+    bandwidth_by: str
+    resonance: Mapping[str, float]
     condition_number: float
     invertible: bool
     ambiguous: tuple[Loads, Loads] | None
@@ -95,6 +99,8 @@ class Performance:
             "friction_error": self.friction_error,
             "friction_causes": dict(self.friction_causes),
             "bandwidth_Hz": self.bandwidth,
+            "bandwidth_by": self.bandwidth_by,
+            "resonance_Hz": dict(self.resonance),
             "condition_number": self.condition_number,
             "invertible": self.invertible,
             "ambiguous_N": twins,

@@ -54,7 +54,8 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
         ("sensor", ""),
         ("overload (30 % strain of the pad)", _newtons(full.overload)),
         ("error of shear over normal, full load", friction),
-        ("bandwidth (half the scan rate)", show(full.bandwidth, "Hz", 3)),
+        (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
+        ("resonance of target and pad, nothing on it", _resonances(full)),
         ("condition number, rest to full load", f"{felt[0].condition_number:.2g} to {full.condition_number:.2g}"),
         ("one load to a reading", "yes" if full.invertible else "NO: see the notes"),
         ("converter", f"{readout.device.part}, {len(estimates.coils)} channels"),
@@ -64,6 +65,11 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]  # fmt: skip
+
+
+def _resonances(full: Performance) -> str:
+    """By axis in words, a dash where no density is known."""
+    return ", ".join(f"{show(value, 'Hz', 2)} {NAMES[name]}" for name, value in full.resonance.items()) or "-"
 
 
 def errors(felt: Sequence[Performance]) -> Rows:

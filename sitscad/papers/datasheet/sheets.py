@@ -1,7 +1,10 @@
-"""``datasheet.html`` and ``datasheet.pdf``: the same tables, drawings and plots for a screen and for paper."""
+"""``datasheet.html`` and ``datasheet.pdf``: the same tables, drawings and plots for a screen and for paper; and
+``datasheet.json``, the figures for programs.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Sequence
 from html import escape
 
@@ -30,14 +33,23 @@ TOP, LEFT = 192.0, 14.0
 def render(
     layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance], forced: str
 ) -> dict[str, bytes]:
-    """Both files; none for a sensor that cannot be felt with. Raises `MissingExtra` without the plotting library."""
+    """All three files; none for a sensor that cannot be felt with. Raises `MissingExtra` without the plotting
+    library.
+    """
     if not performance:
         return {}
     plots = figures(curves(response), performance)
     return {
         "datasheet.html": _page(layout, estimates, performance, plots, bool(forced)).encode("utf-8"),
+        "datasheet.json": _figures([point.document() for point in performance]),
         "datasheet.pdf": pdf(_sheets(layout, estimates, performance, plots, bool(forced))),
     }
+
+
+def _figures(documents: Sequence[object]) -> bytes:
+    # nine digits: the last bits of a sum differ between machines
+    rounded = json.loads(json.dumps(documents), parse_float=lambda text: float(f"{float(text):.9g}"))
+    return (json.dumps({"performance": rounded}, indent=1, allow_nan=False) + "\n").encode("ascii")
 
 
 def _sheets(

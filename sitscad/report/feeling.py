@@ -1,0 +1,54 @@
+"""What a sensor feels, in rows: of the documents that JSON has of it, so that a page can show what a file says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from sitscad.report.quantities import NONE
+from sitscad.units import show
+
+Document = Mapping[str, Any]
+
+FELT_TITLE = "What the sensor feels, after a tare at rest"
+
+FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
+             "condition")  # fmt: skip
+
+PASSING = ("before", "without")
+"""Words in the causes that a calibration or a tare takes away."""
+
+
+def felt_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
+    """The rows of what the sensor feels, one a working point and axis."""
+    for point in felt:
+        for name, axis in point["axes"].items():
+            lasting = {cause: error for cause, error in axis["errors_N"].items()
+                       if not any(word in cause for word in PASSING)}  # fmt: skip
+            cause = max(lasting, key=lambda one: lasting[one] or 0.0)
+            cross = max(point["crosstalk"][name].values(), default=0.0)
+            yield [
+                point["at"], name, f"{axis['range_N']:.3g}", axis["limited_by"], f"{1e3 * axis['resolution_N']:.3g}",
+                f"{100.0 * axis['nonlinearity']:.2g}", f"{100.0 * cross:.2g}", f"{1e3 * lasting[cause]:.3g}", cause,
+                f"{point['condition_number']:.2g}",
+            ]  # fmt: skip
+
+
+def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
+    """What belongs to the sensor as a whole, at full load."""
+    if not felt:
+        return
+    full = felt[-1]
+    friction = full["friction_error"]
+    yield ["error of shear over normal, one sigma", NONE if friction is None else f"+-{friction:.2g}"]
+    degrees = f"{math.degrees(full['tilt_rad']):.3g}"
+    degrees += " degree" if degrees == "1" else " degrees"
+    for name, row in full["tilt_error_N"].items():
+        words = ", ".join(f"{show(value, 'N', 3)} by {angle}" for angle, value in row.items())
+        yield [f"a contact tilted by {degrees} is misread as {name}", words]
+    yield ["bandwidth", f"{show(full['bandwidth_Hz'], 'Hz', 3)}, {full['bandwidth_by']}"]
+    for name, frequency in full["resonance_Hz"].items():
+        yield [f"resonance of target and pad along {name}, nothing on it", show(frequency, "Hz", 3)]
+    yield ["overload", show(full["overload_N"], "N", 3)]
+    yield ["one load to a reading", "yes" if full["invertible"] else "NO"]
