@@ -1,8 +1,9 @@
-"""The tables of figures, each row with its source; and the one function that reads them."""
+"""The tables of figures, each row with its source; the one function that reads them, and how a source is cited."""
 
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,27 @@ def rows(name: str) -> tuple[Row, ...]:
     """
     with (FOLDER / f"{name}.csv").open(encoding="utf-8", newline="") as lines:
         return tuple(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+UNVERIFIED = "unverified: "
+"""How the source of a figure begins that nobody has seen in the place that it names."""
+
+
+def cited(row: Mapping[str, str]) -> str:
+    """A row's source as texts carry it on: marked where its status is not `verified`."""
+    return row["source"] if row["status"] == "verified" else UNVERIFIED + row["source"]
+
+
+def cited_by_field(table: Mapping[str, Mapping[str, str]]) -> str:
+    """The sources of rows by the figures' names, in one text."""
+    return "; ".join(f"{field}: {cited(row)}" for field, row in table.items())
+
+
+def is_unverified(source: str, *fields: str) -> bool:
+    """Whether a figure's source was not seen; of a text of several, any of them, or of those for some `fields`."""
+    if fields:
+        return any(f"{field}: {UNVERIFIED}" in source for field in fields)
+    return source.startswith(UNVERIFIED) or f": {UNVERIFIED}" in source
 
 
 def json_file(name: str) -> dict[str, Any]:

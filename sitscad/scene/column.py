@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cache
 
-from sitscad.data import rows
+from sitscad.data import cited, rows
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.record import record
@@ -176,7 +176,7 @@ def _elastomer(spec: SensorSpec, written: str, row: str) -> Tolerance:
     if own is not None:
         return Tolerance(own, WRITTEN)
     found = next(entry for entry in _elastomer_rows() if entry["name"] == row)
-    return Tolerance(float(found["half_width"]), _source(found))
+    return Tolerance(float(found["half_width"]), cited(found))
 
 
 def _tolerance(spec: SensorSpec, written: str, part: str, process: str, size: float) -> Tolerance:
@@ -192,12 +192,8 @@ def process_tolerance(part: str, process: str, size: float) -> Tolerance:
         if size <= parse_quantity(row["up_to"], "length") or row is fitting[-1]:
             band, _, unit = row["tolerance"].partition(" ")
             share = 0.01 * float(band) * size if unit == "%" else parse_quantity(row["tolerance"], "length")
-            return Tolerance(share, _source(row))
+            return Tolerance(share, cited(row))
     raise KeyError((part, process))
-
-
-def _source(row: dict[str, str]) -> str:
-    return row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from sitscad.data import rows
+from sitscad.data import cited, rows
 from sitscad.record import record
 from sitscad.units import parse_quantity
 
@@ -24,6 +24,6 @@ def print_limit(process: str, figure: str) -> PrintLimit:
     """
     for row in rows("print_limits"):
         if (row["process"], row["figure"]) == (process, figure):
-            source = row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"
+            source = cited(row)
             return PrintLimit(parse_quantity(row["value"], "length"), source)
     raise KeyError((process, figure))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from sitscad import data
 from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import Adhesive
@@ -12,7 +13,6 @@ from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
-MARK = "unverified: "
 WRITTEN = "the spec"
 """Where a figure comes from that the user wrote."""
 
@@ -36,15 +36,15 @@ def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
 
 def is_unverified(rules: DesignRules, field: str) -> bool:
     """Whether one figure of the fabricator's rules stands on a source that was not seen."""
-    return rules.sources.get(field, "").startswith(MARK)
+    return data.is_unverified(rules.sources.get(field, ""))
 
 
 def _of_rules(rules: DesignRules) -> Iterator[UnverifiedFigure]:
     for field, source in rules.sources.items():
-        if source.startswith(MARK) and not _OF_A_FOIL.search(field):
+        if data.is_unverified(source) and not _OF_A_FOIL.search(field):
             value = getattr(rules, field, None)
             text = show(value, "m") if isinstance(value, float) else _sides(value)
-            yield UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(MARK))
+            yield UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(data.UNVERIFIED))
 
 
 def _sides(value: object) -> str:

@@ -63,7 +63,7 @@ def test_a_jaw_wider_than_its_port(judge, design):
 def test_width_and_length(judge, design, drawn):
     spec = design()
     layout = drawn(spec)
-    narrow = with_jaw(spec, width=4.6e-3, source="from memory, unverified")
+    narrow = with_jaw(spec, width=4.6e-3, source="width: unverified: from memory")
     (found,) = judge("SIT301", narrow, layout)
     assert found.measured == layout.body_size[1] and found.limit == 4.6e-3
     assert "board" in found.message and "unverified" in found.message
@@ -83,7 +83,7 @@ def test_width_and_length(judge, design, drawn):
     ("port", "severity"),
     [(4.6e-3, Severity.ERROR), (5.0e-3, Severity.ERROR), (5.5e-3, Severity.WARNING), (6e-3, None)],
 )
-@pytest.mark.parametrize("source", ["from memory, unverified", "measured"])
+@pytest.mark.parametrize("source", ["width: unverified: from memory", "measured"])
 def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
     """Nominally 4.99 mm, 5.2 by root-sum-square, 5.6 at worst (more on a wider back); sources change nothing."""
     spec = with_jaw(design(), port_diameter=port, source=source)

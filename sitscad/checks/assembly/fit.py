@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from sitscad.checks.board.fabrication import house, source_of
 from sitscad.checks.cases import Case
 from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
@@ -143,8 +144,7 @@ def pad_of(design: Design) -> ElastomerPad:
 
 def unverified(jaw: Jaw) -> str:
     """A warning in brackets where the jaw's figures are not measured ones."""
-    words = jaw.source.lower()
-    return " (the jaw's figures are unverified: measure yours)" if "unverified" in words or "memory" in words else ""
+    return " (the jaw's figures are unverified: measure yours)" if is_unverified(jaw.source) else ""
 
 
 def _bend_room(design: Design) -> float | None:

@@ -20,6 +20,7 @@ from sitscad.checks.board.fabrication import FABRICATOR, gap_asked_by, house, so
 from sitscad.checks.board.steep_spiral import nearer_by, spacing_in_words, tried_spacing
 from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Edit, Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
@@ -76,7 +77,7 @@ def _other_connector(design: Design, left: Left) -> str:
     """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
     spec, tail = design.spec, design.spec.fpc.tail
     assert tail is not None
-    unseen = " (unverified)" if "edge_margin: unverified" in tail.connector.source else ""
+    unseen = " (unverified)" if is_unverified(tail.connector.source, "edge_margin") else ""
     have = f"{um(tail.connector.edge_margin)}{unseen}"
     margin = f"beside its contacts {tail.connector.name} has {have} of board from their middle"
     for name in sorted(names("connector"), key=lambda name: connector(name).edge_margin):

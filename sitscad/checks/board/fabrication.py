@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from sitscad.checks.cases import Case
 from sitscad.checks.rules import Rule, Verdict
+from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.cutting.bridges import FEWEST_BRIDGES, bridges, narrower_bridge
@@ -165,7 +166,7 @@ def um(length: float) -> str:
 def house(design: Design, field: str) -> str:
     """Who asks for one figure: the profile that it stands in, a user's with file and line; marked if not verified."""
     rules = design.spec.fpc.rules
-    mark = " (unverified)" if source_of(design, field).startswith("unverified") else ""
+    mark = " (unverified)" if is_unverified(source_of(design, field)) else ""
     return rules.holder(field) + mark
 
 

@@ -9,6 +9,7 @@ from sitscad.checks.board.coverlay import crossings
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
 from sitscad.checks.cases import Case
 from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.board import Layout
@@ -162,8 +163,7 @@ def connector_positions(design: Design) -> Iterator[Verdict]:
 def plug_mark(connector: Connector, *fields: str) -> str:
     """A warning in brackets where what a connector takes was not read in its drawing."""
     fields = fields or ("insertion_thickness", "insertion_thickness_tolerance")
-    is_unverified = any(f"{field}: unverified" in connector.source for field in fields)
-    return " (unverified: compare with its drawing)" if is_unverified else ""
+    return " (unverified: compare with its drawing)" if is_unverified(connector.source, *fields) else ""
 
 
 def _connector(design: Design) -> Connector:

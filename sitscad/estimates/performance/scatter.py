@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from sitscad.data import is_unverified
 from sitscad.estimates.uncertainty import CAPACITOR, Tolerance, sigmas, tolerances
 from sitscad.estimates.values import Estimates
 from sitscad.readout import FAMILIES
@@ -116,5 +117,5 @@ def _electrical(spec: SensorSpec, estimates: Estimates) -> list[Scatter]:
 
 
 def _even(name: str, band: float, unit: str, tolerance: Band, how: str = "") -> Scatter:
-    seen = not tolerance.source.startswith("unverified")
+    seen = not is_unverified(tolerance.source)
     return Scatter(name, band / math.sqrt(3.0), unit, UNIT, how + tolerance.source, seen)

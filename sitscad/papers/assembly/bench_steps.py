@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from sitscad.data import is_unverified
 from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.estimates.uncertainty import direct_resistance_sigma
 from sitscad.estimates.values import CoilEstimate, Estimates
@@ -66,7 +67,7 @@ def _into(layout: Layout) -> str:
     if tail is None or tail.connector.insertion_thickness == 0.0:
         return "Solder wires to the contacts."
     order = order_of("connector", tail.connector.name, contacts=len(layout.pads))
-    doubt = ", code unverified" if order is not None and order.source.startswith("unverified") else ""
+    doubt = ", code unverified" if order is not None and is_unverified(order.source) else ""
     code = f"; {order.maker} {order.code}{doubt}" if order is not None else ""
     return (
         f"Plug the tail into its connector ({tail.connector.name}, {len(layout.pads)} contacts{code}): open the latch, "

@@ -7,6 +7,7 @@ import io
 from collections.abc import Iterator
 from dataclasses import astuple, fields, replace
 
+from sitscad.data import is_unverified
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication.notes import contact_text, stiffener_text
 from sitscad.geometry.path import bounding_box
@@ -76,7 +77,7 @@ def _ordered(item: Item, order: Order | None) -> Item:
     if order is None:
         return item
     size = "; ".join(part for part in (item.size, order.words) if part and part not in item.note)
-    doubt = "; order code unverified: compare with the maker's list" if order.source.startswith("unverified") else ""
+    doubt = "; order code unverified: compare with the maker's list" if is_unverified(order.source) else ""
     return replace(item, maker=order.maker, order_code=order.code, size=size, note=item.note + doubt)
 
 

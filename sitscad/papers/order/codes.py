@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from sitscad.data import rows
+from sitscad.data import cited, rows
 from sitscad.record import record
 from sitscad.units import parse_quantity
 
@@ -27,7 +27,7 @@ def order_of(kind: str, name: str, **values: object) -> Order | None:
     row = _table().get((kind, name))
     if row is None:
         return None
-    source = row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"
+    source = cited(row)
     return Order(row["maker"], row["code"].format(**values), row["words"], source)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from sitscad.data import rows
+from sitscad.data import cited, rows
 from sitscad.layout.board import Layout
 from sitscad.parts.solid import Solid
 from sitscad.record import record
@@ -63,7 +63,7 @@ def density(material: str) -> tuple[float, str] | None:
     row = _table().get(material)
     if row is None:
         return None
-    source = row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"
+    source = cited(row)
     return float(row["density"]), source
 
 

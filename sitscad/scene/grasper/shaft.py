@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.data import rows
+from sitscad.data import cited, rows
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
@@ -29,4 +29,4 @@ def shaft(spec: SensorSpec) -> Shaft | None:
     pin = parse_quantity(row["pin"], "length") if own.hinge_pin is None else own.hinge_pin
     if own.shaft_bore is not None and own.hinge_pin is not None:
         return Shaft(bore, pin, "the spec (assembly.shaft_bore, assembly.hinge_pin)")
-    return Shaft(bore, pin, row["source"] if row["status"] == "verified" else f"unverified: {row['source']}")
+    return Shaft(bore, pin, cited(row))

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from sitscad.data import UNVERIFIED
 from sitscad.spec.design_rules import DesignRules, FoilLines
 from sitscad.spec.format.documents.fabricator import RulesDocument, TracksDocument
 from sitscad.spec.format.kinds.figure import Figure
@@ -291,4 +292,4 @@ def _source(key: str, figure: Figure, document: RulesDocument, place: Origin) ->
         line = place.source.locate(key)[0]
         own = figure.source or (document.source if "source" in place.source.keys else "")
         said = f"{place.label} line {line}" + (f": {own}" if own else "")
-    return said if figure.is_verified else f"unverified: {said}"
+    return said if figure.is_verified else UNVERIFIED + said

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+from sitscad.data import cited, cited_by_field
 from sitscad.spec.converter import Converter
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import NEO_HOOKEAN, Adhesive, Conductor, ElastomerMaterial, Finish, Losses
@@ -42,7 +43,7 @@ def stackup(name: str) -> Stackup:
         for row in rows
         if row["kind"] not in extra
     )
-    sources = "; ".join(dict.fromkeys(_source(row) for row in rows))
+    sources = "; ".join(dict.fromkeys(cited(row) for row in rows))
     return Stackup(name, layers, sources, _thickness(extra, "plating") or 0.0, _thickness(extra, "copper-sigma"))
 
 
@@ -65,7 +66,7 @@ def connector(name: str) -> Connector:
         if field not in ("kind", "positions")
     }
     positions = _numbers(rows["positions"]["value"]) if "positions" in rows else ()
-    return Connector(name=name, kind=rows["kind"]["value"], **lengths, positions=positions, source=_sources(rows))
+    return Connector(name=name, kind=rows["kind"]["value"], **lengths, positions=positions, source=cited_by_field(rows))
 
 
 def _numbers(text: str) -> tuple[int, ...]:
@@ -79,7 +80,7 @@ def chip(name: str) -> Chip:
     """The land pattern of a chip; raises KeyError where there is none of that name."""
     row = _table("chips")[name]
     lengths = {field: parse_quantity(row[field], "length") for field in ("pad_along", "pad_across", "pitch")}
-    return Chip(name, **lengths, source=_source(row), model=row["model"])
+    return Chip(name, **lengths, source=cited(row), model=row["model"])
 
 
 @cache
@@ -87,7 +88,7 @@ def converter(name: str) -> Converter:
     """A converter; raises KeyError where there is none of that name."""
     row = _table("converters")[name]
     addresses = tuple(int(address, 16) for address in row["bus_addresses"].split())
-    return Converter(name, row["family"], int(row["channels"]), addresses, row["package"], _source(row))
+    return Converter(name, row["family"], int(row["channels"]), addresses, row["package"], cited(row))
 
 
 @cache
@@ -96,12 +97,12 @@ def jaw(name: str) -> Jaw:
     rows = _fields("jaw", name)
     figures = {field: _jaw_figure(field, row["value"]) for field, row in rows.items() if field != "material"}
     material = conductor(rows["material"]["value"])
-    return Jaw(name=name, material=material, **figures, source=_sources(rows), preset=name)
+    return Jaw(name=name, material=material, **figures, source=cited_by_field(rows), preset=name)
 
 
 def jaw_source(name: str, written: tuple[str, ...]) -> str:
     """Where the figures of a jaw's preset come from that a spec does not write itself."""
-    return _sources({field: row for field, row in _fields("jaw", name).items() if field not in written})
+    return cited_by_field({field: row for field, row in _fields("jaw", name).items() if field not in written})
 
 
 @cache
@@ -116,7 +117,7 @@ def hole_pattern(name: str) -> HolePattern:
         turns = [2.0 * math.pi * i / count for i in range(count)]
         places = [(radius * math.cos(turn), radius * math.sin(turn)) for turn in turns]
     holes = tuple(Hole(place, sizes["hole"], sizes["head"]) for place in places)
-    return HolePattern(name, holes, grid, rows["thread"]["value"], _sources(rows))
+    return HolePattern(name, holes, grid, rows["thread"]["value"], cited_by_field(rows))
 
 
 def _jaw_figure(field: str, value: str) -> Any:
@@ -138,7 +139,7 @@ def conductor(name: str) -> Conductor:
         parse_quantity(row["conductivity"], "conductivity"),
         float(row["relative_permeability"]),
         parse_quantity(row["temperature_coefficient"], "temperature coefficient"),
-        _source(row),
+        cited(row),
     )
 
 
@@ -173,7 +174,7 @@ def elastomer(name: str) -> ElastomerMaterial:
         parse_quantity(row["bulk_modulus"], "pressure"),
         row["hardness"],
         float(row["density"]) if row["density"] else None,
-        _source(row),
+        cited(row),
         float(row["ogden_exponent"] or NEO_HOOKEAN),
         _losses(row),
     )
@@ -194,7 +195,7 @@ def finish(name: str) -> Finish:
     """A finish of bare contacts; raises KeyError where there is none of that name."""
     row = _table("finishes")[name]
     electrolytic, plugged, soldered = (row[field] == "yes" for field in ("electrolytic", "plugged", "soldered"))
-    return Finish(name, row["job_name"], row["words"], electrolytic, plugged, soldered, _source(row))
+    return Finish(name, row["job_name"], row["words"], electrolytic, plugged, soldered, cited(row))
 
 
 @cache
@@ -202,7 +203,7 @@ def adhesive(name: str) -> Adhesive:
     """What pieces are glued with; raises KeyError where there is none of that name."""
     row = _table("adhesives")[name]
     line, tolerance = (parse_quantity(row[field], "length") for field in ("line", "tolerance"))
-    return Adhesive(name, row["product"], line, tolerance, row["primer"], _source(row))
+    return Adhesive(name, row["product"], line, tolerance, row["primer"], cited(row))
 
 
 @cache
@@ -247,11 +248,3 @@ def _fields(kind: str, name: str) -> dict[str, Row]:
 @cache
 def _table(stem: str) -> dict[str, Row]:
     return {row["name"]: row for row in read_table(DATA / f"{stem}.csv")}
-
-
-def _source(row: Row) -> str:
-    return row["source"] if row["status"] == "verified" else f"unverified: {row['source']}"
-
-
-def _sources(rows: Mapping[str, Row]) -> str:
-    return "; ".join(f"{field}: {_source(row)}" for field, row in rows.items())
