@@ -174,21 +174,21 @@ def spread(places: Sequence[float], least: float) -> list[float]:
     return [(a + b) / 2.0 for a, b in zip(forward, reversed(backward), strict=True)]
 
 
-def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str) -> None:
+def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, colour: str = BLACK) -> None:
     """A dimension line with arrows between two points of the same x or the same y (mm on paper), its text above it."""
     (x0, y0), (x1, y1) = one, other
-    sheet.line(x0, y0, x1, y1, THIN)
+    sheet.line(x0, y0, x1, y1, Pen(THIN.width, colour))
     level = abs(y1 - y0) < 1e-9
     for (x, y), way in ((one, 1.0), (other, -1.0)):
         tip = [(x, y), (x + way * 2.0, y + 0.4), (x + way * 2.0, y - 0.4)]
         if not level:
             tip = [(x, y), (x + 0.4, y + way * 2.0), (x - 0.4, y + way * 2.0)]
-        sheet.draw(closed_polygon([Point(*corner) for corner in tip]), None, BLACK)
+        sheet.draw(closed_polygon([Point(*corner) for corner in tip]), None, colour)
     middle = (x0 + x1) / 2.0, (y0 + y1) / 2.0
     if level:
-        sheet.text(middle[0], middle[1] + 0.8, text, TEXT, "middle")
+        sheet.text(middle[0], middle[1] + 0.8, text, TEXT, "middle", colour=colour)
     else:
-        sheet.text(middle[0] - 0.8, middle[1], text, TEXT, "middle", 90.0)
+        sheet.text(middle[0] - 0.8, middle[1], text, TEXT, "middle", 90.0, colour)
 
 
 def outer_span(

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sitscad.design import Design
+from sitscad.finding import Severity
 from sitscad.formats import WRITERS
 from sitscad.package.contents import FORCED_NOTE, Contents
 from sitscad.package.dependence import BESIDE_TAIL, read_by, read_of_board
@@ -31,6 +32,9 @@ FELT = "datasheet.json"
 
 FIT = "mount/fit.json"
 """What was measured on the solids, which findings are made of."""
+
+FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
+"""What does not fit: sections with dimensions, and the bodies themselves."""
 
 SPEC_FOLDER = "spec"
 """Where a package keeps the files that it was made from."""
@@ -218,15 +222,33 @@ def _kept_name(name: str) -> str:
 
 
 def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
-    """The page for a person; its pictures are handed in, because a report must not depend on writers."""
+    """The page for a person, and the picture of a fit that fails; its pictures are handed in, because a report must not
+    depend on writers.
+    """
     from sitscad.layout.tail.contacts import contacts
     from sitscad.report.page import render
 
+    failing = failing_fit(contents)
+    files = files | failing
     sizes = {name: len(content) for name, content in files.items()}
     wiring = contacts(contents.layout)
     pictures, felt = _pictures(contents, files), _felt(files).get("performance", ())
     page = render(contents.checked, contents.design.spec, contents.estimates, pictures, sizes, wiring, felt)
-    return {"report.html": page.encode("utf-8")}
+    return {"report.html": page.encode("utf-8"), **failing}
+
+
+def failing_fit(contents: Contents) -> dict[str, bytes]:
+    """``fit.svg``: what of the fit fails, dimensioned; nothing where it fits."""
+    from sitscad.drawing.svg import svg
+    from sitscad.papers.drawings import fit
+
+    faults = [
+        fit.Fault(f.rule, f.name, f.key or "", *((f.measured, f.limit) if f.unit == "m" else (None, None)))
+        for f in contents.checked.findings
+        if f.severity.weighs(Severity.WARNING)
+    ]
+    sheet = fit.drawing(contents.layout, faults, not contents.checked.is_orderable)
+    return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 
 
 def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
@@ -245,7 +267,11 @@ def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
     has_jaw = contents.spec.mount is not None and contents.spec.mount.jaw is not None
     body = "The part that lies on the jaw" if has_jaw else "The part with the coils"
     layers = stackup_drawing.drawing(layout, "see the package", not contents.checked.is_orderable)
-    drawn = {
+    wrong = {
+        "What does not fit: too much in red, limits in black.": FIT_PICTURE,
+        f"What does not fit, cut open ({SOLIDS_PICTURE}).": SOLIDS_PICTURE,
+    }
+    drawn = {words: files[name].decode("utf-8") for words, name in wrong.items() if name in files} | {
         f"{body}, seen from the top, to scale; upper layers hide lower ones.": picture(
             layout, None, layout.body, marks, "body"
         ),

@@ -69,6 +69,36 @@ def test_a_jaw_whose_hinge_is_not_known_is_not_drawn_open():
     assert "mount.jaw.hinge" in text and "open by" not in text
 
 
+@pytest.mark.parametrize("sizes", [{"length": 10e-3}, {"length": 6e-3, "port_diameter": 12e-3}])
+def test_a_short_jaw_without_a_hinge_is_drawn_inside_the_frame(sizes):
+    sheet = drawing(in_jaw(hinge=None, opening=None, **sizes))
+    assert_legible(replace(sheet, items=list(flattened(sheet.items))))
+    assert all(item.at.y < 200.0 for item in flattened(sheet.items) if isinstance(item, Label))
+
+
+def test_pockets_of_both_jaws_are_cut_out_of_them_and_the_other_pad_lies_in_its_own():
+    plain = drawing(in_jaw(opposing_pad_thickness=0.3e-3))
+    sunk = drawing(
+        in_jaw(
+            opposing_pad_thickness=0.3e-3, opposing_recess=0.2e-3, opposing_pocket=(14e-3, 2e-3),
+            recess=0.3e-3, pocket=(16e-3, 3e-3),
+        )
+    )  # fmt: skip
+    was, here = shapes(plain), shapes(sunk)
+    scale = (here["jaw-port"][2] - here["jaw-port"][0]) / 5e-3
+    assert here["jaw-section-opposing-pad"][2] - here["jaw-section-opposing-pad"][0] == pytest.approx(1.8e-3 * scale)
+    pad, jaw = here["jaw-section-opposing-pad"], here["jaw-section-opposing-jaw"]
+    assert pad[3] - jaw[1] == pytest.approx(0.2e-3 * scale), "the rims reach down beside the pad"
+    assert here["jaw-section-jaw"][3] - was["jaw-section-jaw"][3] == pytest.approx(0.3e-3 * scale)
+
+
+def test_the_film_goes_round_pad_and_target_from_the_side():
+    sheet = drawing(in_jaw())
+    (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
+    fills = [getattr(item, "fill", None) for item in flattened(sides.items)]
+    assert "#9fc5e8" in fills
+
+
 def test_nothing_is_drawn_without_a_jaw_and_a_forced_one_is_stamped():
     bench = handmade.layout("bench")
     assert drawing(bench) is None and render(bench, "") == {}

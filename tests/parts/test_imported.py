@@ -9,7 +9,7 @@ import pytest
 from sitscad.checks import check
 from sitscad.layout import lay_out
 from sitscad.parts import PartsError, solids
-from sitscad.parts.proof import prove, require_clear
+from sitscad.parts.proof.prove import prove, require_clear
 from sitscad.parts.whole import whole
 from sitscad.spec.load import SpecError, load
 

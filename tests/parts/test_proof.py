@@ -10,9 +10,14 @@ import pytest
 
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
+from sitscad.drawing.pictures.clash import clash_svg
 from sitscad.papers.assembly import fit_proof
+from sitscad.parts import fit
+from sitscad.parts.mesh import TriangleMesh, manifold
 from sitscad.parts.prism import box
-from sitscad.parts.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, Load, prove
+from sitscad.parts.proof.clash import clashes
+from sitscad.parts.proof.moved import Load
+from sitscad.parts.proof.prove import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, prove
 from sitscad.parts.solid import Solid
 from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole
@@ -186,3 +191,44 @@ def test_a_build_judges_what_was_measured(hinged, pieces):
 def test_without_a_jaw_nothing_is_proven():
     layout = handmade.bench_sensor()
     assert prove(layout, whole(layout)) is None
+
+
+def red_of(clash):
+    """The volume (mm3) behind the cut that is drawn as too much, and the names of what clashes."""
+    shown = {each.name: each for each in clash.bodies if each.clashes}
+    red = manifold(TriangleMesh("red", shown["too much"].vertices, shown["too much"].triangles))
+    return red.volume(), set(shown)
+
+
+def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
+    post = Solid("post", box(-2e-3, 1e-3, 0.3e-3, 0.0, 2e-3, 0.5e-3), "steel", "#000000", BodyRole.MOUNT)
+    around = (*(s for s in pieces if s.role is not BodyRole.ENCAPSULATION), post)
+    drawn = clashes(hinged, around, prove(hinged, around), ())
+    (clash,) = [each for each in drawn if each.words == "elastomer and post"]
+    volume, names = red_of(clash)
+    whole_post = 1e9 * fit.shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
+    assert volume == pytest.approx(whole_post / 2, rel=1e-6) and names == {"elastomer", "too much"}
+
+
+def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
+    post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
+    (clash,) = clashes(hinged, (*pieces, post), prove(hinged, (*pieces, post)), ())
+    volume, names = red_of(clash)
+    assert clash.port[3] == 2.75 and names == {"too much"}
+    assert volume == pytest.approx(0.01, rel=1e-6), "half of the post, which lies outside as a whole"
+    text = clash_svg("s", [clash])
+    assert text == clash_svg("s", [clash]) and "the closed pair and its port" in text and "#d00000" in text
+
+
+def test_opened_jaws_and_loaded_pads_are_shown_as_they_are_then(hinged, pieces):
+    top = max(s.shape.bounding_box().max.Z for s in pieces) * 1e-3
+    post = Solid("post", box(-7e-3, -1e-3, top + 1e-3, -6e-3, 1e-3, top + 2e-3), "steel", "#000000", BodyRole.MOUNT)
+    (opened,) = [
+        c for c in clashes(hinged, (*pieces, post), prove(hinged, (*pieces, post)), ()) if "open by" in c.words
+    ]
+    assert red_of(opened)[0] > 0.0
+    wall = Solid("wall", box(-5e-3, 2.2e-3, 0.1e-3, 5e-3, 2.3e-3, 0.4e-3), "steel", "#000000", BodyRole.MOUNT)
+    around = (*(s for s in pieces if s.role is not BodyRole.ENCAPSULATION), wall)
+    much = Load("much", Pose(z=-0.05e-3), 0.5e-3)
+    (bulging,) = [c for c in clashes(hinged, around, prove(hinged, around, (much,)), (much,)) if "much" in c.words]
+    assert "elastomer" in bulging.words and red_of(bulging)[0] > 0.0

@@ -1,7 +1,7 @@
 """SIT320 to SIT325: what is measured of the assembly in three dimensions, and the tail on its way through the hinge.
 
 `check` loads no CAD kernel, so it says of the first four that they are not checked. `build` measures the solids
-(`sitscad.parts.proof`), writes what it measured into ``mount/fit.json``, and these rules judge that.
+(`sitscad.parts.proof.prove`), writes what it measured into ``mount/fit.json``, and these rules judge that.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict, located, n
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
 from sitscad.layout.tail.stiffening import tail_thickness
-from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.scene.fit import closed_section
-from sitscad.scene.grasper.jaws import PartsError, jaw_range
-from sitscad.scene.grasper.shaft import shaft
+from sitscad.scene.grasper.hinge import pin_gaps
+from sitscad.scene.grasper.jaws import PartsError
+from sitscad.scene.grasper.shaft import end_section, shaft
 from sitscad.scene.grasper.tail_path import tail_path
 from sitscad.spec.sensor import SensorSpec
 
@@ -34,8 +34,7 @@ def on_solids(design: Design) -> Iterator[Verdict]:
 
 def tail_past_pin(design: Design) -> Iterator[Verdict]:
     """The tail on its way past the hinge's pin, closed and wide open, and the room for its bend there."""
-    layout, jaw, behind = design.layout, jaw_of(design), shaft(design.spec)
-    assert behind is not None
+    layout, jaw = design.layout, jaw_of(design)
     try:
         pair, closed = closed_section(layout), tail_path(layout)
     except PartsError:
@@ -47,15 +46,12 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
     if closed.radius is None:
         yield Undecided(f"the tail is taken as straight: {closed.reason}")
         return
-    pivot = jaw_range(layout, jaw)[1] + jaw.hinge
-    half = (jaw.opening or 0.0) / 2
-    ways = {"closed": closed, f"open by {math.degrees(2 * half):.3g} deg": tail_path(layout, half) or closed}
-    for when, path in ways.items():
-        away = path.distance(pivot, pair.axis) - tail_thickness(design.spec) / 2
-        if away < behind.pin / 2:
+    for gap in pin_gaps(layout):
+        if not gap.is_free:
             yield TAIL_IN_PIN.found(
-                "mount.standoff", away, behind.pin / 2, "m", when=when, pin=behind.pin, origin=behind.source
+                "mount.standoff", gap.away, gap.pin, "m", when=gap.when, pin=2.0 * gap.pin, origin=gap.source
             )
+    half = (jaw.opening or 0.0) / 2
     needed = (closed.radius + tail_thickness(design.spec) / 2) * math.tan(half / 2)
     if needed > jaw.hinge:
         yield BEND_BEFORE_HINGE.found("fpc.tail.bend", needed, jaw.hinge, "m", radius=closed.radius)
@@ -65,10 +61,7 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
     """What of the tail lies behind the jaw, with its end and the stiffener, drawn through the tube there."""
     layout, behind = design.layout, shaft(design.spec)
     assert behind is not None
-    heel = jaw_range(layout, jaw_of(design))[1]
-    ys = [point.y for point in layout.outline.flattened(1e-5) if point.x > heel]
-    width = max(ys) - min(ys) if ys else 0.0
-    thick = finished_thickness(layout, Where.CONTACT).nominal
+    width, thick = end_section(layout)
     across = math.hypot(width, thick)
     if across > behind.bore:
         yield END_TOO_WIDE.found(

@@ -1,4 +1,6 @@
-"""What was measured on the solids of the closed pair: ``mount/fit.json``, from which `build` makes its findings."""
+"""What was measured on the solids of the closed pair: ``mount/fit.json``, from which `build` makes its findings, and
+``mount/fit-solids.svg``, a picture of each that is not kept.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from sitscad.drawing.pictures.clash import clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.layout.board import Layout
-from sitscad.parts.proof import Load, Measured, Proof, prove, require_clear
+from sitscad.parts.proof.clash import Clash, at_pin, clashes
+from sitscad.parts.proof.moved import Load
+from sitscad.parts.proof.prove import Measured, Proof, prove, require_clear
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import elastomer
+from sitscad.scene.grasper.hinge import pin_gaps
 from sitscad.scene.pose import Pose
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -21,12 +27,24 @@ PARABOLA = 1.5
 
 
 def render(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """The proof as JSON, in metres; nothing without a jaw whose figures are known. Raises `PartsError` where a piece
+    """The proof as JSON, in metres, and a picture of what does not fit; nothing without a jaw whose figures are known.
+    Raises `PartsError` where a piece
     stands in a solid that came from a file.
     """
     require_clear(layout)
-    proof = prove(layout, solids, loads(layout.spec))
-    return {} if proof is None else {"mount/fit.json": (json.dumps(document(proof), indent=1) + "\n").encode("ascii")}
+    borne = loads(layout.spec)
+    proof = prove(layout, solids, borne)
+    if proof is None:
+        return {}
+    files = {"mount/fit.json": (json.dumps(document(proof), indent=1) + "\n").encode("ascii")}
+    drawn = [*clashes(layout, solids, proof, borne), *_tail_at_pin(layout, solids)]
+    return files | ({"mount/fit-solids.svg": clash_svg(layout.spec.name, drawn).encode("utf-8")} if drawn else {})
+
+
+def _tail_at_pin(layout: Layout, solids: tuple[Solid, ...]) -> list[Clash]:
+    """The tail and the hinge's pin, where the one runs into the other while the jaws are closed or open."""
+    gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
+    return [] if gap is None else [at_pin(layout, solids, gap)]
 
 
 def loads(spec: SensorSpec) -> tuple[Load, ...]:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from sitscad.data import cited, rows
+from sitscad.layout.board import Layout
+from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.record import record
+from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
 
@@ -30,3 +33,15 @@ def shaft(spec: SensorSpec) -> Shaft | None:
     if own.shaft_bore is not None and own.hinge_pin is not None:
         return Shaft(bore, pin, "the spec (assembly.shaft_bore, assembly.hinge_pin)")
     return Shaft(bore, pin, cited(row))
+
+
+def end_section(layout: Layout) -> tuple[float, float]:
+    """Width and thickness (m) of what of the tail lies behind the jaw, its end and the stiffener there included; zeros
+    where nothing does, or without a jaw.
+    """
+    jaw = fitted_jaw(layout)
+    if jaw is None:
+        return 0.0, 0.0
+    heel = jaw_range(layout, jaw)[1]
+    ys = [point.y for point in layout.outline.flattened(1e-5) if point.x > heel]
+    return (max(ys) - min(ys) if ys else 0.0), finished_thickness(layout, Where.CONTACT).nominal

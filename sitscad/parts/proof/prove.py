@@ -18,13 +18,12 @@ from sitscad.parts.assembly import assemble
 from sitscad.parts.extras import require
 from sitscad.parts.mesh import CHORD, manifold, tessellate
 from sitscad.parts.prism import MM
+from sitscad.parts.proof.moved import Load, bulged, posed, turned
 from sitscad.parts.solid import PartsError, Solid
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
-from sitscad.scene.gaps import target_gap
-from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
-from sitscad.scene.pose import Pose
+from sitscad.scene.grasper.jaws import axis, fitted_jaw
 
 TIP_STEP = 0.5e-3
 """How far (m) the other jaw's tip goes between two positions that it is tried in."""
@@ -43,20 +42,10 @@ GROUPS = {
 
 
 @record
-class Load:
-    """The pad under the forces that the spec asks it to bear: in words, where the target has gone, and how far the
-    elastomer's sides bulge (m).
-    """
-
-    name: str
-    pose: Pose
-    bulge: float
-
-
-@record
 class Measured:
     """One measurement of the solids: which of the kinds above, of which pieces, the value and its limit (m, or m3 of
-    shared volume) and whether it is kept; ``where`` is the place (m) that decides it, ``when`` the angle or the load.
+    shared volume) and whether it is kept; ``where`` is the place (m) that decides it, ``when`` the angle or the load in
+    words, ``angle`` how far (rad) the jaws are open then.
     """
 
     what: str
@@ -68,6 +57,7 @@ class Measured:
     is_kept: bool
     where: tuple[float, float, float]
     when: str = ""
+    angle: float = 0.0
 
 
 @record
@@ -186,10 +176,10 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
     for step in range(1, steps + 1):
         angle = opening * step / steps
         for one in moving:
-            turned = _turned(layout, one.body, angle)
-            if not _boxes_meet(turned, around) or float((turned ^ around).volume()) * 1e-9 <= SLIVER:
+            there = turned(layout, one.body, angle)
+            if not _boxes_meet(there, around) or float((there ^ around).volume()) * 1e-9 <= SLIVER:
                 continue
-            for hit in _hits(one.solid.name, turned, still, angle):
+            for hit in _hits(one.solid.name, there, still, angle):
                 if (hit.first, hit.second) not in worst or hit.value > worst[hit.first, hit.second].value:
                     worst[hit.first, hit.second] = hit
     if worst:
@@ -198,12 +188,12 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
     return [Measured(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
 
 
-def _hits(name: str, turned: Any, still: list[Meshed], angle: float) -> list[Measured]:
+def _hits(name: str, there: Any, still: list[Meshed], angle: float) -> list[Measured]:
     """Every piece that a turned jaw stands in, with the volume (m3) that both take."""
-    shared = [(other, turned ^ other.body) for other in still if _boxes_meet(turned, other.body)]
+    shared = [(other, there ^ other.body) for other in still if _boxes_meet(there, other.body)]
     when = f"open by {math.degrees(angle):.3g} deg"
     return [
-        Measured(OPENING, other.solid.name, name, volume, 0.0, "m3", False, _middle(body), when)
+        Measured(OPENING, other.solid.name, name, volume, 0.0, "m3", False, _middle(body), when, angle)
         for other, body in shared
         for volume in [float(body.volume()) * 1e-9]
         if volume > SLIVER
@@ -225,10 +215,10 @@ def _under_load(layout: Layout, meshed: tuple[Meshed, ...], load: Load) -> list[
     found = []
     for each in meshed:
         if each.solid.role is BodyRole.TARGET:
-            moved = _posed(layout, each.body, load.pose)
+            moved = posed(layout, each.body, load.pose)
             found.append(_nearest(TRAVEL, each.solid.name, moved, rigid, load.name))
         if each.solid.role is BodyRole.ELASTOMER:
-            found.append(_nearest(BULGE, each.solid.name, _bulged(each.body, load), rigid, load.name))
+            found.append(_nearest(BULGE, each.solid.name, bulged(each.body, load), rigid, load.name))
         if each.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD):
             closer = each.body.translate((0.0, 0.0, load.pose.z * MM))
             found.append(_nearest(TRAVEL, each.solid.name, closer, rigid, load.name))
@@ -242,26 +232,6 @@ def _nearest(what: str, name: str, moved: Any, rigid: list[Meshed], when: str) -
         return None
     gap, other = min(gaps, key=lambda entry: (entry[0], entry[1].solid.name))
     return Measured(what, name, other.solid.name, gap, 0.0, "m", gap > 0.0, _middle(moved), when)
-
-
-def _posed(layout: Layout, body: Any, pose: Pose) -> Any:
-    """A mesh moved as the target is: turned about its near face's centre, then displaced."""
-    bounds = body.bounding_box()
-    gap = target_gap(layout.spec)
-    assert gap is not None
-    centre = np.array([(bounds[0] + bounds[3]) / 2, (bounds[1] + bounds[4]) / 2, gap * MM])
-    turn = np.array(pose.rotation)
-    shift = centre - turn @ centre + np.array([pose.x, pose.y, pose.z]) * MM
-    return body.transform(np.column_stack([turn, shift]))
-
-
-def _bulged(body: Any, load: Load) -> Any:
-    """The pad lower by the press and wider by its bulge, its upper half drawn along with the target."""
-    x0, y0, z0, x1, y1, z1 = body.bounding_box()
-    grow, m3 = load.bulge * MM, require("manifold3d")
-    size = (x1 - x0 + 2 * grow, y1 - y0 + 2 * grow, max(1e-6, z1 - z0 + load.pose.z * MM))
-    drawn = (load.pose.x * MM / 2, load.pose.y * MM / 2)
-    return m3.Manifold.cube(size).translate((x0 - grow + drawn[0], y0 - grow + drawn[1], z0))
 
 
 def _gaps(meshed: tuple[Meshed, ...]) -> tuple[fit.Clearance, ...]:
@@ -278,15 +248,6 @@ def _gaps(meshed: tuple[Meshed, ...]) -> tuple[fit.Clearance, ...]:
         fit.Clearance(one, other, float(bodies[one].min_gap(bodies[other], SEARCH)) / MM)
         for one, other in combinations(names, 2)
     )
-
-
-def _turned(layout: Layout, body: Any, angle: float) -> Any:
-    """A mesh turned about the hinge's pivot by an angle (rad), so that its tip goes up."""
-    jaw, plane = fitted_jaw(layout), closed_section(layout)
-    assert jaw is not None and jaw.hinge is not None and plane is not None
-    x, z = (jaw_range(layout, jaw)[1] + jaw.hinge) * MM, (plane.axis - jaw.pivot_offset) * MM
-    y = axis(layout).y * MM
-    return body.translate((-x, -y, -z)).rotate((0.0, math.degrees(angle), 0.0)).translate((x, y, z))
 
 
 def _boxes_meet(one: Any, other: Any) -> bool:

@@ -1,0 +1,269 @@
+"""Meshes seen in parallel projection as coloured areas, hidden faces away, bodies that stand in each other included.
+
+A depth buffer finds which face every point of a fine raster shows; areas of one colour then become outlines, so that
+the picture is drawn with the same few words as all others. Written for pictures of what clashes: the painter's method
+of `sitscad.drawing.pictures.exploded` needs bodies that lie on top of one another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.drawing.sheet import Pen, Sheet
+from sitscad.geometry.path import Path, Point, closed_polygon, polyline
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+LIGHT = np.array((0.35, -0.55, 0.76))
+SHADES = 8
+"""Steps between the darkest and the brightest face."""
+DARKEST = 0.55
+FINE = 2
+"""Points of the raster on one unit of the sheet."""
+CREASE = 0.85
+"""Neighbouring faces whose normals' product is below this meet at an edge that is drawn."""
+STAIR = 0.75
+"""How far (points of the raster) a slanted outline may run from the stairs that it stands for."""
+INK = Pen(0.6, "#22303c")
+
+Corner = tuple[int, int]
+
+
+@record(eq=False)
+class Coloured:
+    """A closed mesh: vertices (n, 3), triangles (m, 3) outward, and its colour ``#rrggbb``."""
+
+    vertices: Array
+    triangles: Indices
+    colour: str
+
+
+@record(eq=False)
+class View:
+    """From space to the sheet: unit vectors to the right, up and towards the viewer; the scale and the place of the
+    left upper corner along the first two.
+    """
+
+    right: Array
+    up: Array
+    toward: Array
+    scale: float
+    corner: tuple[float, float]
+
+    def __call__(self, points: Array) -> Array:
+        """Points (n, 3) as (n, 2) on the sheet, downwards from y = 0."""
+        flat = np.stack([points @ self.right, points @ self.up], axis=1)
+        return (flat - np.array(self.corner)) * self.scale
+
+
+def camera(azimuth: float, elevation: float) -> tuple[Array, Array, Array]:
+    """Unit vectors to the right, up and towards a viewer, who stands at angles (rad) from -y towards +x, and above."""
+    sine, cosine = np.sin(azimuth), np.cos(azimuth)
+    toward = np.array([np.cos(elevation) * sine, -np.cos(elevation) * cosine, np.sin(elevation)])
+    right = np.array([cosine, sine, 0.0])
+    return right, np.cross(toward, right), toward
+
+
+def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: tuple[float, float]) -> View:
+    """The view along `axes` in which all meshes fill a size on the sheet."""
+    points = np.concatenate([mesh.vertices for mesh in meshes])
+    across, upwards = points @ axes[0], points @ axes[1]
+    scale = min(size[0] / np.ptp(across), size[1] / np.ptp(upwards))
+    return View(*axes, float(scale), (float(across.min()), float(upwards.max())))
+
+
+def rendered(sheet: Sheet, meshes: Sequence[Coloured], view: View, size: tuple[float, float]) -> None:
+    """Draw meshes on a sheet, from (0, 0) to the right and downwards, no farther than `size`."""
+    wide, high = (int(np.ceil(side * FINE)) for side in size)
+    seen = _seen(meshes, view, wide, high)
+    shades = np.concatenate([_shaded(mesh.colour, _normals(mesh)) for mesh in meshes])
+    colours = np.pad(np.where(seen >= 0, shades[seen], -1), 1, constant_values=-1)
+    corners = _junctions(colours)
+    for colour in np.unique(colours[colours >= 0]):
+        outlines = [_simplified(loop, corners) for loop in _loops(colours == colour)]
+        fill = f"#{colour:06x}"
+        sheet.draw([_path(loop) for loop in outlines if len(loop) > 2], Pen(0.4, fill), fill)
+    surfaces = np.pad(np.where(seen >= 0, _surfaces(meshes)[seen], -1), 1, constant_values=-1)
+    edges = _edges(surfaces)
+    if edges:
+        sheet.draw([polyline([_point(corner) for corner in edge]) for edge in edges], INK)
+
+
+def _seen(meshes: Sequence[Coloured], view: View, wide: int, high: int) -> Indices:
+    """Which triangle, counted through all meshes, every point of the raster (high, wide) shows; -1 for none."""
+    depth = np.full((high, wide), -np.inf)
+    seen = np.full((high, wide), -1, dtype=np.int64)
+    first = 0
+    for mesh in meshes:
+        flat, deep = view(mesh.vertices) * (FINE, -FINE), mesh.vertices @ view.toward
+        for index in np.flatnonzero(_normals(mesh) @ view.toward > 1e-9):
+            corners = mesh.triangles[index]
+            _fill(depth, seen, flat[corners], deep[corners], first + int(index))
+        first += len(mesh.triangles)
+    return seen
+
+
+def _fill(depth: Array, seen: Indices, flat: Array, deep: Array, index: int) -> None:
+    """Write one triangle (3 corners in points of the raster, and their depths) into the buffers where it is nearest."""
+    low = np.maximum(np.floor(flat.min(axis=0)).astype(int), 0)
+    high = np.minimum(np.ceil(flat.max(axis=0)).astype(int) + 1, depth.shape[::-1])
+    if (high <= low).any():
+        return
+    (ax, ay), (bx, by), (cx, cy) = flat
+    area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    if abs(area) < 1e-12:
+        return
+    x, y = np.arange(low[0], high[0]) + 0.5, (np.arange(low[1], high[1]) + 0.5)[:, None]
+    v = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
+    w = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
+    inside = (v >= -1e-9) & (w >= -1e-9) & (v + w <= 1.0 + 1e-9)
+    z = deep[0] + v * (deep[1] - deep[0]) + w * (deep[2] - deep[0])
+    box = slice(low[1], high[1]), slice(low[0], high[0])
+    nearer = inside & (z > depth[box] + 1e-9)
+    depth[box][nearer] = z[nearer]
+    seen[box][nearer] = index
+
+
+def _normals(mesh: Coloured) -> Array:
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    cross = np.cross(b - a, c - a)
+    return np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-30))
+
+
+def _shaded(colour: str, normals: Array) -> Indices:
+    """The colour of every face (0xrrggbb), darker the farther it is turned from the light."""
+    bright = np.round(np.clip(normals @ LIGHT, 0.0, 1.0) * SHADES) / SHADES
+    parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
+    return _number(np.round(parts * (DARKEST + (1.0 - DARKEST) * bright)[:, None]).astype(np.int64))
+
+
+def _number(parts: Indices) -> Indices:
+    return np.asarray(parts @ np.array((65536, 256, 1)))
+
+
+def _surfaces(meshes: Sequence[Coloured]) -> Indices:
+    """Which smooth surface each triangle belongs to: neighbours of one mesh that meet at no `CREASE` share one."""
+    found: list[int] = []
+    for mesh in meshes:
+        normals, triangles, first = _normals(mesh), mesh.triangles.tolist(), len(found)
+        beside = {(t[i], t[(i + 1) % 3]): index for index, t in enumerate(triangles) for i in range(3)}
+        own = [-1] * len(triangles)
+        for start in range(len(triangles)):
+            waiting = [start] if own[start] < 0 else []
+            while waiting:
+                index = waiting.pop()
+                own[index] = first + start
+                corners = triangles[index]
+                around = (beside.get((corners[(i + 1) % 3], corners[i])) for i in range(3))
+                waiting += [k for k in around if k is not None and own[k] < 0 and normals[index] @ normals[k] >= CREASE]
+        found += own
+    return np.array(found, dtype=np.int64)
+
+
+def _junctions(labels: Indices) -> set[Corner]:
+    """The corners of a padded raster's points at which more than two areas, or two areas twice, meet."""
+    a, b, c, d = labels[:-1, :-1], labels[:-1, 1:], labels[1:, 1:], labels[1:, :-1]
+    borders = (a != b).astype(int) + (b != c) + (c != d) + (d != a)
+    return {(int(x), int(y)) for y, x in zip(*np.nonzero(borders > 2), strict=True)}
+
+
+def _borders(area: NDArray[np.bool_]) -> dict[Corner, list[Corner]]:
+    """The sides of a padded raster's points that bound an area, directed: from each corner to the next ones."""
+    following: dict[Corner, list[Corner]] = {}
+    for row, column in zip(*np.nonzero(area[1:, :] != area[:-1, :]), strict=True):
+        ends = (int(column) - 1, int(row)), (int(column), int(row))
+        a, b = ends if area[row + 1, column] else ends[::-1]
+        following.setdefault(a, []).append(b)
+    for row, column in zip(*np.nonzero(area[:, 1:] != area[:, :-1]), strict=True):
+        ends = (int(column), int(row) - 1), (int(column), int(row))
+        a, b = ends[::-1] if area[row, column + 1] else ends
+        following.setdefault(a, []).append(b)
+    return following
+
+
+def _loops(area: NDArray[np.bool_]) -> list[list[Corner]]:
+    """The closed loops round an area, each corner once."""
+    following, found = _borders(area), []
+    while following:
+        start = here = next(iter(following))
+        loop = []
+        while here in following:
+            loop.append(here)
+            ways = following[here]
+            there = ways.pop()
+            if not ways:
+                del following[here]
+            here = there
+            if here == start:
+                break
+        found.append(loop)
+    return found
+
+
+def _edges(surfaces: Indices) -> list[tuple[Corner, ...]]:
+    """Every line between two surfaces once, simplified."""
+    corners = _junctions(surfaces)
+    found: dict[tuple[Corner, ...], None] = {}
+    for label in np.unique(surfaces[surfaces >= 0]):
+        for loop in _loops(surfaces == label):
+            for piece in _pieces(loop, corners):
+                found[_both_ways(piece)] = None
+    return list(found)
+
+
+def _simplified(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
+    """A closed loop whose stairs have become slanted lines, the same from either side of every border."""
+    found: list[Corner] = []
+    for piece in _pieces(loop, corners):
+        line = _both_ways(piece)
+        found += (line if line[0] == piece[0] and line[-1] == piece[-1] else line[::-1])[:-1]
+    return found
+
+
+def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
+    """A closed loop cut at the corners where areas meet; one that has none at its least corner and the one farthest
+    from that.
+    """
+    cuts = [i for i, corner in enumerate(loop) if corner in corners]
+    if len(cuts) < 2:
+        here = cuts[0] if cuts else loop.index(min(loop))
+        x, y = loop[here]
+        far = max(range(len(loop)), key=lambda i: ((loop[i][0] - x) ** 2 + (loop[i][1] - y) ** 2, loop[i]))
+        cuts = sorted({here, far})
+    turned = loop[cuts[0] :] + loop[: cuts[0] + 1]
+    ends = [cut - cuts[0] for cut in cuts] + [len(loop)]
+    return [turned[a : b + 1] for a, b in pairwise(ends)]
+
+
+def _both_ways(piece: list[Corner]) -> tuple[Corner, ...]:
+    """A piece of a border with fewer corners, the same whichever way it is run through."""
+    line = min(piece, piece[::-1])
+    kept, waiting = {0, len(line) - 1}, [(0, len(line) - 1)]
+    points = np.array(line, dtype=float)
+    while waiting:
+        a, b = waiting.pop()
+        if b - a < 2:
+            continue
+        along = points[b] - points[a]
+        away = points[a + 1 : b] - points[a]
+        long = float(np.hypot(*along))
+        off = np.abs(away @ (-along[1], along[0])) / long if long else np.hypot(away[:, 0], away[:, 1])
+        worst = int(off.argmax())
+        if off[worst] > STAIR:
+            kept.add(a + 1 + worst)
+            waiting += [(a, a + 1 + worst), (a + 1 + worst, b)]
+    return tuple(line[i] for i in sorted(kept))
+
+
+def _point(corner: Corner) -> Point:
+    return Point(corner[0] / FINE, -corner[1] / FINE)
+
+
+def _path(loop: list[Corner]) -> Path:
+    return closed_polygon([_point(corner) for corner in loop])

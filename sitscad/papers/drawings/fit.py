@@ -1,0 +1,274 @@
+"""The picture of a fit that fails: sections and sides to scale, what is too much dimensioned in red beside its limit.
+
+From the scene's figures alone, without a CAD kernel; ``mount/fit-solids.svg`` shows the bodies themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+
+from sitscad.drawing.frame import (
+    CHAIN,
+    HIDDEN,
+    RED,
+    TEXT,
+    View,
+    detail_scale,
+    fitting_paragraph,
+    mm,
+    new_sheet,
+    scale_text,
+    span,
+    table,
+)
+from sitscad.drawing.sheet import BLACK, Pen, Sheet
+from sitscad.geometry.path import Point, circle, polyline, rectangle
+from sitscad.layout.board import Layout
+from sitscad.papers.drawings.jaw_views import COLOURS, EDGE, draw_names, draw_section, draw_side
+from sitscad.record import record
+from sitscad.scene.bodies import MOUNT_PIECES
+from sitscad.scene.column import column, levels
+from sitscad.scene.fit import OVERHANG, ClosedSection, closed_section, measures
+from sitscad.scene.grasper.hinge import pin_gaps
+from sitscad.scene.grasper.jaws import PartsError, fitted_jaw, jaw_range, rim, section
+from sitscad.scene.grasper.shaft import end_section, shaft
+from sitscad.scene.grasper.tail_path import TailPath, tail_path
+from sitscad.spec.sensor import Jaw
+
+SECTION = (40.0, 96.0, 84.0, 84.0)
+"""Room for the section on paper: left, low, width, height (mm)."""
+RIGHT, WIDE, TOP, SLOT = 196.0, 88.0, 196.0, 50.0
+"""Where the views beside it begin along the paper, how wide they are, from where down, and how high each is (mm)."""
+TOO_MUCH = Pen(0.35, RED)
+CIRCLE = Pen(0.5, RED, (3.0, 1.5))
+PORT = Pen(0.35)
+HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT320", "SIT321", "SIT322", "SIT323", "SIT324", "SIT325")
+"""The rules whose findings are drawn."""
+
+
+@record
+class Fault:
+    """A finding of the fit as it is drawn: its rule, that rule's name, the spec's key, and what is measured and allowed
+    in metres (None where it is something else).
+    """
+
+    rule: str
+    name: str
+    key: str
+    measured: float | None
+    limit: float | None
+
+    @property
+    def has_sizes(self) -> bool:
+        """Whether it can be dimensioned."""
+        return self.measured is not None and self.limit is not None
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """What is measured, and the limit (m)."""
+        assert self.measured is not None and self.limit is not None
+        return self.measured, self.limit
+
+
+def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False) -> Sheet | None:
+    """The sheet; None without a jaw, or where nothing of what is drawn fails."""
+    jaw, shown = fitted_jaw(layout), [fault for fault in faults if fault.rule in HELD]
+    if jaw is None or not shown:
+        return None
+    try:
+        pair = closed_section(layout)
+    except PartsError:
+        return None
+    assert pair is not None
+    sized = [fault for fault in shown if fault.has_sizes]
+    scale = detail_scale((_across(layout, jaw, pair, sized),) * 2, SECTION[2:])
+    sheet = new_sheet(layout.spec, "what does not fit", f"section {scale_text(scale)}", "see the package", forced,
+                      "the jaw from its tip")  # fmt: skip
+    view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
+    with sheet.group("fit-section"):
+        _section(sheet, layout, jaw, pair, view, sized)
+    views = _beside(layout, jaw, {fault.rule: fault for fault in sized})
+    for slot, draw in enumerate(views):
+        with sheet.group(f"fit-view-{slot + 1}"):
+            draw(sheet, TOP - SLOT * slot)
+    low = table(sheet, 16.0, 64.0, (16.0, 40.0, 26.0, 26.0, 26.0), [HEAD, *map(_row, shown)], 2.4)
+    fitting_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [NOTE], 2.3)
+    return sheet
+
+
+HEAD = ("rule", "what does not fit", "measured (mm)", "limit (mm)", "too much (mm)")
+NOTE = (
+    "Red is what is too much, black its limit; drawn nominally, where a warning counts tolerances at worst. The words "
+    "are in report.html and findings.json, the bodies in mount/fit-solids.svg where they were made."
+)
+
+
+def _row(fault: Fault) -> tuple[str, ...]:
+    if not fault.has_sizes:
+        return fault.rule, fault.name, "", "", ""
+    measured, limit = fault.sizes
+    return fault.rule, fault.name, mm(measured), mm(limit), mm(abs(measured - limit))
+
+
+def _across(layout: Layout, jaw: Jaw, pair: ClosedSection, sized: Sequence[Fault]) -> float:
+    """How much (m) the section has to show."""
+    needed = (width for fault in sized for width in _needed(fault))
+    return max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed)
+
+
+def _needed(fault: Fault) -> Iterator[float]:
+    """The circle (m) that a fault says the pair needs."""
+    if fault.rule in ("SIT303", "SIT321"):
+        yield fault.sizes[0] * (2.0 if fault.rule == "SIT321" else 1.0)
+
+
+def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, sized: Sequence[Fault]) -> None:
+    """The closed pair across the jaw, with the circle it needs and every width that is too much."""
+    draw_section(sheet, layout, jaw, view, PORT)
+    draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
+    circles = [width for fault in sized for width in _needed(fault)]
+    centre = Point(view.x(0.0), view.y(0.0))
+    reach = max([jaw.port_diameter, 2.0 * pair.radius, *circles]) / 2
+    if circles:
+        needed = max(circles)
+        sheet.draw(circle(centre, view.length(needed / 2)), CIRCLE, name="fit-needed")
+        y = view.y(reach) + 4.0
+        _width(sheet, view, needed, y, f"needs {mm(needed)}", RED)
+    widths = dict.fromkeys(pair for fault in sized for pair in _widths(layout, jaw, fault))
+    rows = [*((size, words, RED) for size, words, _, _ in widths), *((size, words, "") for _, _, size, words in widths)]
+    rows.append((jaw.port_diameter, f"port {mm(jaw.port_diameter)}", ""))
+    low = view.y(-reach) - 4.0
+    for i, (size, words, colour) in enumerate(sorted(dict.fromkeys(rows))):
+        _width(sheet, view, size, low - 5.5 * i, words, colour)
+    for fault in sized:
+        if fault.rule == "SIT314":
+            _thin_wall(sheet, layout, view, fault, SECTION[0] - 6.0)
+
+
+def _width(sheet: Sheet, view: View, size: float, y: float, words: str, colour: str) -> None:
+    """A dimension across the section, centred, at a height on paper, with lines up or down to the middle."""
+    for x in (-size / 2, size / 2):
+        sheet.line(view.x(x), view.y(0.0), view.x(x), y, TOO_MUCH if colour else HIDDEN)
+    span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words, colour or BLACK)
+
+
+def _widths(layout: Layout, jaw: Jaw, fault: Fault) -> Iterator[tuple[float, str, float, str]]:
+    """What is too wide and its limit, both about the middle and in words (m)."""
+    measured, limit = fault.sizes
+    if fault.rule == "SIT309":
+        yield measured, f"shield {mm(measured)}", limit, f"coils {mm(limit)}"
+    if fault.rule != "SIT301":
+        return
+    over = next((each for each in measures(layout) if each.name == OVERHANG), None)
+    part = fault.key.partition(".")[0]
+    if over is not None and math.isclose(measured, over.measured):
+        face = section(rim(jaw)).face
+        yield layout.body_size[1], f"board {mm(layout.body_size[1])}", face, f"jaw's face {mm(face)}"
+    else:
+        name = part if part in ("elastomer", "target") else "tail" if fault.key == "fpc.tail" else "board"
+        room = {jaw.port_diameter: "port", jaw.width: "jaw"}.get(limit, "room")
+        yield measured, f"{name} {mm(measured)}", limit, f"{room} {mm(limit)}"
+
+
+def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: Fault, x: float) -> None:
+    """The thickness of a printed piece that cannot be made."""
+    measured, limit = fault.sizes
+    at = levels(column(layout))
+    middle = at["opposing-jaw"][1].nominal / 2
+    for name in MOUNT_PIECES:
+        if name in at and math.isclose(at[name][1].nominal - at[name][0].nominal, measured, abs_tol=1e-9):
+            low, high = (view.y(level.nominal - middle) for level in at[name])
+            for y in (low, high):
+                sheet.line(x, y, view.x(-0.4 * layout.body_size[1]), y, TOO_MUCH)
+            sheet.text(x + 1.0, high + 1.0, f"{name} {mm(measured)}", TEXT, "end", 0.0, RED)
+            sheet.text(x + 1.0, low - 3.0, f"{mm(limit)} at least", TEXT, "end")
+
+
+Draw = Callable[[Sheet, float], None]
+
+
+def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Fault]) -> list[Draw]:
+    """The views beside the section: along the jaw, at the hinge, through the shaft; those whose rules fail."""
+    found: list[Draw] = []
+    if (long := sized.get("SIT302")) is not None:
+        found.append(lambda sheet, top: _along(sheet, layout, jaw, long, top))
+    if "SIT324" in sized:
+        found.append(lambda sheet, top: _at_hinge(sheet, layout, jaw, top))
+    if (end := sized.get("SIT325")) is not None:
+        found.append(lambda sheet, top: _end(sheet, layout, end, top))
+    return found
+
+
+def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Fault, top: float) -> None:
+    """The pair from the side, with the body's length beside the jaw's."""
+    start, heel = jaw_range(layout, jaw)
+    body = layout.body[0], layout.body[2]
+    x0, x1 = min(start, body[0]), max(heel, body[1])
+    pair = closed_section(layout)
+    assert pair is not None
+    scale = detail_scale((x1 - x0, pair.height), (WIDE, SLOT - 24.0))
+    right, half = RIGHT + scale * 1e3 * (x1 - x0), 0.5e3 * scale * pair.height
+    middle = top - 7.0 - half
+    draw_side(sheet, layout, jaw, (right, middle), x1, scale, 0.0)
+    sheet.text(RIGHT, top - 4.0, f"from the side, {scale_text(scale)}, the tip on the left", TEXT)
+
+    def at(x: float) -> float:
+        return right - scale * 1e3 * (x1 - x)
+
+    _, limit = fault.sizes
+    span(
+        sheet,
+        (at(body[0]), middle - half - 5.0),
+        (at(body[1]), middle - half - 5.0),
+        f"board {mm(body[1] - body[0])}",
+        colour=RED,
+    )
+    span(sheet, (at(start), middle - half - 10.5), (at(heel), middle - half - 10.5), f"jaw {mm(limit)}")
+
+
+def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
+    """The tail on its way past the pin, closed or open as far as it runs into that."""
+    path, pair = tail_path(layout), closed_section(layout)
+    gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
+    if gap is None or pair is None or jaw.hinge is None or path is None:
+        return
+    if gap.angle:
+        path = tail_path(layout, gap.angle) or path
+    heel = jaw_range(layout, jaw)[1]
+    pivot = Point(heel + jaw.hinge, pair.axis - jaw.pivot_offset)
+    scale = detail_scale((jaw.hinge + 4e-3, 5e-3), (WIDE, SLOT - 14.0))
+    view = View(scale, (RIGHT + 3.0 - 1e3 * scale * (heel - 1e-3), top - 22.0 - 1e3 * scale * pivot.y))
+    places = _near(path, heel - 1e-3, pivot.x + 3e-3)
+    thick = 2.0 * (path.distance(pivot.x, pivot.y) - gap.away)
+    sheet.draw(view.path(polyline(places)), Pen(max(0.3, view.length(thick)), COLOURS["board"], (), False))
+    sheet.draw(circle(Point(view.x(pivot.x), view.y(pivot.y)), view.length(gap.pin)), TOO_MUCH, "#e8c4c4")
+    nearest = min(places, key=lambda place: math.hypot(place.x - pivot.x, place.y - pivot.y))
+    sheet.line(view.x(pivot.x), view.y(pivot.y), view.x(nearest.x), view.y(nearest.y), TOO_MUCH)
+    sheet.line(view.x(heel), view.y(pivot.y) - 8.0, view.x(heel), view.y(pivot.y) + 8.0, CHAIN)
+    sheet.text(view.x(heel) + 1.0, view.y(pivot.y) + 5.0, "jaw's heel", TEXT)
+    words = f"{gap.when}: tail {mm(gap.away)} from the pivot"
+    sheet.text(RIGHT, top - 4.0, f"{words}, {scale_text(scale)}", TEXT, colour=RED)
+    sheet.text(RIGHT, top - 8.0, f"pin {mm(2.0 * gap.pin)} thick: {mm(gap.pin)} at least", TEXT)
+
+
+def _near(path: TailPath, start: float, end: float) -> list[Point]:
+    """Places on the tail's middle line between two places along the jaw (m)."""
+    steps = (path.at(path.length * i / 2000) for i in range(2001))
+    return [Point(place.x, place.z) for place in steps if start <= place.x <= end]
+
+
+def _end(sheet: Sheet, layout: Layout, fault: Fault, top: float) -> None:
+    """The tail's end in the tube behind the jaws."""
+    measured, limit = fault.sizes
+    behind, (width, thick) = shaft(layout.spec), end_section(layout)
+    assert behind is not None
+    scale = detail_scale((max(width, limit),) * 2, (WIDE, SLOT - 16.0))
+    view = View(scale, (RIGHT + WIDE / 2, top - 28.0))
+    sheet.draw(circle(Point(view.x(0.0), view.y(0.0)), view.length(behind.bore / 2)), Pen(0.35))
+    box = [view.x(-width / 2), view.y(-thick / 2), view.x(width / 2), view.y(thick / 2)]
+    sheet.draw(rectangle(*box), EDGE, COLOURS["board"])
+    sheet.line(box[0], box[1], box[2], box[3], TOO_MUCH)
+    sheet.text(RIGHT, top - 4.0, f"the tail's end {mm(measured)} from corner to corner, {scale_text(scale)}", TEXT,
+               colour=RED)  # fmt: skip
+    sheet.text(RIGHT, top - 8.0, f"the tube behind the jaws leaves {mm(limit)}", TEXT)

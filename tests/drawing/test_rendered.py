@@ -1,0 +1,72 @@
+"""Meshes as coloured areas: where they are seen, how large, and what hides what."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sitscad.drawing.pictures.rendered import Coloured, camera, fitted, rendered
+from sitscad.drawing.sheet import Shape, Sheet
+from sitscad.drawing.svg import svg
+from sitscad.geometry.path import enclosed_area
+
+SIZE = 200.0, 150.0
+
+
+def block(low, high, colour):
+    """An upright block between two corners."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    points = np.array([(x, y, z) for z in (z0, z1) for y in (y0, y1) for x in (x0, x1)], dtype=float)
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return Coloured(
+        points, np.array([(a, b, c) for s in sides for a, b, c in ((s[0], s[1], s[2]), (s[0], s[2], s[3]))]), colour
+    )
+
+
+def drawn(*meshes, angles=(0.0, 0.0)):
+    """The area (of the sheet) of every colour."""
+    sheet = Sheet("", SIZE, unit="")
+    view = fitted(meshes, camera(*angles), SIZE)
+    rendered(sheet, meshes, view, SIZE)
+    areas = {}
+    for shape in sheet.items:
+        if isinstance(shape, Shape) and shape.fill:
+            areas[shape.fill] = areas.get(shape.fill, 0.0) + abs(sum(enclosed_area(path) for path in shape.paths))
+    return view, areas, svg(sheet)
+
+
+def hue(areas, channel):
+    return sum(area for fill, area in areas.items() if int(fill[1 + 2 * channel : 3 + 2 * channel], 16) > 60)
+
+
+def test_a_block_from_the_front_is_its_face():
+    view, areas, _ = drawn(block((0, 0, 0), (2, 1, 1), "#ff0000"))
+    assert view.scale == pytest.approx(100.0)
+    assert sum(areas.values()) == pytest.approx(200.0 * 100.0, rel=0.01)
+
+
+def test_what_is_nearer_hides_what_is_behind_it_and_not_more():
+    near, far = block((0, -2, 0), (1, -1, 1), "#ff0000"), block((0, 0, 0), (2, 1, 1), "#00ff00")
+    for order in ((near, far), (far, near)):
+        _, areas, _ = drawn(*order)
+        assert hue(areas, 0) == pytest.approx(hue(areas, 1), rel=0.02)
+
+
+def test_blocks_that_stand_in_each_other_show_what_of_each_is_in_front():
+    one, other = block((0, 0, 0), (3, 2, 1), "#ff0000"), block((1, -1, 0.25), (2, 1, 0.75), "#00ff00")
+    _, areas, _ = drawn(one, other)
+    assert hue(areas, 1) / sum(areas.values()) == pytest.approx(0.5 / 3.0, rel=0.03)
+
+
+def test_from_aside_a_cube_shows_three_sides_in_the_proportions_of_the_view():
+    angles = math.radians(30.0), math.radians(40.0)
+    view, areas, _ = drawn(block((0, 0, 0), (1, 1, 1), "#8080ff"), angles=angles)
+    sides = sorted(area / view.scale**2 for area in areas.values())
+    assert sides == pytest.approx(sorted(abs(part) for part in view.toward), rel=0.02)
+
+
+def test_the_same_meshes_give_the_same_picture():
+    meshes = block((0, 0, 0), (3, 2, 1), "#ff0000"), block((1, -1, 0.25), (2, 1, 0.75), "#00ff00")
+    assert drawn(*meshes, angles=(0.5, 0.4))[2] == drawn(*meshes, angles=(0.5, 0.4))[2]
