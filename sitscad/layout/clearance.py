@@ -117,13 +117,14 @@ class Obstacles:
         self._tracks: dict[int, list[Track]] = {}
         self._holes: list[Hole] = []
         self._copper: dict[int, Copper] = {}
+        self._kept: tuple[Floats, Floats] | None = None
 
     def add(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> None:
         """Put tracks and holes on the board."""
         for track in tracks:
             self._tracks[track.layer] = [*self._tracks.get(track.layer, []), track]
             self._copper.pop(track.layer, None)
-        self._holes = [*self._holes, *holes]
+        self._holes, self._kept = [*self._holes, *holes], None
 
     def copy(self) -> Obstacles:
         """An independent copy, to try things on."""
@@ -157,12 +158,16 @@ class Obstacles:
         if not self._breadth.holds(track.boxes[:, 1].min(), track.boxes[:, 3].max(), from_edge):
             return False
         own = track.copper
-        if self._holes:
-            centres = np.array([hole.centre for hole in self._holes])
-            keep = np.array([hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes])
-            if _met(own, centres, keep).size:
-                return False
+        if self._holes and _met(own, *self._kept_by_holes()).size:
+            return False
         return track.layer not in self._tracks or not self._touches(own, self._on(track.layer))
+
+    def _kept_by_holes(self) -> tuple[Floats, Floats]:
+        """Centres of the holes (n, 2), and what each keeps from its centre to copper (n) (m)."""
+        if self._kept is None:
+            keep = [hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes]
+            self._kept = np.array([hole.centre for hole in self._holes]), np.array(keep)
+        return self._kept
 
     def _touches(self, track: Copper, other: Copper) -> bool:
         """Whether copper comes nearer to other copper than the spacing."""

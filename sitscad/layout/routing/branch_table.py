@@ -22,6 +22,9 @@ from sitscad.record import record
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+ROWS_AT_ONCE = 16
+"""Branches that another connection's are held against at once: the next cheapest ones are asked for next."""
+
 LEGS = 2
 """A branch has at most so many legs, with a via between them."""
 
@@ -58,6 +61,24 @@ class BranchTable:
     def everything(self) -> int:
         """The set of all branches, one bit each."""
         return (1 << len(self.branches)) - 1
+
+    def beside_branch(self, other: BranchTable, row: int) -> int:
+        """The set of branches of this table that keep their distance from one branch of another; kept with that."""
+        sets = other._sets_of(self)
+        if row not in sets:
+            first = row - row % ROWS_AT_ONCE
+            rows = range(first, min(first + ROWS_AT_ONCE, len(other.branches)))
+            sets.update(zip(rows, self.beside_branches(other, rows), strict=True))
+        return sets[row]
+
+    def _sets_of(self, other: BranchTable) -> dict[int, int]:
+        """What is known of the branches of another table beside the rows of this one."""
+        # by identity, so the other table is kept, too
+        return self._known.setdefault(id(other), (other, {}))[1]
+
+    @cached_property
+    def _known(self) -> dict[int, tuple[BranchTable, dict[int, int]]]:
+        return {}
 
     def beside_branches(self, other: BranchTable, rows: range) -> list[int]:
         """The sets of branches of this table that keep their distance from each of some branches of another."""

@@ -124,7 +124,7 @@ class Leg:
         """Where the leg leaves the ring."""
         return self.angle + self.sweep
 
-    @property
+    @cached_property
     def stretches(self) -> list[tuple[Point, Point]]:
         """Start and end of every straight stretch beyond the ring."""
         corners = (self.around.ring.at(self.end_angle), *self.finish)
@@ -141,13 +141,13 @@ class Leg:
         beyond = Path(tuple(Line(start, end) for start, end in self.stretches))
         return Track(path + beyond, self.around.bus.width, self.layer)
 
-    @property
+    @cached_property
     def round(self) -> float:
         """How far it goes round the coil (rad, signed): on the ring, and inside if it begins there."""
         ring = self.around.ring
         return self.sweep + swept_inside(self.begin, ring.at(self.angle), ring.centre)
 
-    @property
+    @cached_property
     def cost(self) -> float:
         """Its length on the ring and before it (m), near enough for sorting."""
         return abs(self.sweep) * self.around.radius + self.begin.distance(self.around.ring.at(self.angle))
@@ -184,12 +184,12 @@ class Branch:
         """The hole, if there is one."""
         return (self.hole,) if self.hole else ()
 
-    @property
+    @cached_property
     def cost(self) -> float:
         """Length (m), a via counting as a millimetre."""
         return sum([leg.cost for leg in self.legs]) + (1e-3 if self.hole else 0.0)
 
-    @property
+    @cached_property
     def round(self) -> float:
         """How far it goes round the coil, from where its first leg begins (rad, signed)."""
         first, *second = (leg.round for leg in self.legs)

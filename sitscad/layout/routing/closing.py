@@ -67,8 +67,8 @@ def swept_inside(one: Point, other: Point, centre: Point) -> float:
     """What a straight lead from inside a coil out to its ring sweeps about the centre (rad): the angle on the ring over
     an equal area, for inside the turns the field is as good as even.
     """
-    a, b = one.shifted(-centre.x, -centre.y), other.shifted(-centre.x, -centre.y)
-    return (a.x * b.y - a.y * b.x) / max(math.hypot(*a), math.hypot(*b)) ** 2
+    x, y, beyond_x, beyond_y = one.x - centre.x, one.y - centre.y, other.x - centre.x, other.y - centre.y
+    return (x * beyond_y - y * beyond_x) / max(math.hypot(x, y), math.hypot(beyond_x, beyond_y)) ** 2
 
 
 def drawn_closing(spec: CoilSpec, coil: Coil) -> float:

@@ -28,9 +28,6 @@ TRIALS = 2_000
 QUICK = 100
 """Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
 
-ROWS_AT_ONCE = 16
-"""Branches that another connection's are held against at once: the next cheapest ones are asked for next."""
-
 SPARED = 0.04
 """Leads that run so little farther round their coil than they must (turns) are as good as any."""
 
@@ -53,6 +50,10 @@ BENT_BACK = math.sin(math.radians(22.5))
 
 SHARPEST = math.cos(math.radians(40.0))
 """A lead leaves the ring at no sharper angle: its two parts would lie on each other."""
+
+
+Joined = dict[tuple[tuple[OuterEnd, OuterEnd], tuple[Point, ...]], BranchTable]
+"""Ways to join two ends, by the ends and the places where a via may stand: boards that are tried share them."""
 
 
 @record
@@ -102,9 +103,10 @@ def escape(
     obstacles: Obstacles,
     patience: Patience,
     first: bool = False,
+    known: Joined | None = None,
 ) -> Escape | None:
     """The cheapest way out that keeps every distance, or the `first` whose leads run no farther round the coil than
-    they must; None where the search finds none.
+    they must; None where the search finds none. `known` are joins of boards that were tried before.
     """
     places = obstacles.admitted(list(around.via_places()))
     search = _Search(obstacles, patience)
@@ -112,11 +114,11 @@ def escape(
     best: Escape | None = None
     hard: list[list[BranchTable]] = []
     for exits in choices:
-        leads = [_sorted(options) for options in _lead_options(around, ends, exits, places)]
-        if not all(any(map(search.admits, options)) for options in leads):
+        leads = _admitted_leads(search, _lead_options(around, ends, exits, places))
+        if leads is None:
             continue
         if not join_tables:
-            join_tables = [branch_table(around, _sorted(_join_options(around, pair, places))) for pair in joins]
+            join_tables = [_join_table(around, pair, places, {} if known is None else known) for pair in joins]
         tables = [*(branch_table(around, options) for options in leads), *join_tables]
         found = search.find(tables, QUICK if first else TRIALS)
         if found is None and search.gave_up:
@@ -131,6 +133,28 @@ def escape(
     return best
 
 
+def _admitted_leads(search: _Search, options: Iterable[Iterable[Branch]]) -> list[list[Branch]] | None:
+    """The ways of two leads, the cheapest first; None where one has none that the board admits: the other's, which are
+    many, are then not made.
+    """
+    leads = []
+    for ways in options:
+        leads.append(_sorted(ways))
+        if not any(map(search.admits, leads[-1])):
+            return None
+    return leads
+
+
+def _join_table(
+    around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places: list[Hole], known: Joined
+) -> BranchTable:
+    """The ways to join two ends by a via at one of the places, whatever else the board is like."""
+    key = pair, tuple(hole.centre for hole in places)
+    if key not in known:
+        known[key] = branch_table(around, _sorted(_join_options(around, pair, places)))
+    return known[key]
+
+
 def _better(best: Escape | None, found: Escape | None) -> Escape | None:
     if best is None or found is None:
         return best or found
@@ -143,8 +167,8 @@ class _Search:
     def __init__(self, obstacles: Obstacles, patience: Patience) -> None:
         self._obstacles = obstacles
         self._admitted: dict[int, tuple[Leg, bool]] = {}
-        self._apart: dict[tuple[int, int, int], int] = {}
         self._exact: dict[tuple[int, int], bool] = {}
+        self._single: dict[int, Obstacles] = {}
         self._barred: dict[int, int] = {}
         self._asked: list[Sequence[BranchTable]] = []
         self._patience = patience
@@ -161,9 +185,9 @@ class _Search:
         leads_a, leads_b, *joins = tables
         for row_a, row_b in _cheapest_pairs(leads_a, leads_b):
             pair = leads_a.branches[row_a], leads_b.branches[row_b]
-            if not self.admits(pair[0]) or not self._beside(leads_a, row_a, leads_b) >> row_b & 1:
+            if not self.admits(pair[0]) or not leads_b.beside_branch(leads_a, row_a) >> row_b & 1:
                 continue
-            left = [self._beside(leads_a, row_a, table) & self._beside(leads_b, row_b, table) for table in joins]
+            left = [table.beside_branch(leads_a, row_a) & table.beside_branch(leads_b, row_b) for table in joins]
             if not all(left) or not self.admits(pair[1]) or not self._clear(pair[1], pair[0]):
                 continue
             if not self._goes_on():
@@ -202,7 +226,7 @@ class _Search:
             if not self._goes_on():
                 return None
             after = [
-                mask & self._beside(tables[0], row, other) for mask, other in zip(left[1:], tables[1:], strict=True)
+                mask & other.beside_branch(tables[0], row) for mask, other in zip(left[1:], tables[1:], strict=True)
             ]
             if all(after):
                 found = self._combine(tables[1:], after, (*chosen, branch))
@@ -210,24 +234,20 @@ class _Search:
                     return found
         return None
 
-    def _beside(self, table: BranchTable, row: int, other: BranchTable) -> int:
-        key = (id(table), row, id(other))
-        if key not in self._apart:
-            first = row - row % ROWS_AT_ONCE
-            rows = range(first, min(first + ROWS_AT_ONCE, len(table.branches)))
-            for each, beside in zip(rows, other.beside_branches(table, rows), strict=True):
-                self._apart[id(table), each, id(other)] = beside
-        return self._apart[key]
-
     def _clear(self, branch: Branch, other: Branch) -> bool:
         """Whether two branches keep the fabricator's distance: angles on the ring do not see what bends at a corner."""
         key = (id(branch), id(other))
         if key not in self._exact:
-            rules = branch.legs[0].around.spec.fpc.rules
-            beside = Obstacles(rules, rules.trace_spacing)
-            beside.add(other.tracks, other.holes)
-            self._exact[key] = beside.admits(branch.tracks, branch.holes)
+            self._exact[key] = self._alone(other).admits(branch.tracks, branch.holes)
         return self._exact[key]
+
+    def _alone(self, branch: Branch) -> Obstacles:
+        """One branch as what others are to keep clear of."""
+        if id(branch) not in self._single:
+            rules = branch.legs[0].around.spec.fpc.rules
+            self._single[id(branch)] = Obstacles(rules, rules.trace_spacing)
+            self._single[id(branch)].add(branch.tracks, branch.holes)
+        return self._single[id(branch)]
 
     def _spend(self, trials: int) -> None:
         self._left -= trials

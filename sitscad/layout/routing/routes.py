@@ -12,7 +12,7 @@ from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track, hole_keep_out, joined_hole
 from sitscad.layout.outline import body_breadth, ends, far_end
 from sitscad.layout.routing.branches import OuterEnd, Surroundings, outer_ends
-from sitscad.layout.routing.escape import SPARED, Escape, escape
+from sitscad.layout.routing.escape import SPARED, Escape, Joined, escape
 from sitscad.layout.routing.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.routing.patience import TRIALS_OF_A_WAVE, Patience
 from sitscad.layout.routing.ring import Ring
@@ -111,9 +111,10 @@ def route_in_line(
     # the first try; pairs leave beside the corner; and coils choose in another order
     efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
     known: _Known = {}
+    joined: Joined = {}
     for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
         tried = (
-            _Board(spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, patience)
+            _Board(spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, patience, joined)
             for (raised, breadth), side in product(boards(spec, bus), first_sides)
         )
         routed = (_Lanes(board, turned, known).routed(reordered) for board in tried)
@@ -166,7 +167,8 @@ def _in_turn(
 
 @record
 class _Board:
-    # A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run.
+    # A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run. The
+    # ways that `joined` two ends on other boards are shared.
     spec: SensorSpec
     bus: Bus
     wound: tuple[WoundCoil, ...]
@@ -174,6 +176,7 @@ class _Board:
     front: float
     breadth: Breadth
     patience: Patience
+    joined: Joined
 
     def around(self, index: int) -> Surroundings:
         """What lies around one coil."""
@@ -248,7 +251,7 @@ def _lead_out(
     obstacles = laid.copy()
     obstacles.add(_other_coils(board.spec, index), _inner_holes(board.wound[index]))
     start, joins, end = _ends(board.wound[index])
-    return escape(board.around(index), joins, (start, end), choices, obstacles, board.patience, first)
+    return escape(board.around(index), joins, (start, end), choices, obstacles, board.patience, first, board.joined)
 
 
 def route_freely(
@@ -279,10 +282,12 @@ def _free_ways(
     lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
     near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
     can_leave: set[int] = set()
+    joined: Joined = {}
+    known: _InRows = {}
 
     def rows(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
         bus, breadth, tail = ground
-        return _Rows(_Board(spec, bus, wound, lanes, front, breadth, patience), tail, lattice)
+        return _Rows(_Board(spec, bus, wound, lanes, front, breadth, patience, joined), tail, lattice, known)
 
     likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
     for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
@@ -319,39 +324,56 @@ def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     return [(replace(bus, base=base), breadth) for breadth in across for base in bases]
 
 
+_InRows = dict[tuple[Any, ...], tuple["Escape | Stuck", int]]
+"""Ways out that were found, or not, by board, coil and what stands there; and the trials that each took."""
+
+
 @record
 class _Rows:
-    # Coils that do not stand in one line, led out through a maze to the tail.
+    # Coils that do not stand in one line, led out through a maze to the tail; `known` is what other orders found.
     board: _Board
     tail: TailFrame
     lattice: Lattice
+    known: _InRows
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
         """Every coil's escape, or which coil found none."""
+        board, patience = self.board, self.board.patience
+        escapes: dict[int, Escape] = {}
+        for index in order:
+            if patience.is_spent:
+                return Stuck(index)
+            there = tuple(escapes.values())
+            key = (board.bus.base, board.breadth, board.lanes[index], index, *map(id, there))
+            if key in self.known:  # counted as if it was tried again: so orders that begin alike get no more trials
+                patience.left -= self.known[key][1]
+            else:
+                before = patience.left
+                self.known[key] = self._way_out(index, there), before - patience.left
+            found = self.known[key][0]
+            if isinstance(found, Stuck):
+                return found
+            escapes[index] = found
+        return escapes
+
+    def _way_out(self, index: int, there: Iterable[Escape]) -> Escape | Stuck:
+        """One coil's escape on a board where some of the others are."""
         from sitscad.layout.routing.maze import Ground, Maze  # coils in one line go without
 
         board, tail = self.board, self.tail
         laid = Obstacles(board.spec.fpc.rules, board.bus.spacing, board.breadth)
         maze = Maze(self.lattice, board.bus, Ground(board.front, tail.funnel, board.breadth, tail.half_width))
-        escapes: dict[int, Escape] = {}
-        for index in order:
-            if board.patience.is_spent:
-                return Stuck(index)
-            board.patience.left -= TRIALS_OF_A_WAVE
-            lane = board.lanes[index]
-            entry = Point(tail.funnel, pair_height(board.spec, tail, lane))
-            choices = islice(maze.exits(lane.placement, entry), TRIED)
-            shortest = next(choices, None)
-            if shortest is None:
-                return Stuck(index, walled=True)
-            found = _lead_out(board, index, chain([shortest], choices), laid, first=True)
-            if found is None:
-                return Stuck(index)
-            for branch in found.branches:
-                laid.add(branch.tracks, branch.holes)
-                maze.add(branch.tracks, branch.holes)
-            escapes[index] = found
-        return escapes
+        for branch in chain.from_iterable(way.branches for way in there):
+            laid.add(branch.tracks, branch.holes)
+            maze.add(branch.tracks, branch.holes)
+        board.patience.left -= TRIALS_OF_A_WAVE
+        lane = board.lanes[index]
+        entry = Point(tail.funnel, pair_height(board.spec, tail, lane))
+        choices = islice(maze.exits(lane.placement, entry), TRIED)
+        shortest = next(choices, None)
+        if shortest is None:
+            return Stuck(index, walled=True)
+        return _lead_out(board, index, chain([shortest], choices), laid, first=True) or Stuck(index)
 
 
 def gathering_frame(spec: SensorSpec, bus: Bus, front: float, breadth: Breadth) -> TailFrame:
