@@ -2,8 +2,10 @@
 
     python tests/benchmarks/check_times.py [-n 200] [--first 1] [--hints decisive] [-o FILE.csv]
 
-Every design is checked in a process of its own, cold, as a person would. Times are of the processor (user and system)
-and are also given as multiples of what a process needs that only imports numpy. It fails on nothing: it measures.
+Every design is checked in a process of its own, cold, as a person would, with the bytecode that an installed package
+has. Times are of the processor (user and system) and are also given as multiples of what a process needs that only
+imports numpy, which is measured again beside every design: a processor that others use, too, is slower for both. It
+fails on nothing: it measures.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -152,6 +155,7 @@ def measured(command: Sequence[str], limit: float = 900.0) -> tuple[int, float, 
         resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 1))
 
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[2])}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     with tempfile.TemporaryFile() as output:
         child = subprocess.Popen(command, stdout=output, stderr=output, env=environment, preexec_fn=limited)
         _, status, usage = os.wait4(child.pid, 0)
@@ -161,25 +165,42 @@ def measured(command: Sequence[str], limit: float = 900.0) -> tuple[int, float, 
     return child.returncode, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0, text
 
 
-def import_numpy(repeats: int = 7) -> float:
-    """Processor time (s) of a process that only imports numpy, the middle of some."""
-    return statistics.median(measured([sys.executable, "-c", "import numpy"])[1] for _ in range(repeats))
+class ImportNumpy:
+    """Processor time (s) of a process that only imports numpy, as it was lately: the middle of the last few."""
+
+    def __init__(self, repeats: int = 7) -> None:
+        self._last = deque((self._once() for _ in range(repeats)), maxlen=repeats)
+
+    def again(self) -> float:
+        """The time after one more such process."""
+        self._last.append(self._once())
+        return self.seconds
+
+    @property
+    def seconds(self) -> float:
+        """The time of now."""
+        return statistics.median(self._last)
+
+    @staticmethod
+    def _once() -> float:
+        return measured([sys.executable, "-c", "import numpy"])[1]
 
 
 OUTCOMES = {0: "passed", 1: "refused", 2: "not read"}
 
 
-def costs(files: Sequence[Path], unit: float, options: Sequence[str]) -> Iterator[Cost]:
-    """The cost of checking each file in a process of its own; `unit` is that of importing numpy (s)."""
+def costs(files: Sequence[Path], numpy: ImportNumpy, options: Sequence[str]) -> Iterator[Cost]:
+    """The cost of checking each file in a process of its own, the first of them twice: for the bytecode."""
     import re
 
+    for path in files[:1]:
+        measured([sys.executable, "-m", "sitscad", "check", *options, str(path)])
     for path in files:
         command = [sys.executable, "-m", "sitscad", "check", *options, str(path)]
         code, seconds, megabytes, text = measured(command)
         errors = " ".join(re.findall(r"(SIT\d+) error", text))
-        yield Cost(
-            path.stem, OUTCOMES.get(code, f"exit {code}"), seconds, seconds / unit, megabytes, errors, *_size(path)
-        )
+        times = seconds / numpy.again()
+        yield Cost(path.stem, OUTCOMES.get(code, f"exit {code}"), seconds, times, megabytes, errors, *_size(path))
 
 
 def _size(path: Path) -> tuple[str, float]:
@@ -240,8 +261,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--hints", help="what is searched for hints: none, decisive, full")
     parser.add_argument("-o", "--output", type=Path, help="a CSV file with every design's cost")
     chosen = parser.parse_args(arguments)
-    unit = import_numpy()
-    print(f"import numpy: {unit:.3f} s of the processor")
+    numpy = ImportNumpy()
+    print(f"import numpy: {numpy.seconds:.3f} s of the processor")
     found = []
     with tempfile.TemporaryDirectory() as folder:
         files = list(chosen.files)
@@ -249,10 +270,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             files.append(Path(folder) / f"{seed}.yaml")
             sections = (f"{key}: {json.dumps(value)}\n" for key, value in design(seed).items())
             files[-1].write_text("".join(sections), "utf-8")
-        for cost in costs(files, unit, ["--hints", chosen.hints] if chosen.hints else []):
+        for cost in costs(files, numpy, ["--hints", chosen.hints] if chosen.hints else []):
             found.append(cost)
             print(f"{cost.seed:>5} {cost.outcome:<9} {cost.seconds:7.2f} s {cost.numpies:7.1f} x "
                   f"{cost.megabytes:6.0f} MB  {cost.errors}", flush=True)  # fmt: skip
+    print(f"import numpy: {numpy.seconds:.3f} s of the processor at last")
     print(table(found))
     print(pairs_table(pairs(found)))
     if chosen.output:
