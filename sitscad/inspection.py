@@ -87,7 +87,9 @@ def as_configured(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
 
 
 def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
-    return checked_spec(spec, result.findings, result.not_checked, result.signals, result.fit, result.closing)
+    return checked_spec(
+        spec, result.findings, result.not_checked, result.signals, result.fit, result.closing, result.reached
+    )
 
 
 def _picture(design: Design, checked: CheckedSpec) -> str:

@@ -1,4 +1,5 @@
-"""What a check measures of a design beside its findings: each coil's signal, the fit in the jaw, and how that closes.
+"""What a check measures of a design beside its findings: each coil's signal, what it feels of what is asked, the fit in
+the jaw, and how that closes.
 
 Values alone, without what works them out: a package that has not changed reads them back and loads nothing else.
 """
@@ -27,6 +28,21 @@ class Signal:
     share: float
     frequency_share: float
     steps: float | None
+
+
+@record
+class Reached:
+    """What is felt beside what `requirements` ask: the requirement's name, the rule that judges it, the largest figure
+    of all axes and loads, what is asked, both in `unit` (``N``, or empty for shares), on which axis and where.
+    """
+
+    requirement: str
+    rule: str
+    measured: float
+    limit: float
+    unit: str
+    axis: str
+    at: str
 
 
 @record

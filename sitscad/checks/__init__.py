@@ -22,6 +22,7 @@ from sitscad.checks.board.plug import PLUG_RULES
 from sitscad.checks.board.room import ROOM_RULES
 from sitscad.checks.board.step import STEP_RULES
 from sitscad.checks.board.track_lines import TRACK_RULES
+from sitscad.checks.feeling.felt import noted
 from sitscad.checks.feeling.maps import MAP_RULES
 from sitscad.checks.feeling.requirements import REQUIREMENT_RULES
 from sitscad.checks.reading.drive import DRIVE_RULES
@@ -44,7 +45,7 @@ from sitscad.spec.validity import refuse_unusable
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
-    from sitscad.measured import Closing, Measure, Signal
+    from sitscad.measured import Closing, Measure, Reached, Signal
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
@@ -82,8 +83,8 @@ def all_rules() -> tuple[Rule, ...]:
 @record
 class CheckResult:
     """What was found, in the order of rule and place, what could not be checked, with the reason, what each coil's
-    reading does from rest to the required force, and what was measured of the sensor in its jaw,
-    and how that closes.
+    reading does from rest to the required force, what was measured of the sensor in its jaw, how that closes, and what
+    is felt beside what is required.
     """
 
     findings: tuple[Finding, ...]
@@ -91,6 +92,7 @@ class CheckResult:
     signals: tuple[Signal, ...] = ()
     fit: tuple[Measure, ...] = ()
     closing: Closing | None = None
+    reached: tuple[Reached, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -131,8 +133,9 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
     return CheckResult(
-        tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit, design.closing
-    )
+        tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
+        noted(design),
+    )  # fmt: skip
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:

@@ -77,6 +77,7 @@ class Contents:
             result.signals,
             result.fit,
             result.closing,
+            result.reached,
         )
         return judged(found, source, all_rules(), self.policy, self.baseline)
 

@@ -11,7 +11,7 @@ from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
-    from sitscad.measured import Signal
+    from sitscad.measured import Reached, Signal
 
 SIGNAL_TITLE = "Signal from rest to the required force (inductance at the contacts, +- one sigma)"
 
@@ -27,6 +27,14 @@ def headline(signals: Iterable[Signal]) -> list[str]:
         change = plus_minus(s.per_newton, s.sigma, "H", "/N")
         named.setdefault(f"{change}, {_percent(s.share)} of the reading over {show(s.force, 'N')}", []).append(s.coil)
     return [f"{', '.join(coils)} {words}" for words, coils in named.items()]
+
+
+def felt_words(reached: Reached) -> str:
+    """What is felt beside what is required: the figure, what is asked, and where the figure is."""
+    found, asked = (show(value, reached.unit, 3) if reached.unit else f"{value:.2g}"
+                    for value in (reached.measured, reached.limit))  # fmt: skip
+    name = reached.requirement.replace("_", " ")
+    return f"{name} {found} of {asked} asked ({reached.axis}, {reached.at})"
 
 
 def signal_rows(signals: Sequence[Signal], estimates: Estimates) -> list[list[str]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,6 +16,8 @@ from sitscad.checks import RULES, check
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.report.findings import as_json, as_text
+from sitscad.report.findings.reading import read_findings
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 ASKED = {
@@ -48,6 +52,22 @@ def test_a_requirement_is_missed_or_met(bench, rule_id):
     assert finding.key.removeprefix("requirements.") in ASKED[rule_id]
     assert finding.severity is (Severity.WARNING if rule_id in ("SIT405", "SIT406") else Severity.ERROR)
     assert _judged(rule_id, bench, **met) == ([], [])
+
+
+def test_what_is_reached_stands_beside_what_is_asked(bench):
+    """A resolution that passed was silent."""
+    wanted = {"tilt": 0.05, "tilt_error": 1.0, "normal_resolution": 0.1, "crosstalk": 0.5}
+    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
+    result = check(asked, replace(bench.layout, spec=asked), bench.estimates, "none")
+    found = {each.requirement: each for each in result.reached}
+    assert list(found) == ["normal_resolution", "crosstalk", "tilt_error"]
+    assert all(0.0 < each.measured < each.limit == wanted[name] for name, each in found.items())
+    checked = sitscad.as_configured(asked, result)
+    line = "felt: normal resolution 1\\.[0-9]+ mN of 100 mN asked \\(normal, at full load\\); crosstalk"
+    assert re.search(f"^{line}", as_text([checked]), re.MULTILINE)
+    document = json.loads(as_json([checked]))["specs"][0]
+    assert [each["rule"] for each in document["felt"]] == ["SIT401", "SIT403", "SIT404"]
+    assert read_findings(as_json([checked]).encode(), "", "").reached == result.reached
 
 
 @pytest.mark.parametrize("rule_id", ASKED)

@@ -54,7 +54,7 @@ def test_json_is_the_documented_document_and_nothing_else(run):
     keys = {"rule", "name", "severity", "message", "hint", "key", "line", "column"}
     keys |= {"measured", "limit", "unit", "source"}
     for spec in document["specs"]:
-        assert set(spec) == {"spec", "ok", "findings", "ignored", "not_checked", "signal", "fit", "closing"}
+        assert set(spec) == {"spec", "ok", "findings", "ignored", "not_checked", "felt", "signal", "fit", "closing"}
         for finding in spec["findings"]:
             assert keys <= set(finding)
             assert finding["severity"] in ("error", "warning", "note")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from sitscad.checks.rules import Advice, Undecided
 from sitscad.design import Design
+from sitscad.measured import Reached
 from sitscad.record import record
 from sitscad.remedy.feeling import other_thicknesses, slower_scans, softer_pads
 from sitscad.remedy.fix import Fix
@@ -32,6 +33,16 @@ def felt(design: Design) -> QuickPerformance | None:
     from sitscad.estimates.performance.quick import quick_performance
 
     return design.once("felt", lambda: quick_performance(design.layout, design.estimates))
+
+
+def note_reached(design: Design, reached: Reached) -> None:
+    """Keep what is felt beside what is asked, met or not."""
+    design.once("reached", dict[str, Reached])[reached.requirement] = reached
+
+
+def noted(design: Design) -> tuple[Reached, ...]:
+    """What was kept, in the order of the rules."""
+    return tuple(sorted(design.once("reached", dict[str, Reached]).values(), key=lambda each: each.rule))
 
 
 @record

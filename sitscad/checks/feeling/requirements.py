@@ -7,17 +7,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from sitscad.checks.cases import Case
-from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, NOTHING_FELT, felt, more_signal, worst
+from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, NOTHING_FELT, felt, more_signal, note_reached, worst
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.measured import Reached
 
 SHEARS = ("shear_x", "shear_y")
 
 
 def normal_resolution(design: Design) -> Iterator[Verdict]:
     """Noise of the normal axis at every working point."""
-    yield from _resolution(design, "normal_resolution", ("normal",))
+    yield from _resolution(design, "SIT401", "normal_resolution", ("normal",))
 
 
 def shear_resolution(design: Design) -> Iterator[Verdict]:
@@ -26,15 +27,17 @@ def shear_resolution(design: Design) -> Iterator[Verdict]:
     if found is not None and len(found.bench.names) == 1:
         yield NO_SHEAR.found("requirements.shear_resolution", None, design.spec.requirements.shear_resolution, "N")
         return
-    yield from _resolution(design, "shear_resolution", SHEARS)
+    yield from _resolution(design, "SIT402", "shear_resolution", SHEARS)
 
 
-def _resolution(design: Design, key: str, axes: tuple[str, ...]) -> Iterator[Verdict]:
+def _resolution(design: Design, rule: str, key: str, axes: tuple[str, ...]) -> Iterator[Verdict]:
     found, asked = felt(design), getattr(design.spec.requirements, key)
     if found is None:
         yield NOTHING_FELT
         return
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
+    if most is not None:
+        note_reached(design, Reached(key, rule, most.value, asked, "N", most.axis, most.at))
     if most is not None and most.value > asked:
         # Noise goes with the conversions that a scan has time for, so with the scans a second.
         yield TOO_COARSE.found(
@@ -64,6 +67,8 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         return max(tables[point][found.bench.names[axis]].values(), default=0.0)
 
     most = worst(found, found.bench.names, of)
+    if most is not None:
+        note_reached(design, Reached("crosstalk", "SIT403", most.value, asked, "", most.axis, most.at))
     if most is not None and most.value > asked:
         yield CROSSED.found("requirements.crosstalk", most.value, asked, None, axis=most.axis, at=most.at,
                             advice=more_signal(design.spec))  # fmt: skip
@@ -79,6 +84,8 @@ def tilt_error(design: Design) -> Iterator[Verdict]:
     assert tilt is not None and asked is not None
     most = worst(found, found.bench.names,
                  lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))  # fmt: skip
+    if most is not None:
+        note_reached(design, Reached("tilt_error", "SIT404", most.value, asked, "N", most.axis, most.at))
     if most is not None and most.value > asked:
         yield TILTED.found("requirements.tilt_error", most.value, asked, "N", axis=most.axis, at=most.at,
                            angle=float(np.degrees(tilt)), advice=more_signal(design.spec))  # fmt: skip
@@ -97,6 +104,7 @@ def friction_error(design: Design) -> Iterator[Verdict]:
         return
     causes = found.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
+    note_reached(design, Reached("friction_error", "SIT405", error, asked, "", "shear over normal", "at full load"))
     if error > asked:
         cause = max(causes, key=lambda one: causes[one])
         yield SLIPPERY.found("requirements.friction_error", error, asked, None, cause=cause, share=causes[cause],
@@ -113,11 +121,14 @@ def temperature_error(design: Design) -> Iterator[Verdict]:
     apart = max(abs(end - needs.temperature) for end in needs.temperature_range)
     drift = apart * found.warmed.temperature
     k = int(np.argmax(drift))
+    axis = found.bench.names[k].replace("_", " along ")
+    note_reached(design, Reached("temperature_error", "SIT406", float(drift[k]), needs.temperature_error, "N", axis,
+                                 "at full load"))  # fmt: skip
     if drift[k] > needs.temperature_error:
         causes = {name: abs(float(value[k])) for name, value in found.warmed.by_kelvin.items()}
         yield DRIFTS.found(
             "requirements.temperature_error", float(drift[k]), needs.temperature_error, "N",
-            axis=found.bench.names[k].replace("_", " along "), apart=apart, start=needs.temperature,
+            axis=axis, apart=apart, start=needs.temperature,
             cause=max(causes, key=lambda one: causes[one]), advice=more_signal(design.spec),
         )  # fmt: skip
 

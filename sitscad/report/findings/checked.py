@@ -12,7 +12,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
 
 if TYPE_CHECKING:
-    from sitscad.measured import Closing, Measure, Signal
+    from sitscad.measured import Closing, Measure, Reached, Signal
 
 
 @record
@@ -20,9 +20,10 @@ class CheckedSpec:
     """One spec after its checks: the path as typed, the text that findings point into, and what was found.
 
     ``texts`` are those of other files that findings point into, by path; ``signals`` what each coil does from rest to
-    the required force; ``fit`` what was measured of the sensor in its jaw, ``closing`` how that closes; ``ignored``
-    what was found and is not held against the spec, each with the reason; ``silenced`` the errors among that and what
-    was left out that only physics can judge: they stop no build, but mark its package.
+    the required force; ``fit`` what was measured of the sensor in its jaw, ``closing`` how that closes; ``reached``
+    what is felt beside what is required; ``ignored`` what was found and is not held against the spec, each with the
+    reason; ``silenced`` the errors among that and what was left out that only physics can judge: they stop no build,
+    but mark its package.
     """
 
     path: str
@@ -35,6 +36,7 @@ class CheckedSpec:
     fit: tuple[Measure, ...] = ()
     silenced: tuple[Finding, ...] = ()
     closing: Closing | None = None
+    reached: tuple[Reached, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -65,7 +67,8 @@ class CheckedSpec:
         findings = tuple(finding for finding in self.findings if finding.rule not in rules)
         not_checked = tuple(skipped for skipped in self.not_checked if skipped.rule not in rules)
         left_out = tuple(NotChecked(rule, reason) for rule in rules)
-        return replace(self, findings=findings, not_checked=not_checked + left_out)
+        reached = tuple(each for each in self.reached if each.rule not in rules)
+        return replace(self, findings=findings, not_checked=not_checked + left_out, reached=reached)
 
     def line(self, number: int | None, file: str | None = None) -> str | None:
         """A line of the spec's text, or of another file's, counted from 1; None where there is none."""
@@ -80,6 +83,7 @@ def checked_spec(
     signals: Sequence[Signal] = (),
     fit: Sequence[Measure] = (),
     closing: Closing | None = None,
+    reached: Sequence[Reached] = (),
 ) -> CheckedSpec:
     """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""
     source, placed = spec.source, (_placed(spec.source, finding) for finding in findings)
@@ -91,6 +95,7 @@ def checked_spec(
         signals=tuple(signals),
         fit=tuple(fit),
         closing=closing,
+        reached=tuple(reached),
     )
 
 

@@ -11,7 +11,7 @@ from sitscad.report.findings.checked import CheckedSpec
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
-    from sitscad.measured import Signal
+    from sitscad.measured import Reached, Signal
 
 
 def as_json(checked: Sequence[CheckedSpec]) -> str:
@@ -31,6 +31,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 "findings": [finding_json(finding) for finding in spec.findings],
                 "ignored": [_ignored_json(ignored) for ignored in spec.ignored],
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
+                "felt": [felt_json(reached) for reached in spec.reached],
                 "signal": [signal_json(signal) for signal in spec.signals],
                 "fit": _fit_json(spec),
                 "closing": _closing_json(spec),
@@ -65,6 +66,19 @@ def to_json(document: object) -> str:
     import json  # text needs none of it, and most checks are read by people
 
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
+
+
+def felt_json(reached: Reached) -> dict[str, Any]:
+    """What is felt beside what is asked, as plain values for JSON."""
+    return {
+        "requirement": reached.requirement,
+        "rule": reached.rule,
+        "measured": reached.measured,
+        "limit": reached.limit,
+        "unit": reached.unit,
+        "axis": reached.axis,
+        "at": reached.at,
+    }
 
 
 def signal_json(signal: Signal) -> dict[str, Any]:

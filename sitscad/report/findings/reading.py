@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
-from sitscad.measured import Closing, Measure, Share, Signal
+from sitscad.measured import Closing, Measure, Reached, Share, Signal
 from sitscad.report.findings.checked import CheckedSpec
 
 
@@ -24,6 +24,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
             ignored=tuple(ignored),
             fit=tuple(map(_measure, spec["fit"])),
             closing=_closing(spec["closing"]),
+            reached=tuple(Reached(**each) for each in spec["felt"]),
         )  # fmt: skip
     except (ValueError, KeyError, TypeError):
         return None

@@ -14,6 +14,7 @@ def as_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     left_out = [line for spec in checked for line in _not_checked_text(spec, len(checked) > 1, colour)]
     left_out += [line for spec in checked for line in _ignored_text(spec, len(checked) > 1, colour)]
     felt = [line for spec in checked for line in _signal_text(spec, len(checked) > 1)]
+    felt += [line for spec in checked for line in _felt_text(spec, len(checked) > 1)]
     felt += [line for spec in checked for line in _fit_text(spec, len(checked) > 1)]
     return "\n".join([*blocks, *left_out, *felt, *_fixes_text(checked), summary(checked, colour)]) + "\n"
 
@@ -98,6 +99,14 @@ def _signal_text(spec: CheckedSpec, name_it: bool) -> list[str]:
 
     prefix = f"{printable(spec.path)}: " if name_it else ""
     return [f"{prefix}signal: {'; '.join(headline(spec.signals))}"] if spec.signals else []
+
+
+def _felt_text(spec: CheckedSpec, name_it: bool) -> list[str]:
+    """What is felt beside what is required in one line; none where nothing of it is required."""
+    from sitscad.report.signal import felt_words  # only where something is required
+
+    prefix = f"{printable(spec.path)}: " if name_it else ""
+    return [f"{prefix}felt: {'; '.join(map(felt_words, spec.reached))}"] if spec.reached else []
 
 
 def _fit_text(spec: CheckedSpec, name_it: bool) -> list[str]:
