@@ -96,7 +96,16 @@ def board(request: pytest.FixtureRequest):
     return layouts.two_coils(request.param)
 
 
-@pytest.fixture(scope="session", params=sorted(path.stem for path in TEMPLATES.glob("*.yaml")))
+SHOWN = ("grasper_3p5mm", "racetrack_jaw", "square_bench", "three_axis_pad")
+"""Templates that CI's slow tests take of all: two and four layers, round, square and long coils, a pair, a grid."""
+
+
+def as_shown(stem: str) -> object:
+    """A template's name as a parameter, marked where slow tests of it are left out in CI."""
+    return pytest.param(stem, marks=() if stem in SHOWN else pytest.mark.more)
+
+
+@pytest.fixture(scope="session", params=[as_shown(path.stem) for path in sorted(TEMPLATES.glob("*.yaml"))])
 def template(request: pytest.FixtureRequest) -> Path:
     """Every template in turn."""
     return TEMPLATES / f"{request.param}.yaml"

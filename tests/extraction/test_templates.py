@@ -18,14 +18,12 @@ from sitscad.layout import lay_out
 from sitscad.layout.board import Layout
 from sitscad.spec.load import load
 
-TEMPLATES = sorted((Path(__file__).parents[2] / "templates").glob("*.yaml"))
 
-
-@pytest.fixture(scope="module", params=TEMPLATES, ids=lambda path: path.stem)
-def finished(request, tmp_path_factory) -> tuple[Layout, Path]:
+@pytest.fixture(scope="module")
+def finished(template, tmp_path_factory) -> tuple[Layout, Path]:
     """A template's layout, and the directory with its Gerber files, drill file and netlist."""
-    layout = lay_out(load(request.param))
-    folder = tmp_path_factory.mktemp(request.param.stem)
+    layout = lay_out(load(template))
+    folder = tmp_path_factory.mktemp(template.stem)
     for writer in (gerber, excellon, ipc356):
         for name, content in writer.render(layout).items():
             path = folder / name

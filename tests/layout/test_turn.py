@@ -172,7 +172,7 @@ def test_a_tail_too_short_for_its_turn_becomes_longer():
     ("way", "template"),
     [
         ("turn: left", "grasper_4layer"),
-        *(pytest.param(way, "grasper_4layer", marks=pytest.mark.slow) for way in WAYS[1:]),
+        *(pytest.param(way, "grasper_4layer", marks=[pytest.mark.slow, pytest.mark.more]) for way in WAYS[1:]),
         *(pytest.param(way, "three_axis_grid", marks=pytest.mark.slow) for way in WAYS),
     ],
 )

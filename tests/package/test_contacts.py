@@ -12,10 +12,11 @@ import pytest
 import sitscad
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
+SHOWN = ("grasper_4layer", "three_axis_pad")
 BUILT = [
     ("bench_7mm", "zif-0.3mm"),
     *(
-        pytest.param(path.stem, terminal, marks=pytest.mark.slow)
+        pytest.param(path.stem, terminal, marks=[pytest.mark.slow, *([] if path.stem in SHOWN else [pytest.mark.more])])
         for path in sorted(TEMPLATES.glob("*.yaml"))
         for terminal in ("zif-0.3mm", "solder-pads")
         if (path.stem, terminal) != ("bench_7mm", "zif-0.3mm") and path.stem != "single_coil"
