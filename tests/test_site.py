@@ -92,3 +92,12 @@ def test_two_builds_give_the_same_site_whose_links_lead_somewhere(tmp_path):
             assert target in one, f"{page}: {link}"
             if parts.fragment and target in pages:
                 assert unquote(parts.fragment) in pages[target].places, f"{page}: {link}"
+
+
+def test_outer_addresses_are_found_as_they_are_meant():
+    """What asks them needs a network: tests/validation/outer_links.py."""
+    from runpy import run_path
+
+    found = run_path(str(ROOT / "tests" / "validation" / "outer_links.py"))["addresses_in"]
+    text = "See <https://a.test/x#place>, (https://b.test/y.html). Yours: https://example.org/sitscad@v0.1.0"
+    assert found(text) == {"https://a.test/x", "https://b.test/y.html"}

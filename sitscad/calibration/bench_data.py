@@ -6,7 +6,6 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
 from sitscad.scene.motions import LOAD, POSE
+from sitscad.scene.table_text import TableError, table_text
 
 Array = NDArray[np.float64]
 
@@ -75,14 +75,10 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
     Lines that begin with # and empty ones are left out. Raises BenchError for what cannot be read, OSError for a file
     that cannot be opened.
     """
-    with Path(path).open("rb") as file:  # a device has no size and no end
-        content = file.read(LARGEST + 1)
-    if len(content) > LARGEST:
-        raise BenchError(f"{path}:1:1 is larger than {LARGEST // 1_000_000} MB")
     try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise BenchError(f"{path}:1:1 is not text in UTF-8") from error
+        text = table_text(path, LARGEST)
+    except TableError as error:
+        raise BenchError(f"{path}:1:1 {error}") from error
     rows = [(number, cells) for number, cells in enumerate(csv.reader(io.StringIO(text)), start=1)
             if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")]  # fmt: skip
     if not rows:

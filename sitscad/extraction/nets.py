@@ -89,11 +89,6 @@ class ExtractedBoard:
     astray: tuple[Mark, ...]
     nets: tuple[ExtractedNet, ...]
 
-    @property
-    def copper_areas(self) -> tuple[float, ...]:
-        """The copper's area on each layer, top first (m2)."""
-        return tuple(float(layer.area) for layer in self.artwork.copper)
-
     def net(self, name: str) -> ExtractedNet:
         """The one extracted net on which an intended net was met. Raises KeyError when there is none or several."""
         found = [net for net in self.nets if name in net.names]

@@ -20,11 +20,6 @@ def link_angle(lever_angle: float, lever: float, link: float) -> float:
     return math.asin(sine)
 
 
-def pin_distance(lever_angle: float, lever: float, link: float) -> float:
-    """Distance (m) from the pivot to the pin that the shaft pulls; lengths in metres, angle in radians."""
-    return lever * math.cos(lever_angle) + link * math.cos(link_angle(lever_angle, lever, link))
-
-
 def tip_force(tension: float, lever_angle: float, lever: float, link: float, reach: float) -> float:
     """Force (N) that each jaw exerts, square to its face, `reach` (m) from the pivot, under a pull on the shaft (N),
     without friction: F_IN LA sin(theta + theta0 + beta) / (2 L_j cos beta), beta being `link_angle`.

@@ -7,12 +7,12 @@ import io
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.record import record
+from sitscad.scene.table_text import TableError, table_text
 from sitscad.units import UnitError, parse_quantity
 
 Array = NDArray[np.float64]
@@ -192,21 +192,20 @@ def _range(name: str, text: str) -> Array:
     parts = text.split(":")
     if len(parts) == 1:
         return np.array([_number(name, text)])
-    if len(parts) != 3 or not parts[2].strip().isdecimal() or not 0 < int(parts[2]) <= MOST:
+    if len(parts) != 3 or not parts[2].strip().isdecimal():
         raise MotionError(f"{name}={text}: FIRST:LAST:COUNT is wanted, like -2:2:41")
-    return np.linspace(_number(name, parts[0]), _number(name, parts[1]), int(parts[2]))
+    count = parts[2].strip().lstrip("0")
+    if len(count) > len(str(MOST)) or not 0 < int(count or "0") <= MOST:
+        raise MotionError(f"{name}={text}: a COUNT from 1 to {MOST} is wanted, like -2:2:41")
+    return np.linspace(_number(name, parts[0]), _number(name, parts[1]), int(count))
 
 
 def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_]]:
     """The rows of a CSV file (n, names), and which of them have their rotation held; MotionError with the row."""
-    with Path(name).open("rb") as file:  # a device has no size and no end
-        content = file.read(LARGEST + 1)
-    if len(content) > LARGEST:
-        raise MotionError(f"{name} is larger than {LARGEST // 1_000_000} MB")
     try:
-        lines = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise MotionError(f"{name} is not text in UTF-8") from error
+        lines = table_text(name, LARGEST)
+    except TableError as error:
+        raise MotionError(f"{name} {error}") from error
     table = csv.reader(line for line in io.StringIO(lines) if line.strip() and not line.lstrip().startswith("#"))
     head = [cell.strip() for cell in next(table, [])]
     columns = _columns(name, head, names)

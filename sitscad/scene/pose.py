@@ -26,11 +26,6 @@ class Pose:
     rz: float = 0.0
 
     @property
-    def is_level(self) -> bool:
-        """Whether the target is still parallel to the board."""
-        return self.rx == 0.0 and self.ry == 0.0
-
-    @property
     def rotation(self) -> tuple[Vector, Vector, Vector]:
         """R as rows: it takes the target's own coordinates to board axes."""
         (a, b, c), (p, q, r) = (

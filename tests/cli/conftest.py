@@ -45,6 +45,18 @@ coil:
 """
 
 
+PAIR = """\
+sitscad: 1
+name: pair
+coil: {shape: circle, outer_diameter: 6, turns: 12.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+array: {pattern: line, count: 2, pitch: 7}
+fpc: {rules: generic-flex}
+target: {shape: square, size: 7, thickness: 0.2, material: copper}
+elastomer: {material: ecoflex-00-30, shape: square, size: 7, thickness: 2}
+requirements: {normal_force: 2 N}
+"""
+
+
 @dataclass(frozen=True)
 class Done:
     """What a command printed and its exit code."""
@@ -69,3 +81,9 @@ def run(capsys, monkeypatch, tmp_path):
         return Done(left.value.code, printed.out, printed.err)
 
     return typed
+
+
+@pytest.fixture
+def pair(tmp_path):
+    (tmp_path / "pair.yaml").write_text(PAIR)
+    return "pair.yaml"

@@ -13,23 +13,6 @@ import sitscad
 from sitscad.calibration.calibrate import sensors_of
 from sitscad.calibration.unknowns import units
 
-PAIR = """\
-sitscad: 1
-name: pair
-coil: {shape: circle, outer_diameter: 6, turns: 12.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
-array: {pattern: line, count: 2, pitch: 7}
-fpc: {rules: generic-flex}
-target: {shape: square, size: 7, thickness: 0.2, material: copper}
-elastomer: {material: ecoflex-00-30, shape: square, size: 7, thickness: 2}
-requirements: {normal_force: 2 N}
-"""
-
-
-@pytest.fixture
-def pair(tmp_path):
-    (tmp_path / "pair.yaml").write_text(PAIR)
-    return "pair.yaml"
-
 
 def test_a_bad_table_is_told_by_its_place(run, pair, tmp_path):
     (tmp_path / "bench.csv").write_text("normal_N,C1_counts,C2_counts\n0,5,6\n1,7,nan\n")
@@ -48,8 +31,8 @@ def test_wrong_usage(run, pair, arguments, words):
     assert done.code == 2 and words in done.err
 
 
-def test_a_coil_alone_has_nothing_to_calibrate(run, tmp_path):
-    (tmp_path / "alone.yaml").write_text("\n".join(PAIR.splitlines()[:5]) + "\n")
+def test_a_coil_alone_has_nothing_to_calibrate(run, pair, tmp_path):
+    (tmp_path / "alone.yaml").write_text("\n".join((tmp_path / pair).read_text().splitlines()[:5]) + "\n")
     done = run("calibrate", "alone.yaml")
     assert done.code == 2 and "no target" in done.err
 

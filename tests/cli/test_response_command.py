@@ -9,23 +9,6 @@ import json
 import numpy as np
 import pytest
 
-PAIR = """\
-sitscad: 1
-name: pair
-coil: {shape: circle, outer_diameter: 6, turns: 12.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
-array: {pattern: line, count: 2, pitch: 7}
-fpc: {rules: generic-flex}
-target: {shape: square, size: 7, thickness: 0.2, material: copper}
-elastomer: {material: ecoflex-00-30, shape: square, size: 7, thickness: 2}
-requirements: {normal_force: 2 N}
-"""
-
-
-@pytest.fixture
-def pair(tmp_path):
-    (tmp_path / "pair.yaml").write_text(PAIR)
-    return "pair.yaml"
-
 
 def test_json_is_the_contract_s(run, pair):
     done = run("response", pair, "--pose", "z=-0.2,ry=1", "--load", "normal=2", "--format", "json")
@@ -107,7 +90,8 @@ def test_wrong_usage_is_a_sentence(run, pair, arguments, said):
 
 
 def test_load_cases_by_name(run, pair, tmp_path):
-    text = PAIR + "loads: {press: {}, scissor: {opening: 10 deg, normal: 1 N}, edge: {normal: 1 N, offset: [1, 0]}}\n"
+    text = (tmp_path / pair).read_text()
+    text += "loads: {press: {}, scissor: {opening: 10 deg, normal: 1 N}, edge: {normal: 1 N, offset: [1, 0]}}\n"
     (tmp_path / "cases.yaml").write_text(text)
     done = run("response", "cases.yaml", "--case", "all", "--pose", "z=-0.1", "--jacobian", "--format", "json")
     points = json.loads(done.out)["points"]

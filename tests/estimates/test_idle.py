@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from neumann import sampled_mutual_inductance
 
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.idle import idle_load, idle_neighbours
 from sitscad.layout import lay_out
-from sitscad.physics.inductance.filaments import sampled_mutual_inductance
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import spiral_spectrum
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances

@@ -29,7 +29,7 @@ def test_a_sound_board_has_its_nets_contacts_and_no_difference(two_nets, tmp_pat
 
 def test_the_copper_area_is_the_one_drawn(two_nets, tmp_path):
     """C2 on the top layer: two pads 0.6 x 0.4 mm and 4.4 mm of a 0.1 mm track between them."""
-    top, _ = extract(two_nets.write(tmp_path)).copper_areas
+    top = float(extract(two_nets.write(tmp_path)).artwork.copper[0].area)
     two_tracks_and_their_via_pads = 2 * (0.24 + (4.7 - 0.15) * 0.1 + math.pi * 0.15**2 + chord_area(0.15, 0.05))
     assert top * 1e6 == pytest.approx(2 * 0.24 + 4.4 * 0.1 + two_tracks_and_their_via_pads, rel=2e-4)
 

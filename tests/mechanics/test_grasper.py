@@ -8,9 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitscad.mechanics.grasper import link_angle, pin_distance, tip_force
+from sitscad.mechanics.grasper import link_angle, tip_force
 
 THETA0, LA, LB = math.radians(21.80), 3.770e-3, 3.200e-3
+
+
+def pin_distance(lever_angle: float, lever: float, link: float) -> float:
+    """Distance (m) from the pivot to the pin that the shaft pulls; lengths in metres, angle in radians."""
+    return lever * math.cos(lever_angle) + link * math.cos(link_angle(lever_angle, lever, link))
 
 
 @given(st.floats(0.05, 1.4), st.floats(1e-3, 6e-3), st.floats(1.05, 4.0), st.floats(5e-3, 40e-3))

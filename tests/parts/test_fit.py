@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import handmade
 import pytest
+from envelope import envelope_radius
 
 from sitscad.parts import Solid, fit
 from sitscad.parts.assembly import closed_pair
@@ -36,7 +37,7 @@ def test_figures_and_meshes_agree_on_the_envelope(case):
     layout = handmade.jaw_sensor(**FITTED[case])
     pair = closed_pair(layout)
     section = closed_section(layout)
-    assert fit.envelope_radius(pair) == pytest.approx(section.radius, rel=1e-4)
+    assert envelope_radius(pair) == pytest.approx(section.radius, rel=1e-4)
     assert fit.interferences(pair) == ()
     jaws = [s.shape.bounding_box() for s in pair if s.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
     height = max(b.max.Z for b in jaws) - min(b.min.Z for b in jaws)
@@ -66,12 +67,12 @@ def test_without_a_jaw_there_is_no_closed_pair():
 @pytest.mark.cad
 def test_the_envelope_needs_both_jaws_and_leaves_the_tail_out():
     with pytest.raises(ValueError, match="opposing jaw"):
-        fit.envelope_radius(handmade.solids("jaw"))
+        envelope_radius(handmade.solids("jaw"))
     layout = handmade.jaw_sensor()
     wide_end = handmade.board(layout.spec, tail=20e-3, end_width=8e-3)
     pair = closed_pair(wide_end)
-    assert fit.envelope_radius(pair) < 2.5e-3
-    assert fit.envelope_radius(pair, within=(-10e-3, 40e-3)) == pytest.approx(4e-3, rel=1e-2)
+    assert envelope_radius(pair) < 2.5e-3
+    assert envelope_radius(pair, within=(-10e-3, 40e-3)) == pytest.approx(4e-3, rel=1e-2)
 
 
 @pytest.mark.cad

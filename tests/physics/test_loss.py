@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from half_plane import azimuth_loss
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from windings import MM, UM, bench, coil, four_layers, miniature
@@ -79,7 +80,7 @@ def test_low_frequency_loss_against_the_flux_on_small_cells(monkeypatch):
     radii = radii_at(layers, 0.3)
     resolution = proximity.Resolution(ModeSet(8, 2, (8, 2)), 1, 30)
     monkeypatch.setattr(proximity, "_end_flux", lambda *_: 0.0)
-    ours = proximity.azimuth_loss(layers, 0.3, 2.0 * math.pi, COPPER, resolution)
+    ours = azimuth_loss(layers, 0.3, 2.0 * math.pi, COPPER, resolution)
     assert ours.strengths.sum() == pytest.approx(eddy_power_by_cells(layers, radii), rel=0.03)
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from neumann import sampled_mutual_inductance
 
 from sitscad.physics.inductance.filaments import (
     PolylineTrack,
     curve_segments_mutual,
     grouped_segments_inductance,
-    sampled_mutual_inductance,
     segment_set,
     track_mutual_inductance,
 )

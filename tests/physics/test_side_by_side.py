@@ -9,10 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from neumann import sampled_mutual_inductance
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance import clusters, side_by_side
-from sitscad.physics.inductance.filaments import sampled_mutual_inductance
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
 

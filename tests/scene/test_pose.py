@@ -50,5 +50,5 @@ def test_the_turns_follow_each_other():
 
 
 def test_rest_is_no_motion():
-    assert REST_POSE.is_level
+    assert REST_POSE.rx == REST_POSE.ry == 0.0
     assert REST_POSE.moved((1.0, 2.0, 3.0), (0.0, 0.0, 1.0)) == (1.0, 2.0, 3.0)

@@ -58,7 +58,8 @@ def test_states_carry_the_pose_of_the_target():
     assert list(found) == [FREE, REST, PRESSED]
     assert found[FREE].is_free and not found[REST].is_free
     assert found[REST].pose.z == 0.0 and found[REST].force == 0.0
-    assert found[PRESSED].pose.is_level and found[PRESSED].pose.z < 0.0
+    pose = found[PRESSED].pose
+    assert pose.rx == pose.ry == 0.0 and pose.z < 0.0
     assert found[PRESSED].force == layout_of("bench_7mm").spec.requirements.normal_force
 
 

@@ -30,6 +30,9 @@ from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.spec.sensor import CoilPlacement, CoilSpec
 from sitscad.spec.stackup import CopperLayer
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))  # as a program; pytest knows the folder
+from half_plane import azimuth_loss
+
 REFERENCES = Path(__file__).with_name("resistance_designs.csv")
 FAMILIES = {"circle": 60, "square": 16, "rectangle": 12, "hexagon": 12, "octagon": 12, "racetrack": 12, "rounded": 16}
 """Families and how many of each were fitted to."""
@@ -81,7 +84,7 @@ def finer(spec: CoilSpec, coil: Coil) -> ProximityLoss:
         tracks = [bent_track(w, spec.trace_width) for w in coil.windings]
         return bent_loss(tracks, COPPER, modes, 10, fine.steps + 10)
     parts = [
-        proximity.azimuth_loss(spirals, *sector, COPPER, proximity.Resolution(modes, 37, fine.steps + 10))
+        azimuth_loss(spirals, *sector, COPPER, proximity.Resolution(modes, 37, fine.steps + 10))
         for sector in proximity.sectors(spirals, 37)
     ]
     return joined(parts)

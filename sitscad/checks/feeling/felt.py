@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from functools import wraps
 from typing import TYPE_CHECKING
 
-from sitscad.checks.rules import Advice, Undecided
+from sitscad.checks.rules import Advice, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.measured import Reached
 from sitscad.record import record
@@ -43,6 +44,22 @@ def note_reached(design: Design, reached: Reached) -> None:
 def noted(design: Design) -> tuple[Reached, ...]:
     """What was kept, in the order of the rules."""
     return tuple(sorted(design.once("reached", dict[str, Reached]).values(), key=lambda each: each.rule))
+
+
+def where_felt(
+    rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],
+) -> Callable[[Design], Iterator[Verdict]]:
+    """A rule about what the sensor feels, as a rule about a design: undecided where there is nothing to feel."""
+
+    @wraps(rule)
+    def apply(design: Design) -> Iterator[Verdict]:
+        found = felt(design)
+        if found is None:
+            yield NOTHING_FELT
+        else:
+            yield from rule(found, design)
+
+    return apply
 
 
 @record

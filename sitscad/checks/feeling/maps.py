@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from sitscad.checks.cases import Case
-from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, NOTHING_FELT, felt, more_signal, worst
+from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, more_signal, where_felt, worst
 from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.units import show
 
+if TYPE_CHECKING:
+    from sitscad.estimates.performance.quick import QuickPerformance
+
 BESIDE_NOISE = 10.0
 """How many times the resolution one degree of tilt may be read as before it is worth a note."""
 
 
-def two_loads_one_reading(design: Design) -> Iterator[Verdict]:
+@where_felt
+def two_loads_one_reading(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Whether two loads within what is required read alike."""
-    found = felt(design)
-    if found is None:
-        yield NOTHING_FELT
-        return
     twins = found.working.twins
     if twins is not None:
         words = [" and ".join(f"{show(load[k], 'N', 3)} of {name.replace('_', ' along ')}"
@@ -29,12 +30,9 @@ def two_loads_one_reading(design: Design) -> Iterator[Verdict]:
         yield AMBIGUOUS.found("target.size", advice=more_signal(design.spec), one=words[0], other=words[1])
 
 
-def tilt_beside_noise(design: Design) -> Iterator[Verdict]:
+@where_felt
+def tilt_beside_noise(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """One degree of tilt against the noise."""
-    found = felt(design)
-    if found is None:
-        yield NOTHING_FELT
-        return
     from sitscad.estimates.performance.tilts import DEGREE
 
     def over_noise(point: int, axis: int) -> float:

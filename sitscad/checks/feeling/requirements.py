@@ -3,38 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sitscad.checks.cases import Case
-from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, NOTHING_FELT, felt, more_signal, note_reached, worst
+from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, more_signal, note_reached, where_felt, worst
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.measured import Reached
 
+if TYPE_CHECKING:
+    from sitscad.estimates.performance.quick import QuickPerformance
+
 SHEARS = ("shear_x", "shear_y")
 
 
-def normal_resolution(design: Design) -> Iterator[Verdict]:
+@where_felt
+def normal_resolution(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Noise of the normal axis at every working point."""
-    yield from _resolution(design, "SIT401", "normal_resolution", ("normal",))
+    yield from _resolution(found, design, "SIT401", "normal_resolution", ("normal",))
 
 
-def shear_resolution(design: Design) -> Iterator[Verdict]:
+@where_felt
+def shear_resolution(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Noise of the shear axes that the array tells apart; a coil alone tells none."""
-    found = felt(design)
-    if found is not None and len(found.bench.names) == 1:
+    if len(found.bench.names) == 1:
         yield NO_SHEAR.found("requirements.shear_resolution", None, design.spec.requirements.shear_resolution, "N")
         return
-    yield from _resolution(design, "SIT402", "shear_resolution", SHEARS)
+    yield from _resolution(found, design, "SIT402", "shear_resolution", SHEARS)
 
 
-def _resolution(design: Design, rule: str, key: str, axes: tuple[str, ...]) -> Iterator[Verdict]:
-    found, asked = felt(design), getattr(design.spec.requirements, key)
-    if found is None:
-        yield NOTHING_FELT
-        return
+def _resolution(
+    found: QuickPerformance, design: Design, rule: str, key: str, axes: tuple[str, ...]
+) -> Iterator[Verdict]:
+    asked = getattr(design.spec.requirements, key)
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
     if most is not None:
         note_reached(design, Reached(key, rule, most.value, asked, "N", most.axis, most.at))
@@ -49,14 +53,12 @@ def _resolution(design: Design, rule: str, key: str, axes: tuple[str, ...]) -> I
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
 
 
-def crosstalk(design: Design) -> Iterator[Verdict]:
+@where_felt
+def crosstalk(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """What every axis errs by while another goes over its full scale, by the curved map."""
     from sitscad.estimates.performance.inverse import crosstalk as crossed
 
-    found, asked = felt(design), design.spec.requirements.crosstalk
-    if found is None:
-        yield NOTHING_FELT
-        return
+    asked = design.spec.requirements.crosstalk
     assert asked is not None
     if len(found.bench.names) == 1:
         yield ONE_AXIS
@@ -74,12 +76,10 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
                             advice=more_signal(design.spec))  # fmt: skip
 
 
-def tilt_error(design: Design) -> Iterator[Verdict]:
+@where_felt
+def tilt_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """What the tilt that the contact may have costs on every axis."""
-    found, needs = felt(design), design.spec.requirements
-    if found is None:
-        yield NOTHING_FELT
-        return
+    needs = design.spec.requirements
     tilt, asked = needs.tilt, needs.tilt_error
     assert tilt is not None and asked is not None
     most = worst(found, found.bench.names,
@@ -91,12 +91,10 @@ def tilt_error(design: Design) -> Iterator[Verdict]:
                            angle=float(np.degrees(tilt)), advice=more_signal(design.spec))  # fmt: skip
 
 
-def friction_error(design: Design) -> Iterator[Verdict]:
+@where_felt
+def friction_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Error of shear over normal at full load."""
-    found, asked = felt(design), design.spec.requirements.friction_error
-    if found is None:
-        yield NOTHING_FELT
-        return
+    asked = design.spec.requirements.friction_error
     assert asked is not None
     shear = next((name for name in found.bench.names if name != "normal"), None)
     if shear is None:
@@ -111,12 +109,10 @@ def friction_error(design: Design) -> Iterator[Verdict]:
                              advice=more_signal(design.spec))  # fmt: skip
 
 
-def temperature_error(design: Design) -> Iterator[Verdict]:
+@where_felt
+def temperature_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Drift of every axis at full load between the temperature of the tare and the farther end of the range."""
-    found, needs = felt(design), design.spec.requirements
-    if found is None:
-        yield NOTHING_FELT
-        return
+    needs = design.spec.requirements
     assert needs.temperature_range is not None and needs.temperature_error is not None
     apart = max(abs(end - needs.temperature) for end in needs.temperature_range)
     drift = apart * found.warmed.temperature

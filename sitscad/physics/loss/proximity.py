@@ -162,15 +162,6 @@ def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
     return min([spacing + 0.25 * width, *(b - a for a, b in pairwise(ordered))])
 
 
-def azimuth_loss(layers: Sequence[SpiralLayer], azimuth: float, sector: float, conductivity: float,
-                 resolution: Resolution) -> ProximityLoss:  # fmt: skip
-    """Loss of the turns in the half-plane of an azimuth, which stands for a `sector` (rad) of every one."""
-    cut = azimuth_cut(layers, azimuth, sector)
-    if cut is None:
-        return ProximityLoss(0.0, np.zeros(1), np.zeros(1))
-    return azimuth_system(layers, azimuth, cut, conductivity, resolution.modes).loss(resolution.steps)
-
-
 def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) -> Cut | None:
     """The turns in the half-plane of an azimuth, each for a `sector` (rad) of it; None where there are none."""
     radii = radii_at(layers, azimuth)
