@@ -11,6 +11,7 @@ from sitscad.checks.assembly.overhang import OVERHANG_RULES
 from sitscad.checks.assembly.pair_in_port import PAIR_IN_PORT_RULES
 from sitscad.checks.assembly.plates import PLATE_RULES
 from sitscad.checks.assembly.room_in_jaw import ROOM_IN_JAW_RULES
+from sitscad.checks.assembly.sheets_and_fingers import SHEET_AND_FINGER_RULES
 from sitscad.checks.assembly.solid_fit import SOLID_FIT_RULES
 from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
 from sitscad.checks.board.bend import BEND_RULES
@@ -57,7 +58,8 @@ _LOADING = tuple(
 _TABLES = (
     _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, COVERLAY_RULES, ROOM_RULES, DRAWN_FORM_RULES,
     BEND_RULES, PLUG_RULES, STEP_RULES, ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES, FIT_RULES,
-    ROOM_IN_JAW_RULES, PAIR_IN_PORT_RULES, MOUNT_WALL_RULES, JOINT_RULES, SHEAR_RULES, TRANSDUCTION_RULES,
+    ROOM_IN_JAW_RULES, PAIR_IN_PORT_RULES, MOUNT_WALL_RULES, JOINT_RULES, SHEET_AND_FINGER_RULES, SHEAR_RULES,
+    TRANSDUCTION_RULES,
     THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES, REQUIREMENT_RULES, MAP_RULES,
     SOLID_FIT_RULES,
 )  # fmt: skip

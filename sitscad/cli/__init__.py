@@ -90,7 +90,7 @@ SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 )
 @click.version_option(sitscad.__version__, prog_name="sitscad", message="%(prog)s %(version)s")
 def cli() -> None:
-    """From one YAML spec to inductive tactile sensors for a 5 mm jaw that can be ordered."""
+    """From one YAML spec to inductive tactile sensors that can be ordered: for a jaw, a fingertip or the bench."""
 
 
 for command in (new, check, estimate, response, calibrate, build, explain, rules, schema, verify):  # as they are used

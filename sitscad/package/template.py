@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import difflib
+import re
 from pathlib import Path
 
 from sitscad.package.folder import PackageError
 from sitscad.package.one_file import replace_file, write_file
 from sitscad.spec import templates
 from sitscad.spec.format.schema import json_schema
+
+LONGEST_NAME = 64
+"""Characters of a sensor's name at most."""
 
 DEFAULT_TEMPLATE = "grasper_4layer"
 
@@ -21,7 +25,8 @@ def list_templates() -> dict[str, str]:
 def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None, force: bool = False) -> Path:
     """Write a template as a new spec and return its path (``NAME.yaml`` in the working directory by default).
 
-    Hyphens and underscores in `name` count as equal.
+    Hyphens and underscores in `name` count as equal. A file of another name gives the sensor its own, as far as file
+    names may hold it.
 
     Raises
     ------
@@ -31,6 +36,8 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
     found = _find(name)
     target = Path(f"{found}.yaml" if path is None else path)
     text = templates.read(found)
+    if target.stem != found and (own := re.sub(r"[^A-Za-z0-9]+", "-", target.stem).strip("-")[:LONGEST_NAME]):
+        text = re.sub(r"(?m)^name: \S+", f"name: {own}", text, count=1)
     try:
         if force:
             replace_file(target, text.encode("utf-8"))

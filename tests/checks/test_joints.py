@@ -43,6 +43,41 @@ def test_a_tongue_s_neck_is_its_width_less_both_flanks():
     assert joint(retention, jaw="{based_on: generic-10mm, height: 4}") == []
 
 
+def test_flanks_that_cross_leave_no_tongue():
+    crossed = joint("{kind: dovetail, width: 2, depth: 8}", jaw="{based_on: generic-10mm, height: 9}")
+    (none,) = [each for each in crossed if "no tongue" in each.message]
+    assert none.measured == pytest.approx(8e-3) and none.limit == pytest.approx(math.tan(math.radians(60.0)) * 1e-3)
+
+
+@pytest.mark.cad
+def test_a_tongue_that_is_none_is_not_built():
+    from sitscad.layout import lay_out
+    from sitscad.parts import solids
+    from sitscad.parts.solid import PartsError
+
+    retention = "{kind: dovetail, width: 2, depth: 8}"
+    mount = f"{{jaw: generic-10mm, standoff: 0.6, retention: {retention}}}"
+    with pytest.raises(PartsError, match="flanks cross"):
+        solids(lay_out(load_text(SENSOR + f"mount: {mount}\n", "held.yaml")))
+
+
+@pytest.mark.parametrize(
+    ("boards", "sheet", "is_found"), [(1, "", False), (4, "[30, 40]", True), (4, "[60, 60]", False)]
+)
+def test_a_sheet_has_to_hold_its_part_and_the_coupon(boards, sheet, is_found):
+    plate = "target: {shape: circle, size: 8, thickness: 0.1, material: copper}\n"
+    cutting = f"cutting: {{sheet: {sheet}}}\n" if sheet else ""
+    text = SENSOR.replace("fpc: {", f"fpc: {{boards: {boards}, ") + plate + cutting
+    rules = {each.rule for each in check(load_text(text, "held.yaml"), hints="none").findings}
+    assert ("SIT317" in rules) is is_found
+
+
+@pytest.mark.parametrize(("finger", "is_found"), [(3, True), (8, False)])
+def test_a_finger_as_wide_as_its_board_carries_it(finger, is_found):
+    said = found(f"{{kind: fingertip, standoff: 1, finger: {{shape: circle, size: {finger}}}}}", "SIT318")
+    assert bool(said) is is_found
+
+
 def test_a_groove_leaves_metal_below_its_corners():
     """The back is round: at the groove's corner the jaw is lower than in its middle."""
     (deep,) = joint("{kind: dovetail, width: 2.4, depth: 0.7}", jaw="generic-5mm")

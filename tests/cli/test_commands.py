@@ -9,6 +9,7 @@ import pytest
 
 import sitscad
 from sitscad import cli
+from sitscad.spec import templates
 
 
 def test_new_writes_every_template_and_refuses_to_write_over(run, tmp_path):
@@ -30,7 +31,8 @@ def test_new_writes_every_template_and_refuses_to_write_over(run, tmp_path):
 
 def test_new_without_a_name_writes_the_recommended_design(run, tmp_path):
     assert run("new", "-o", "sensor.yaml").code == 0
-    assert sitscad.load(tmp_path / "sensor.yaml").name == "grasper-4layer"
+    spec, first = sitscad.load(tmp_path / "sensor.yaml"), sitscad.load_text(templates.read("grasper_4layer"))
+    assert (spec.name, spec.coil, spec.target) == ("sensor", first.coil, first.target)
 
 
 def test_every_template_is_described_in_its_first_comment(run):
@@ -45,6 +47,11 @@ def test_an_unknown_template_is_named_with_the_nearest(run, tmp_path, name, word
     assert (done.code, done.out) == (2, "")
     assert words in done.err
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_new_file_of_another_name_is_another_sensor(run, tmp_path):
+    assert run("new", "single_coil", "-o", "my sensor_2.yaml").code == 0
+    assert "\nname: my-sensor-2" in (tmp_path / "my sensor_2.yaml").read_text()
 
 
 def test_new_into_a_folder_that_is_not_there(run):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from sitscad.checks.assembly.fit import ROUNDING, unverified
@@ -43,7 +44,10 @@ def _stands_on_metal(design: Design) -> bool:
 def _dovetail(design: Design, mount: Mount, found: Retention) -> Iterator[Verdict]:
     """The tongue's neck, and the metal that its groove leaves."""
     wall, metal = print_limit(mount.process, "wall"), print_limit("machined", "wall")
-    if neck(found) < wall.value - ROUNDING:
+    if neck(found) <= 0.0:
+        across = 0.5 * found.width * math.tan(found.angle)
+        yield FLANKS_CROSS.found("mount.retention.depth", found.depth, across, "m", width=found.width)
+    elif neck(found) < wall.value - ROUNDING:
         yield THIN_NECK.found(
             "mount.retention.width",
             neck(found),
@@ -113,6 +117,12 @@ NOTHING_ON_METAL = Case(
 THIN_NECK = Case(
     "the dovetail's tongue is {measured:m,3} wide at its neck, which {process} does not make: {limit:m,3} at least",
     "mount.retention.width: {wider:.6g}, a smaller depth, or steeper flanks",
+)
+
+FLANKS_CROSS = Case(
+    "the dovetail is {measured:m,3} deep, and its flanks, {width:m,3} apart at its bottom, meet after {limit:m,3}: "
+    "there is no tongue",
+    "a smaller mount.retention.depth, a larger width, or steeper flanks",
 )
 
 THIN_METAL = Case(

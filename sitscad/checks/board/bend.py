@@ -234,15 +234,15 @@ SHORT = Case(
 )
 
 STRAIGHT_FOR = Case(
-    "in the bend zone tracks turn or change their width; they run straight at one width for {have:m,3} from x = "
-    "{start:m,4}",
+    "tracks turn or change their width in a part of the bend zone; in the rest, {have:m,3} from x = {start:m,4} on, "
+    "they run straight at one width",
     "bend the tail there and nowhere else",
     Severity.NOTE,
 )
 
 STRAIGHT_BUT_SHORT = Case(
-    "in the bend zone tracks turn or change their width; they run straight at one width for {have:m,3} from x = "
-    "{start:m,4}; a bend by {angle} needs {limit:m,3}{radius}",
+    "tracks turn or change their width in a part of the bend zone; in the rest, {have:m,3} from x = {start:m,4} on, "
+    "they run straight at one width, and a bend by {angle} needs {limit:m,3}{radius}",
     NO_ROOM,
     Severity.WARNING,
 )

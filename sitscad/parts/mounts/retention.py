@@ -9,8 +9,9 @@ from sitscad.geometry.path import Point, circle, closed_polygon
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, one_solid, prism
+from sitscad.parts.solid import PartsError
 from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
-from sitscad.scene.grasper.seating import joint_clearance, pin_places, retention, tongue_across
+from sitscad.scene.grasper.seating import joint_clearance, neck, pin_places, retention, tongue_across
 from sitscad.spec.pieces.mounting import Retention
 
 CHAMFER = 0.1e-3
@@ -58,7 +59,11 @@ def _pin(found: Retention, x: float, y: float, metal: float) -> Any:
 
 
 def _tongue(found: Retention, room: float) -> list[Point]:
-    """The dovetail across (m), its middle at 0 and the mount's lower face at height 0, larger by a clearance."""
+    """The dovetail across (m), its middle at 0 and the mount's lower face at height 0, larger by a clearance. Raises
+    `PartsError` where its flanks cross.
+    """
+    if neck(found) <= 0.0:
+        raise PartsError("the dovetail's flanks cross below the mount (mount.retention): it has no tongue")
     bottom, top, depth = tongue_across(found, room)
     above = 0.1e-3  # into the mount, or out of the jaw: no face of it lies in that of another
     narrow = top - above / math.tan(found.angle)
