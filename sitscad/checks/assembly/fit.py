@@ -188,8 +188,8 @@ UNCOVERED_COILS = Case(
 
 BARE_METAL = Case(
     "the {metal} target is not encapsulated, and in the jaw it touches tissue",
-    hint="add encapsulation: {{material: ecoflex-00-50, thickness: 0.05}} (not tried); a thick or stiff film, as one of "
-    "PDMS, takes a good part of the signal",
+    hint="add encapsulation: {{material: ecoflex-00-50, thickness: 0.05}} (not tried); a thick or stiff film, as one "
+    "of PDMS, takes a good part of the signal",
 )
 
 
