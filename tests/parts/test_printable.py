@@ -138,7 +138,9 @@ def test_the_report_says_how_each_piece_is_made():
 
 @pytest.mark.clients("prusa-slicer", "admesh")
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["dovetail", "ati-nano17", "finger-circle"])
+@pytest.mark.parametrize(
+    "kind", ["dovetail", *(pytest.param(kind, marks=pytest.mark.more) for kind in ("ati-nano17", "finger-circle"))]
+)
 def test_slicers_find_nothing_to_mend(kind, tmp_path):
     """admesh: no facet to be repaired; PrusaSlicer slices STL and 3MF without a warning."""
     layout = KINDS[kind]

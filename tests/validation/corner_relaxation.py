@@ -14,6 +14,8 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -29,6 +31,7 @@ from stream_sheet import sheet, solved  # noqa: E402
 
 from sitscad.estimates.winding.losses import winding_losses  # noqa: E402
 from sitscad.physics.constants import MU0  # noqa: E402
+from sitscad.physics.loss import track_modes  # noqa: E402
 from sitscad.physics.loss.bent_tracks import bent_winding_loss  # noqa: E402
 from sitscad.physics.loss.corner_excess import relaxation  # noqa: E402
 from sitscad.physics.loss.track_modes import ModeSet  # noqa: E402
@@ -36,6 +39,10 @@ from sitscad.physics.loss.track_modes import ModeSet  # noqa: E402
 WIDTH, ARM, CELLS = 300e-6, 5.0, (5, 8)
 REDUCED = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
 """The frequencies, as s."""
+
+PLACES = 5
+"""Places across a track at which the field of distant sides is taken here. A coil's estimate takes FIELD_POINTS, which
+are fewer: beside a bend the field is not as smooth as that, and what it leaves out is no matter of the relaxation."""
 
 WEIGHT = 0.7
 """What a difference of R / omega counts for against one of L; below s = 2 it is the error of direct current."""
@@ -46,14 +53,27 @@ def frequencies(aspect: float) -> np.ndarray:
     return REDUCED / (MU0 * COPPER * WIDTH**2 * aspect * 2.0 * math.pi)
 
 
-def difference(degrees: float, radius: float, aspect: float) -> tuple[np.ndarray, np.ndarray]:
+@contextmanager
+def places_across(count: int) -> Iterator[None]:
+    """As many places across a track for the field of distant sides, for a while."""
+    usual, track_modes.FIELD_POINTS = track_modes.FIELD_POINTS, count
+    track_modes._integrals.cache_clear()
+    try:
+        yield
+    finally:
+        track_modes.FIELD_POINTS = usual
+        track_modes._integrals.cache_clear()
+
+
+def difference(degrees: float, radius: float, aspect: float, places: int = PLACES) -> tuple[np.ndarray, np.ndarray]:
     """Triangles less our L and R / omega (mu0 widths) of a bend; L without that of direct current."""
     f, count = frequencies(aspect), len(REDUCED)
-    ours = _ours(degrees, radius, aspect) if degrees else _straight(aspect)
+    with places_across(places):
+        ours = _ours(degrees, radius, aspect) if degrees else _straight(aspect)
     found = _triangles(degrees, radius, aspect)
     inductance = found[3 : 3 + count] - found[1] - (ours.inductance_changes(f) - ours.direct_change)
     resistance = (found[3 + count :] - ours.direct * ours.resistance_ratios(f)) / (2.0 * math.pi * f)
-    straight = difference(0.0, 0.0, aspect) if degrees else (0.0, 0.0)
+    straight = difference(0.0, 0.0, aspect, places) if degrees else (0.0, 0.0)
     return inductance / (MU0 * WIDTH) - straight[0], resistance / (MU0 * WIDTH) - straight[1]
 
 
