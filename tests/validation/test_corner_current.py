@@ -302,8 +302,8 @@ BENDS = [(60, 0.0), (45, 0.69), (90, 1.35)]
 @pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "radius"), BENDS)
 def test_the_relaxation_of_a_bend_is_the_triangles(degrees, radius):
-    """What is left of triangles less ours is a seventh of what the bend does beyond its modes, with the field of distant
-    sides at as many places across as the tables were fitted with.
+    """What is left of triangles less ours is a seventh of what the bend does beyond its modes. The field of distant
+    sides is taken at as many places across as the tables were fitted with.
     """
     inductance, resistance = difference(degrees, radius, 0.04, PLACES)
     lost = relaxation(math.radians(degrees), WIDTH, 0.04 * WIDTH, radius, COPPER)[0] / (4e-7 * math.pi * WIDTH)
