@@ -59,6 +59,8 @@ _HOMES = {
     "Finding": "sitscad.finding",
     "NotChecked": "sitscad.finding",
     "Severity": "sitscad.finding",
+    "field_mesh": "sitscad.formats.tetrahedra.field",
+    "pad_mesh": "sitscad.formats.tetrahedra.pad",
     "MissingExtra": "sitscad.parts",
     "PartsError": "sitscad.parts",
     "Solid": "sitscad.parts",
@@ -184,6 +186,7 @@ __all__ = [
     "current_paths",
     "each_of",
     "estimate",
+    "field_mesh",
     "frequency_of",
     "inspect",
     "job_summary",
@@ -197,6 +200,7 @@ __all__ = [
     "mended",
     "nearest_policy",
     "opened",
+    "pad_mesh",
     "policy_for",
     "read_baseline",
     "read_motions",
@@ -229,6 +233,8 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.pad import NoResponse
     from sitscad.estimates.response.values import Response
     from sitscad.finding import Finding, NotChecked, Severity
+    from sitscad.formats.tetrahedra.field import field_mesh
+    from sitscad.formats.tetrahedra.pad import pad_mesh
     from sitscad.inspection import (
         Held,
         Inspection,

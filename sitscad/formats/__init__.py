@@ -20,6 +20,8 @@ WRITERS: tuple[Writer, ...] = (
     Writer("assembly step", "formats.step:render_whole", "assembly", ("whole", "spec"), is_mounted),
     Writer("assembly 3mf", "formats.mesh_3mf:render_whole", "assembly", ("whole", "spec"), is_mounted),
     Writer("assembly glb", "formats.glb", "assembly", ("whole", "spec"), is_mounted),
-    Writer("volume mesh", "formats.volume_mesh", "mesh", ("solids", "spec"), lambda spec: spec.elastomer is not None),
+    Writer(
+        "volume mesh", "formats.tetrahedra.pad", "mesh", ("solids", "spec"), lambda spec: spec.elastomer is not None
+    ),
 )
 """Every format, in the order in which a package is made; the papers come after them."""

@@ -83,6 +83,17 @@ def test_a_sensor_in_ones_own_cad_models(tmp_path, monkeypatch):
     assert all((tmp_path / name).stat().st_size > 50_000 for name in ("housing.step", "on-a-plate.step"))
 
 
+@pytest.mark.cad
+@pytest.mark.slow
+def test_the_pad_s_mesh_in_a_finite_element_solver(monkeypatch, capsys):
+    """Elements of this kind are too stiff, the coarser the more: on so few the law is at most a tenth below them."""
+    pytest.importorskip("ngsolve")
+    found = run("pad_compression.py", monkeypatch, "templates/bench_7mm.yaml", 1)
+    assert "20% compressed" in capsys.readouterr().out
+    for there, here in zip(found["elements"], found["law"], strict=True):
+        assert 0.9 < here / there < 1.0
+
+
 def described() -> dict[str, str]:
     """What callers rely on, of every public name that the page tells of: a function's parameters, a value's fields,
     the parameters of its public methods.

@@ -12,7 +12,8 @@ from pathlib import Path
 import handmade
 import pytest
 
-from sitscad.formats import glb, mesh_3mf, mesh_stl, step, volume_mesh
+from sitscad.formats import glb, mesh_3mf, mesh_stl, step
+from sitscad.formats.tetrahedra import pad as volume_mesh
 from sitscad.papers.assembly import picture as assembly_picture
 
 pytestmark = pytest.mark.cad
@@ -24,7 +25,8 @@ SCRIPT = """
 import hashlib, json, sys
 sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
-from sitscad.formats import glb, mesh_3mf, mesh_stl, step, volume_mesh
+from sitscad.formats import glb, mesh_3mf, mesh_stl, step
+from sitscad.formats.tetrahedra import pad as volume_mesh
 from sitscad.papers.assembly import picture as assembly_picture
 found = {{}}
 for sensor in ("bench", "jaw"):

@@ -6,7 +6,7 @@ import handmade
 import numpy as np
 import pytest
 
-from sitscad.formats import volume_mesh
+from sitscad.formats.tetrahedra import pad as volume_mesh
 
 pytestmark = pytest.mark.cad
 
@@ -120,7 +120,7 @@ def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
     import json
     import re
 
-    from sitscad.formats.volume_mesh import elastomer_meshes
+    from sitscad.formats.tetrahedra.pad import elastomer_meshes
 
     made = elastomer_meshes(handmade.solids("bench"))
     text, worth = made["inp"].decode("ascii"), json.loads(made["json"])

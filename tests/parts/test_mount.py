@@ -16,8 +16,9 @@ from sitscad.parts.solid import of_role
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
 from sitscad.scene.grasper.jaws import made_to_measure, section
-from sitscad.scene.grasper.seating import relief
+from sitscad.scene.grasper.seating import clearance, relief
 from sitscad.scene.printing import print_limit
+from sitscad.spec.pieces.mounting import Finger
 
 pytestmark = pytest.mark.cad
 
@@ -175,3 +176,36 @@ def test_the_jaw_s_face_lies_at_the_standoff_and_its_length_is_the_spec_s():
     assert bounds(metal)[2::3] == pytest.approx((-2.4e-3, -1.2e-3))
     assert bounds(metal)[0::3] == pytest.approx((-8e-3, 8e-3))
     assert metal.material == "stainless-304"
+
+
+def test_the_ledges_beside_the_board_have_round_corners():
+    """Tissue slides over their outer upright edges: each is a quarter of a cylinder as long as the ledge is high."""
+    wide = replace(handmade.jaw(9e-3, 2.4e-3, length=24e-3), port_diameter=10e-3)
+    (base,) = seats(shield=None, mount=handmade.Mount("grasper-pad", wide, 1.2e-3))
+    y1 = bounds(base)[4]
+    found = [
+        face for face in base.shape.faces()
+        if face.geom_type.name == "CYLINDER" and abs(face.radius - 1e3 * seat.CORNER_ROUNDING) < 1e-9
+    ]  # fmt: skip
+    assert len(found) == 4 and base.shape.is_valid
+    upright = [edge.center() for edge in base.shape.edges() if abs(edge.tangent_at(0.5).Z) > 0.99]
+    assert {round(at.X, 6) for at in upright if abs(at.Y) > 1e3 * y1 - 1e-3} == {-4.2, 4.2}
+
+
+def test_a_cap_s_lip_is_no_wider_than_the_tail_s_slot():
+    """Beside the slot the cap's face goes on to its end: no step that a glove catches on."""
+    cap = handmade.Mount("fingertip", None, 1.2e-3, finger=Finger("circle", (14e-3, 14e-3), 8e-3, 2e-3))
+    layout = handmade.bench_sensor(mount=cap)
+    (piece,) = mount.mount(layout)
+    end = piece.shape.bounding_box().max.X
+    low, high = layout.reach_at(1e-3 * end)
+    room = 1e3 * clearance(layout.spec.mount)
+    top = manifold(tessellate(piece))
+    for plane in (
+        ((0.0, 0.0, 1.0), -0.05),
+        ((1.0, 0.0, 0.0), end - 0.3),
+        ((0.0, 1.0, 0.0), -5.0),
+        ((0.0, -1.0, 0.0), -5.0),
+    ):
+        top = top.trim_by_plane(*plane)
+    assert 10.0 - top.volume() / (0.05 * 0.3) == pytest.approx(1e3 * (high - low) + 2 * room, abs=0.01)

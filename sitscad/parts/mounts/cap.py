@@ -87,12 +87,13 @@ def _bore(layout: Layout, finger: Finger, top: float, start: float, end: float) 
 
 
 def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
-    """The round lip over which the tail leaves the cap."""
-    points = [p for p in layout.outline.flattened(1e-5) if p.x > layout.body[2] - 1e-9]
-    if not points:
+    """The round lip over which the tail leaves the cap, as wide as the tail's slot there."""
+    low, high = layout.reach_at(end)
+    if low == high:
         return ()
-    across = min(p.y for p in points) - 1e-3, max(p.y for p in points) + 1e-3
-    return (lip(end, across, board_heights(layout.spec)[0], min(TAIL_ROUNDING, standoff / 2)),)
+    room = clearance(layout.spec.mount)
+    radius = min(TAIL_ROUNDING, standoff / 2)
+    return (lip(end, (low - room, high + room), board_heights(layout.spec)[0], radius),)
 
 
 def _screws(layout: Layout, finger: Finger, x: float, z: float, half: float) -> tuple[Any, ...]:

@@ -34,6 +34,9 @@ HEEL_ROUNDING = 0.3e-3
 TIP_ROUNDING = 0.4e-3
 """Of the seat's upright edges at the tip (m): tissue slides over them."""
 
+CORNER_ROUNDING = 0.3e-3
+"""Of the outer upright edges of the ledges beside the board (m)."""
+
 CHEEK_BACK = 0.2e-3
 """Between the cheeks' end and the tongue's (m)."""
 
@@ -187,8 +190,10 @@ def _sides(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
     (x0, _, x1, _), y, (inner, outer) = layout.body, axis(layout).y, halves
     found = []
     for side in (-1.0, 1.0):
-        near, far = sorted((y + side * inner, y + side * outer))
-        wall = _eased(box(x0, near, bottom, x1, far, 0.0), LEDGE_ROUNDING)
-        reach = sorted((y + side * (inner - 1e-3), y + side * (outer - LEDGE_ROUNDING)))
+        radius = min(CORNER_ROUNDING, (outer - inner) / 2)
+        corners = [Point(x, y + side * half) for x, half in ((x0, inner), (x1, inner), (x1, outer), (x0, outer))]
+        plan = rounded(corners if side > 0.0 else corners[::-1], [0.0, 0.0, radius, radius][:: int(side)])
+        wall = _eased(prism(plan, bottom, 0.0), LEDGE_ROUNDING)
+        reach = sorted((y + side * (inner - 1e-3), y + side * (outer - radius)))
         found += [box(x0, reach[0], bottom, x1, reach[1], foot), wall]
     return tuple(found)

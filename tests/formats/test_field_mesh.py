@@ -1,0 +1,130 @@
+"""The mesh for field programs: regions with their volumes that share faces, in air, every face named once."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from functools import cache
+
+import numpy as np
+import pytest
+
+import sitscad
+from sitscad.spec import templates
+
+pytestmark = pytest.mark.cad
+
+SPEC = sitscad.load_text(templates.read("bench_7mm")).replace({"array": {"pattern": "single"}, "coil.turns": 12})
+
+
+@cache
+def made() -> dict[str, bytes]:
+    return sitscad.field_mesh(sitscad.lay_out(SPEC), size=0.7e-3, air=7e-3)
+
+
+@cache
+def read() -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Points, and by physical name its triangles or tetrahedra as numbers of points."""
+    lines = made()["msh"].decode("ascii").splitlines()
+
+    def block(name):
+        start = lines.index(f"${name}")
+        return [line.split() for line in lines[start + 2 : start + 2 + int(lines[start + 1])]]
+
+    names = {(int(row[0]), int(row[1])): row[2].strip('"') for row in block("PhysicalNames")}
+    numbers = {row[0]: k for k, row in enumerate(block("Nodes"))}
+    points = np.array([[float(value) for value in row[1:]] for row in block("Nodes")])
+    groups: dict[str, list] = {name: [] for name in names.values()}
+    for row in block("Elements"):
+        dimension = {"2": 2, "4": 3}[row[1]]
+        groups[names[dimension, int(row[3])]].append([numbers[node] for node in row[3 + int(row[2]) :]])
+    return points, {name: np.array(rows) for name, rows in groups.items()}
+
+
+def volumes(points, rows):
+    a, b, c, d = np.moveaxis(points[rows], 1, 0)
+    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
+
+
+def test_every_region_has_its_volume():
+    points, groups = read()
+    layers = SPEC.fpc.stackup.copper
+    height = layers[0].z + layers[0].thickness / 2 - layers[1].z + layers[1].thickness / 2
+    outer = 3.5e-3 - 0.1e-3  # half a pitch inwards: tracks of a spiral go in by one over a turn
+    inner = outer - (12 * 0.2e-3 - 0.1e-3)
+    gap = SPEC.elastomer.thickness + 2 * SPEC.assembly.glue_line
+    expected = {
+        "coil_C1": math.pi * (outer**2 - inner**2) * height,
+        "target": math.prod(SPEC.target.size) * SPEC.target.thickness,
+        "elastomer": math.prod(SPEC.elastomer.size) * gap,
+    }
+    said = json.loads(made()["json"])["regions"]
+    for name, volume in expected.items():
+        assert said[name]["volume_m3"] == pytest.approx(volume, rel=1e-6), name
+        assert volumes(points, groups[name]).sum() == pytest.approx(volume, rel=0.02), name
+    every = np.concatenate([volumes(points, groups[name]) for name in (*expected, "air")])
+    assert every.min() > 0.0 and every.sum() == pytest.approx(np.prod(np.ptp(points, axis=0)), rel=1e-9)
+
+
+def test_regions_share_their_faces_and_each_is_named_once():
+    """Every face of a tetrahedron has two tetrahedra, or is of the air's end; those between two regions are named."""
+    _, groups = read()
+    regions = [name for name in groups if groups[name].shape[1] == 4]
+    tets = np.concatenate([groups[name] for name in regions])
+    owner = np.repeat(np.arange(len(regions)), [len(groups[name]) for name in regions])
+    sides = np.sort(tets[:, [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]], axis=2).reshape(-1, 3)
+    faces, inverse, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+    inverse = inverse.ravel()
+    assert set(count) == {1, 2}
+    low, high = np.full(len(faces), len(regions)), np.full(len(faces), -1)
+    np.minimum.at(low, inverse, np.repeat(owner, 4))
+    np.maximum.at(high, inverse, np.repeat(owner, 4))
+    where = {tuple(face): k for k, face in enumerate(faces.tolist())}
+    named = {}
+    for name in set(groups) - set(regions):
+        for row in np.sort(groups[name], axis=1).tolist():
+            named[where[tuple(row)]] = name
+    assert len(named) == sum(len(groups[name]) for name in set(groups) - set(regions))
+    for k in np.flatnonzero((count == 1) | (low != high)):
+        here = {regions[low[k]], regions[high[k]]}
+        assert named[k] == "outer" if count[k] == 1 else set(named[k].rsplit("_", 1)) == here, (named[k], here)
+
+
+def test_the_quality_is_said_also_of_a_coarse_mesh():
+    document = json.loads(made()["json"])
+    assert document["all"]["least_quality"] > 0.05 and document["all"]["share_below_0.1"] < 0.05
+    assert document["all"]["tetrahedra"] == sum(region["tetrahedra"] for region in document["regions"].values())
+    assert document["size_at_edges_m"] == 0.7e-3 and document["air_m"] == 7e-3
+
+
+def test_elements_are_small_at_edges_and_large_far_away():
+    points, groups = read()
+    target, air = np.cbrt(volumes(points, groups["target"])), np.cbrt(volumes(points, groups["air"]))
+    assert np.median(target) < 0.7e-3 < 1.4e-3 < air.max()
+
+
+def test_both_files_have_the_same_regions():
+    text = made()["inp"].decode("ascii")
+    assert set(re.findall(r"\*ELSET,ELSET=(\w+)", text)) == set(read()[1]) and "/tmp" not in text[:200]
+
+
+@pytest.mark.slow
+def test_layers_shield_and_jaw_are_regions_of_their_own():
+    spec = sitscad.load_text(templates.read("grasper_4layer")).replace({"array": {"pattern": "single"}})
+    found = json.loads(sitscad.field_mesh(sitscad.lay_out(spec), size=0.5e-3, copper="layers")["json"])["regions"]
+    assert set(found) == {*(f"coil_C1_{n}" for n in (1, 2, 3, 4)), "target", "shield", "jaw", "elastomer", "air"}
+
+
+@pytest.mark.parametrize("wrong", [{"size": 0.0}, {"air": -1e-3}, {"copper": "rings"}])
+def test_what_no_mesh_can_be_is_refused(wrong):
+    with pytest.raises(ValueError):
+        sitscad.field_mesh(sitscad.lay_out(SPEC), **wrong)
+
+
+def test_a_pad_mesh_needs_a_pad_and_a_size():
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("single_coil")))
+    with pytest.raises(sitscad.PartsError, match="elastomer"):
+        sitscad.pad_mesh(layout)
+    with pytest.raises(ValueError):
+        sitscad.pad_mesh(sitscad.lay_out(SPEC), size=-1e-3)
