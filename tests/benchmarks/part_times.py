@@ -1,0 +1,83 @@
+"""What the fit and its files cost, step by step: processor time of every tier and every export of a template.
+
+    python tests/benchmarks/part_times.py [TEMPLATE...]
+
+The plane tier is what `check` computes of the fit, warm, the best of five; the solids' tier and the exports are single
+runs after the CAD packages are loaded. It prints a Markdown table and fails on nothing: it measures.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import build123d  # noqa: F401
+import cadquery  # noqa: F401
+import gmsh  # noqa: F401
+import manifold3d  # noqa: F401
+import trimesh  # noqa: F401
+
+import sitscad
+from sitscad.formats import glb, mesh_3mf, mesh_stl, step
+from sitscad.formats.tetrahedra.pad import elastomer_meshes
+from sitscad.parts import aids, mesh
+from sitscad.parts.assembly import assemble
+from sitscad.parts.proof import prove
+from sitscad.parts.whole import whole
+from sitscad.scene.fit import fit
+from sitscad.spec import templates
+
+
+def timed(function: Callable[[], Any], runs: int = 1) -> tuple[Any, float]:
+    """What a function gives, and the least processor time (s) of some runs."""
+    best, found = float("inf"), None
+    for _ in range(runs):
+        began = time.process_time()
+        found = function()
+        best = min(best, time.process_time() - began)
+    return found, best
+
+
+def rows(name: str) -> list[tuple[str, float]]:
+    """Every step with its time (s)."""
+    layout = sitscad.lay_out(sitscad.load_text(templates.read(name)))
+    spec = layout.spec
+    found = [("plane tier: the fit's figures", timed(lambda: fit(layout), 5)[1])]
+    pieces, seconds = timed(lambda: assemble(layout))
+    found.append(("solids of the sensor", seconds))
+    every, seconds = timed(lambda: whole(layout, pieces))
+    found.append(("solids of the whole assembly", seconds))
+    tools, seconds = timed(lambda: aids(layout))
+    found.append(("solids of jig and moulds", seconds))
+    found.append(("3-D tier: meshes, interference, port, opening, gaps", timed(lambda: prove(layout, every))[1]))
+    exports: list[tuple[str, Callable[[], Any]]] = [
+        ("STEP of every piece", lambda: step.render(pieces, spec, tools)),
+        ("STL of every piece", lambda: mesh_stl.render(pieces, spec, tools)),
+        ("3MF of every piece", lambda: mesh_3mf.render(pieces, spec, tools)),
+        ("STEP of the assembly", lambda: step.render_whole(every, spec)),
+        ("triangles of the assembly", lambda: mesh.seen(every)),
+        ("3MF of the assembly", lambda: mesh_3mf.render_whole(every, spec)),
+        ("GLB of the assembly", lambda: glb.render(every, spec)),
+        ("mesh of the pad", lambda: elastomer_meshes(pieces)),
+        ("mesh for fields", lambda: sitscad.field_mesh(layout)),
+    ]
+    return found + [(what, timed(export)[1]) for what, export in exports]
+
+
+def main() -> None:
+    """Print the table."""
+    names = sys.argv[1:] or ["grasper_4layer"]
+    columns = {name: rows(name) for name in names}
+    print(f"| step | {' | '.join(names)} |")
+    print(f"|---|{'---|' * len(names)}")
+    for row in zip(*columns.values(), strict=True):
+        print(f"| {row[0][0]} | {' | '.join(f'{1e3 * seconds:.3g} ms' for _, seconds in row)} |")
+
+
+if __name__ == "__main__":
+    main()
