@@ -66,7 +66,7 @@ MAY_IMPORT = {
     "__init__": {
         "opening", "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks",
         "review",
-        "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer", "calibration",
+        "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer", "calibration", "formats",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.
