@@ -65,8 +65,8 @@ MAY_IMPORT = {
     "__main__": {"cli"},
     "__init__": {
         "opening", "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks",
-        "review",
-        "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer", "calibration", "formats",
+        "review", "formats",
+        "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer", "calibration",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.
