@@ -14,5 +14,12 @@ def check_schema() -> dict[str, Any]:
     return json_file("check.schema")
 
 
-SCHEMAS: Mapping[str, Callable[[], dict[str, Any]]] = {"spec": json_schema, "check": check_schema}
+def calibration_schema() -> dict[str, Any]:
+    """The schema (draft 2020-12) of the document ``calibration.json`` that ``calibrate`` writes."""
+    return json_file("calibration.schema")
+
+
+SCHEMAS: Mapping[str, Callable[[], dict[str, Any]]] = {
+    "spec": json_schema, "check": check_schema, "calibration": calibration_schema,
+}  # fmt: skip
 """What `schema --of` takes."""

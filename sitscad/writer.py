@@ -8,7 +8,8 @@ from importlib import import_module
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
-STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "assembly", "firmware", "datasheet", "report")
+STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "assembly", "firmware", "datasheet", "calibration",
+          "report")  # fmt: skip
 """What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
 
 TAKES = ("layout", "solids", "whole", "aids", "spec", "estimates", "panel", "coupon_estimates",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from sitscad.calibration.calibrate import Calibration
@@ -18,11 +19,13 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
     with the CSV file of a bench the map of the sensor that was measured.
 
     `is_held`: loads leave the target level, as a flat face does that presses on it; else it tilts as it likes. Raises
-    `BenchError` (a ValueError) for a table that cannot be read or that no sensor of the design would give, NoResponse
-    (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
+    `BenchError` (a ValueError) for a table that cannot be read, that no sensor of the design would give, or that no fit
+    settles on, NoResponse (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
     """
     from sitscad.calibration.bench_data import points_of, read_table
     from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of
+    from sitscad.calibration.possible import require_possible, require_told
+    from sitscad.calibration.second_readings import second_readings
     from sitscad.calibration.suspicion import require_plausible
 
     if data is None:
@@ -30,5 +33,9 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
     table = read_table(data, [coil.name for coil in design.layout.coils])
     sensors = sensors_of(design.response, is_held)
     found = points_of(table, sensors)
+    require_possible(table, found, sensors)
     require_plausible(table, found, sensors)
-    return calibrate_by(sensors, found)
+    made = calibrate_by(sensors, found)
+    assert made.fit is not None
+    require_told(table, found, sensors, made.fit)
+    return replace(made, remarks=second_readings(table, found, sensors))

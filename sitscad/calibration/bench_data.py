@@ -24,6 +24,10 @@ READING_UNITS = {"counts": 1.0, "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "H": 1.0, "mH
 MOTION_UNITS = {"N": 1.0, "mN": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0, "deg": math.pi / 180.0}
 """Units that a load's or a pose's column may name."""
 
+READING_KINDS = "counts", "Hz", "H"
+"""Kinds of readings: of several columns of a coil the first of these is used. Inductances come last, because they hold
+a capacitor's value that the firmware was told."""
+
 KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm", "um")),
          **dict.fromkeys(POSE[3:], ("rad", "deg"))}  # fmt: skip
 """The units of every load and pose."""
@@ -50,6 +54,13 @@ class Column:
         """What its numbers are multiplied with."""
         return (READING_UNITS if self.is_coil else MOTION_UNITS)[self.unit]
 
+    @property
+    def kind(self) -> str:
+        """What a coil's column counts: one of `READING_KINDS`; empty for loads and poses."""
+        if not self.is_coil:
+            return ""
+        return "counts" if self.unit == "counts" else "Hz" if self.unit.endswith("Hz") else "H"
+
 
 @record(eq=False)
 class Table:
@@ -65,12 +76,23 @@ class Table:
         return f"{self.path}:{self.lines[row]}:{column.number}"
 
     def named(self, name: str) -> int | None:
-        """Where a column of that name stands among the others; None where there is none."""
-        return next((k for k, column in enumerate(self.columns) if column.name == name), None)
+        """Where a column of that name stands among the others, of several of a coil that which is used; None where
+        there is none.
+        """
+        found = [k for k, column in enumerate(self.columns) if column.name == name]
+        kind = used_kind(self.columns)
+        return next((k for k in found if self.columns[k].kind in ("", kind)), found[0] if found else None)
+
+
+def used_kind(columns: Sequence[Column]) -> str:
+    """The kind of readings that is used: the first that every coil has; empty where there is none such."""
+    coils = {column.name for column in columns if column.is_coil}
+    return next((kind for kind in READING_KINDS if {c.name for c in columns if c.kind == kind} == coils), "")
 
 
 def read_table(path: str, coils: Sequence[str]) -> Table:
     """The table in a CSV file, whose header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``).
+    A coil may have several columns of different kinds; which is used says `used_kind`.
 
     Lines that begin with # and empty ones are left out. Raises BenchError for what cannot be read, OSError for a file
     that cannot be opened.
@@ -117,19 +139,17 @@ def _column(where: str, number: int, name: str, unit: str, units: Sequence[str],
 
 
 def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> None:
-    names = [column.name for column in found]
+    names, titles = [column.name for column in found], [(column.name, column.kind) for column in found]
     end = f"{where}:{max((column.number for column in found), default=1)}"
     for column in found:
-        if names.count(column.name) > 1:
+        if titles.count((column.name, column.kind)) > 1:
             raise BenchError(f"{where}:{column.number} {column.name} has two columns")
     missing = [name for name in coils if name not in names]
     if missing:
         raise BenchError(
             f"{end} no column for {', '.join(missing)}: every coil's reading is wanted, like {missing[0]}_counts"
         )
-    if len({column.unit for column in found if column.is_coil} - {"counts"}) > 0 and any(
-        column.is_coil and column.unit == "counts" for column in found
-    ):
+    if not used_kind(found) and any(column.kind == "counts" for column in found):
         raise BenchError(f"{end} coils in counts and in other units: one kind for all is wanted")
     kinds = {"load" if name in LOAD else "pose" for name in names if name in KINDS}
     if len(kinds) != 1:
@@ -167,7 +187,7 @@ def points_of(table: Table, sensors: Sensors) -> Points:
             moved[:, k] = table.values[:, place] * table.columns[place].factor
     at_rest = np.all(moved == 0.0, axis=1)
     _require_enough(table, moved, at_rest, motion)
-    frequency = np.stack([_frequency(table, sensors, name) for name in sensors.coils], axis=1)
+    frequency = np.stack([frequencies_of(table, sensors, _used(table, name)) for name in sensors.coils], axis=1)
     return Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
 
 
@@ -190,17 +210,21 @@ def _require_enough(table: Table, moved: Array, at_rest: NDArray[np.bool_], moti
         raise BenchError(f"{table.where(row, table.columns[place])} normal below 0: presses are positive")
 
 
-def _frequency(table: Table, sensors: Sensors, coil: str) -> Array:
-    """A coil's frequencies (Hz)."""
+def _used(table: Table, coil: str) -> Column:
     place = table.named(coil)
     assert place is not None
-    column, readout = table.columns[place], sensors.model.estimates.readout
-    values = table.values[:, place] * column.factor
+    return table.columns[place]
+
+
+def frequencies_of(table: Table, sensors: Sensors, column: Column) -> Array:
+    """A coil's frequencies (Hz; n) by one of its columns; raises BenchError for readings that are not above 0."""
+    readout = sensors.model.estimates.readout
+    values = table.values[:, table.columns.index(column)] * column.factor
     if np.any(values <= 0.0):
-        raise BenchError(f"{table.where(int(np.argmax(values <= 0.0)), column)} {coil}: a reading is above 0")
-    if column.unit == "counts":
+        raise BenchError(f"{table.where(int(np.argmax(values <= 0.0)), column)} {column.name}: a reading is above 0")
+    if column.kind == "counts":
         return np.asarray(values / 2.0**28 * (readout.input_divider or 1) * readout.reference_frequency)
-    if column.unit.endswith("H"):
+    if column.kind == "H":
         assert readout.conversion_capacitance is not None
         return np.asarray(1.0 / (2.0 * math.pi * np.sqrt(values * readout.conversion_capacitance)))
     return np.asarray(values)

@@ -31,7 +31,8 @@ USUAL_POINTS, FEWEST, MOST = 8, 3, 40
 @record(eq=False)
 class Calibration:
     """A map from readings to forces and where it comes from. Without measured points `plan` says which to take; with
-    them `fit` is what they say of the sensor, `correction` what they say of the map (None for poses).
+    them `fit` is what they say of the sensor, `correction` what they say of the map (None for poses), `remarks` what
+    there is to say of their table.
     """
 
     sensors: Sensors
@@ -42,11 +43,12 @@ class Calibration:
     points: Points | None = None
     fit: ModelFit | None = None
     correction: Correction | None = None
+    remarks: tuple[str, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What there is to say of it."""
-        found = list(self.sensors.range.notes)
+        found = [*self.sensors.range.notes, *self.remarks]
         if len(self.map.axes) < 3:
             found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
         if self.fit is not None and self.fit.excess > 1.5:

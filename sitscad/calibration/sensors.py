@@ -19,6 +19,7 @@ from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import VALID_STRAIN
 from sitscad.readout import FAMILIES
 from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 
@@ -73,6 +74,19 @@ class Sensors:
         travel[:, [0, 1, 3, 4]] *= np.exp(more)
         return self.placed(errors, travel)
 
+    def gives_way(self, errors: Array, loads: Array) -> NDArray[np.bool_]:
+        """Whether one sensor's pad gives way sideways under each of the loads (n, 3; N): its pose is none then."""
+        off = named(self.known, errors)
+        notes = pushed(self._own(off["gap"], off["modulus"]), loads, np.full(len(loads), self.is_held))[1]
+        return np.array([bool(note) for note in notes])
+
+    def _own(self, gap: float, modulus: float) -> SensorSpec:
+        """The spec with the pad of one sensor."""
+        pad = self.model.spec.elastomer
+        assert pad is not None
+        material = replace(pad.material, shear_modulus=pad.material.shear_modulus * math.exp(modulus))
+        return replace(self.model.spec, elastomer=replace(pad, thickness=pad.thickness + gap, material=material))
+
     def _travel(self, gap: float, modulus: float, loads: Array) -> tuple[Array, float]:
         """How far (n, 6) loads take the target by the pad's law, and the pad's thickness (m); kept for a while."""
         pad = self.model.spec.elastomer
@@ -81,9 +95,7 @@ class Sensors:
         if key not in self.pushed:
             if len(self.pushed) >= KEPT:
                 self.pushed.clear()
-            material = replace(pad.material, shear_modulus=pad.material.shear_modulus * math.exp(modulus))
-            own = replace(self.model.spec, elastomer=replace(pad, thickness=pad.thickness + gap, material=material))
-            self.pushed[key] = pushed(own, loads, np.full(len(loads), self.is_held))[0]
+            self.pushed[key] = pushed(self._own(gap, modulus), loads, np.full(len(loads), self.is_held))[0]
         return self.pushed[key], pad.thickness + gap
 
     def placed(self, errors: Array, travel: Array) -> Array:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.option(
     "--only",
     type=Names(),
-    help="Only these parts: gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, report.",
+    help="Only these parts: gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, calibration, report.",
 )
 @click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
 @click.option("--check", is_flag=True, help="Write nothing; fail where packages are stale, and name their files.")

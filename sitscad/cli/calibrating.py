@@ -32,6 +32,7 @@ def calibrate(spec: str, data: str | None, output: str | None, points: int, rota
     \b
     Files:
       calibration.h     the map in C99: no heap, sitscad_forces() and its tare.
+      example.c         a program that calls it: counts in, newtons out.
       calibration.json  the same for programs; sitscad.calibration.map_of reads it.
       calibration.html  errors, unknowns, every point and what is left of it.
       plan.csv, .txt    the points to take (without DATA).

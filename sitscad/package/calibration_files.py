@@ -4,30 +4,48 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sitscad.calibration.calibrate import Calibration
+from sitscad.calibration.calibrate import Calibration, foretell
+from sitscad.design import Design
+from sitscad.estimates.response.pad import NoResponse
 from sitscad.formats.calibration_header import header
+from sitscad.formats.calibration_program import program
 from sitscad.package.folder import PackageError
 from sitscad.package.one_file import write_file
 from sitscad.papers import calibration_plan
 from sitscad.report.calibration import calibration_page
 from sitscad.report.findings import to_json
 from sitscad.version import __version__
+from sitscad.writer import is_felt
 
 
 def calibration_files(found: Calibration) -> dict[str, bytes]:
-    """Every file of a calibration by its name: ``calibration.json``, ``calibration.h``, ``calibration.html``; before
-    anything is measured also ``plan.csv`` and ``plan.txt``.
+    """Every file of a calibration by its name: ``calibration.json``, ``calibration.h`` with the program ``example.c``,
+    ``calibration.html``; before anything is measured also ``plan.csv`` and ``plan.txt``.
     """
     remarks = [*_state(found), *(f"{note[0].upper()}{note[1:]}." for note in found.notes)]
     files = {
         "calibration.json": to_json({"sitscad": __version__, **found.document()}).encode("ascii"),
         "calibration.h": header(found.map, remarks),
+        "example.c": program(),
         "calibration.html": calibration_page(found),
     }
     if found.plan is not None:
         files |= {"plan.csv": calibration_plan.table(found, found.plan),
                   "plan.txt": calibration_plan.words(found, found.plan)}  # fmt: skip
     return files
+
+
+def drawn_calibration(design: Design) -> dict[str, bytes]:
+    """The files of a package: the plan of a calibration, and the map of the sensor as it is drawn, in the folder
+    ``calibration``; none where the design has nothing to calibrate.
+    """
+    if not is_felt(design.spec):
+        return {}
+    try:
+        found = foretell(design.response)
+    except NoResponse:
+        return {}
+    return {f"calibration/{name}": content for name, content in calibration_files(found).items()}
 
 
 def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...]:

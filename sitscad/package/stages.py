@@ -152,6 +152,10 @@ def _render(contents: Contents, stage: str, files: dict[str, bytes], failures: l
     except MissingExtra as error:
         rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
+    if stage == "calibration":
+        from sitscad.package.calibration_files import drawn_calibration
+
+        new |= drawn_calibration(contents.design.bare)
     if stage == "report":
         new |= _report(contents, files | new)
     return new

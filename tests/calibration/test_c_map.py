@@ -10,6 +10,7 @@ import pytest
 from sitscad.calibration.making import gain, own_map, samples
 from sitscad.calibration.maps.forms import FORMS, Form
 from sitscad.formats.calibration_header import header
+from sitscad.formats.calibration_program import program
 
 FLAGS = [
     "-std=c99",
@@ -74,6 +75,26 @@ def _run_c(tmp_path, found, counts, tare):
     ).stdout.splitlines()
     values = np.array([[float(value) for value in line.split()] for line in lines])
     return values[:, 0].astype(int), values[:, 1:], float(last.split()[0])
+
+
+@pytest.mark.clients("gcc")
+def test_the_program_beside_the_header_gives_the_same(tmp_path, foretold):
+    (tmp_path / "calibration.h").write_bytes(header(foretold.map))
+    (tmp_path / "example.c").write_bytes(program())
+    made = tmp_path / "forces"
+    command = ["gcc", *FLAGS, "-o", str(made), str(tmp_path / "example.c"), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    tare = foretold.map.rest
+    rows = [tare, 1.001 * tare, 1.002 * tare]
+    given = "\n".join(" ".join(str(int(count)) for count in row) for row in [tare, *rows]) + "\n"
+    told = subprocess.run([str(made)], input=given, capture_output=True, text=True)
+    found = np.array([[float(value) for value in line.split()] for line in told.stdout.splitlines()])
+    assert told.returncode == 0
+    assert np.abs(found - foretold.map(np.floor(rows), tare)).max() < 3e-5 * foretold.map.full_scale.max()
+    assert subprocess.run([str(made)], input=given + "7 x\n", capture_output=True, text=True).returncode == 1
+    still = subprocess.run([str(made)], input=given + "0 0\n", capture_output=True, text=True)
+    assert still.returncode == 2 and still.stdout.splitlines()[-1] == "0 0"
 
 
 def _at_loads(sensors, errors, count):

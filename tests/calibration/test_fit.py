@@ -10,9 +10,11 @@ import pytest
 from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibrate import calibrate_by
 from sitscad.calibration.maps.basis import exponents, monomials, spread
+from sitscad.calibration.maps.forms import Form, Samples, fitted
 from sitscad.calibration.maps.least_squares import levenberg_marquardt, ridge
 from sitscad.calibration.points import Points
 from sitscad.package.calibration_files import calibration_files
+from sitscad.schemas import SCHEMAS
 
 
 @pytest.fixture(scope="module")
@@ -105,6 +107,32 @@ def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):
     assert b"NOT calibrated" in calibration_files(foretold)["calibration.h"]
     with pytest.raises(ValueError, match="no map"):
         map_of({"map": {"axes": ["normal"]}})
+
+
+def test_the_document_keeps_to_its_published_schema(foretold, calibrated):
+    import jsonschema
+
+    schema = SCHEMAS["calibration"]()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    for found in (foretold, calibrated):
+        document = json.loads(calibration_files(found)["calibration.json"])
+        jsonschema.validate(document, schema)
+        assert set(document) <= set(schema["properties"]), "a key that the schema does not name"
+        assert set(document["map"]) == set(schema["properties"]["map"]["properties"])
+    del document["map"]["gain"]
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(document, schema)
+
+
+def test_a_rational_map_with_a_pole_between_its_samples_is_not_taken():
+    """Forces that have a pole where no reading was taken: a fit follows it, and firmware would meet it."""
+    x = np.concatenate([np.linspace(0.0, 0.42, 60), np.linspace(0.58, 0.95, 60)])
+    readings = 1.0 / np.sqrt(1.0 - x[:, None])
+    forces = (x / (1.0 - x / 0.5))[:, None]
+    rational = Form("rational", False, 1, 1)
+    assert fitted(rational, Samples(readings, np.ones(1), forces), np.ones(1), np.full(1, 1e-9)) is None
+    smooth = Samples(readings, np.ones(1), (x / (1.0 + 0.5 * x))[:, None])
+    assert fitted(rational, smooth, np.ones(1), np.full(1, 1e-9)) is not None
 
 
 def test_too_many_points_are_refused(design):

@@ -104,7 +104,7 @@ def test_without_a_plotting_library_the_rest_is_built(run, tmp_path, monkeypatch
 def test_an_unknown_part_names_the_known_ones(run, tmp_path):
     done = run("build", "good.yaml", "--only", "gerbre")
     assert done.code == 2
-    assert "gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, report" in done.err
+    assert "gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, calibration, report" in done.err
     assert not (tmp_path / "outputs").exists()
 
 

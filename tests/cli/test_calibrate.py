@@ -43,7 +43,7 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path):
     folder = tmp_path / "pair-calibration"
     assert planned.code in (0, 1) and "not calibrated" in planned.out
     assert {path.name for path in folder.iterdir()} == {
-        "plan.csv", "plan.txt", "calibration.h", "calibration.json", "calibration.html"
+        "plan.csv", "plan.txt", "calibration.h", "example.c", "calibration.json", "calibration.html"
     }  # fmt: skip
     before = json.loads((folder / "calibration.json").read_text())
     rows = list(csv.DictReader(io.StringIO((folder / "plan.csv").read_text())))

@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import argparse
 import csv
+import multiprocessing
 import os
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +28,8 @@ import sitscad
 from sitscad.calibration.calibrate import calibrate_by, sensors_of
 from sitscad.calibration.making import chosen_form, drawn_map
 from sitscad.calibration.maps.basis import exponents, monomials
+from sitscad.calibration.maps.forms import Tried
+from sitscad.calibration.maps.inverse_map import InverseMap
 from sitscad.calibration.maps.least_squares import ridge
 from sitscad.calibration.plan import plan
 from sitscad.calibration.points import Points, simulated
@@ -47,11 +51,12 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--sensors", type=int, default=100)
     parser.add_argument("--templates", default=",".join(TEMPLATES))
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     rows = []
     for name in given.templates.split(","):
-        found = shown(name, given.sensors)
+        found = shown(name, given.sensors, given.jobs)
         rows += found
         for row in found:
             print(",".join(map(str, row)), flush=True)
@@ -61,40 +66,75 @@ def main() -> None:
         draw(rows)
 
 
-def shown(name: str, count: int) -> list[tuple[object, ...]]:
+def shown(name: str, count: int, jobs: int) -> list[tuple[object, ...]]:
     """The rows of one template."""
-    began = time.process_time()
+    began = time.monotonic()
     design = sitscad.Design(sitscad.load(HERE.parents[1] / "templates" / f"{name}.yaml"))
     sensors = sensors_of(design.response)
     form = chosen_form(sensors)[0]
-    loads, drawn = plan(sensors, max(FEW)).loads, drawn_map(sensors, form.form)
+    print(f"# {name}: {form.form.name}", flush=True)
+    trial = Trial(sensors, form, plan(sensors, max(FEW)).loads, drawn_map(sensors, form.form))
     errors: dict[tuple[str, int], list[float]] = {}
-    for number, own in enumerate(units(sensors.known, count, SEED)):
+    with multiprocessing.get_context("fork").Pool(jobs, _take, (trial,)) as pool:
+        for number, found in enumerate(pool.imap(_one, enumerate(units(sensors.known, count, SEED)))):
+            for key, error in found.items():
+                errors.setdefault(key, []).append(error)
+            if number % 10 == 9:
+                print(f"# {name}: {number + 1} of {count}, {time.monotonic() - began:.0f} s", flush=True)
+                for row in told(name, errors):
+                    print("#", *row, flush=True)
+    return told(name, errors)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What all sensors of a template have in common: the model, the form of its maps, the plan, the drawn map."""
+
+    sensors: Sensors
+    form: Tried
+    loads: Array
+    drawn: InverseMap
+
+    def errors(self, number: int, own: Array) -> dict[tuple[str, int], float]:
+        """Error (rms, of full scale) of one sensor by method and number of points."""
+        sensors, found = self.sensors, {}
         tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(TRIED, 600)])
-        read = sensors.under(own, tried, exact=True)
-        wanted = tried[1:, sensors.range.columns]
+        read, wanted = sensors.under(own, tried, exact=True), tried[1:, sensors.range.columns]
 
-        def note(method: str, points: int, forces: Array, wanted: Array = wanted) -> None:
-            off = (forces - wanted) / sensors.range.full_scales
-            errors.setdefault((method, points), []).append(float(np.sqrt(np.mean(off**2))))
+        def note(method: str, points: int, mapped: Callable[[Array, Array], Array]) -> None:
+            off = (mapped(read[1:], read[0]) - wanted) / sensors.range.full_scales
+            found[method, points] = float(np.sqrt(np.mean(off**2)))
 
-        note("drawn", 0, drawn(read[1:], read[0]))
+        note("drawn", 0, self.drawn)
         generator = np.random.default_rng((SEED, number))
         for points in FEW:
-            bench = simulated(sensors, own, loads[:points], generator)
-            note("model", points, calibrate_by(sensors, bench, form).map(read[1:], read[0]))
-            note("plain", points, plain(sensors, bench)(read[1:], read[0]))
-        worn = simulated(sensors, own, loads[:8], generator, HYSTERESIS)
-        note("model, hysteresis", 8, calibrate_by(sensors, worn, form).map(read[1:], read[0]))
-        note("plain, hysteresis", 8, plain(sensors, worn)(read[1:], read[0]))
+            bench = simulated(sensors, own, self.loads[:points], generator)
+            note("model", points, calibrate_by(sensors, bench, self.form).map)
+            note("plain", points, plain(sensors, bench))
+        worn = simulated(sensors, own, self.loads[:8], generator, HYSTERESIS)
+        note("model, hysteresis", 8, calibrate_by(sensors, worn, self.form).map)
+        note("plain, hysteresis", 8, plain(sensors, worn))
         bench = simulated(sensors, own, sensors.range.inside(max(MANY)), generator)
         for points in MANY:
-            note("plain", points, plain(sensors, bench.part(np.arange(points + 1)))(read[1:], read[0]))
-        if number % 10 == 9:
-            print(f"# {name}: {number + 1} of {count}, {time.process_time() - began:.0f} CPU s", flush=True)
-            for row in told(name, errors):
-                print("#", *row, flush=True)
-    return told(name, errors)
+            note("plain", points, plain(sensors, bench.part(np.arange(points + 1))))
+        return found
+
+
+_trial: Trial | None = None
+
+
+def _take(trial: Trial) -> None:
+    """What every process begins with."""
+    global _trial
+    _trial = trial
+
+
+def _one(numbered: tuple[int, Array]) -> dict[tuple[str, int], float]:
+    assert _trial is not None
+    try:
+        return _trial.errors(*numbered)
+    except ValueError as error:
+        raise ValueError(f"sensor {numbered[0]}: {error}") from error
 
 
 def told(name: str, errors: dict[tuple[str, int], list[float]]) -> list[tuple[object, ...]]:

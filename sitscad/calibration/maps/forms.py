@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.calibration.maps.basis import Exponents, exponents, monomials
-from sitscad.calibration.maps.inverse_map import changes, terms
+from sitscad.calibration.maps.inverse_map import BEYOND, changes, terms
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -16,8 +16,9 @@ Array = NDArray[np.float64]
 SMALL = 1e-10
 """Share of the largest singular value below which terms of a map count as one."""
 
-LEAST_DENOMINATOR = 0.2
-"""What a rational map's denominator is at least where it was fitted."""
+LEAST_DENOMINATOR, PLACES = 0.2, 9
+"""What a rational map's denominator is at least wherever the map says that it holds, also between the samples, where a
+pole may hide; and at how many places along every axis that is looked at."""
 
 ROUNDS = 5
 """Rounds by which a rational map is fitted, each with the denominator of the one before as weight (Sanathanan and
@@ -100,9 +101,17 @@ def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> Shape | N
     columns = terms(mixed, powers, np.array(form.knots), beside)
     below = exponents(ones, form.below, 1)
     numerator, denominator = _coefficients(columns, monomials(mixed, below), samples.forces)
-    if below.size and float((1.0 + monomials(mixed, below) @ denominator.T).min()) < LEAST_DENOMINATOR:
+    low, high = mixed.min(axis=0), mixed.max(axis=0)
+    if below.size and _least_denominator(low, high, below, denominator) < LEAST_DENOMINATOR:
         return None
-    return Shape(form, mix, powers, beside, below, numerator, denominator, mixed.min(axis=0), mixed.max(axis=0))
+    return Shape(form, mix, powers, beside, below, numerator, denominator, low, high)
+
+
+def _least_denominator(low: Array, high: Array, below: Exponents, denominator: Array) -> float:
+    """The least denominator of any axis in the box that readings may lie in, and a little beyond."""
+    ends = [np.linspace(a - BEYOND, b + BEYOND, PLACES) for a, b in zip(low, high, strict=True)]
+    box = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, len(ends))
+    return float((1.0 + monomials(box, below) @ denominator.T).min())
 
 
 def linear(seen: Array, forces: Array, noise: Array) -> Array:

@@ -159,6 +159,10 @@ class ResponseModel:
         notes = tuple((*own, note) if note else own for own, note in zip(found.notes, said, strict=True))
         return replace(found, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)
 
+    def lowest(self, poses: Array) -> Array:
+        """Height (m) of the target's lowest point over the board at (n, 6) poses; negative inside it."""
+        return _Placed.of(self.spec, self.rest, np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
+
     @property
     def _scale(self) -> float:
         return self.wound.winding.inductance

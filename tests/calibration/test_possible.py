@@ -1,0 +1,126 @@
+"""Rows that no sensor can have been in, fits that tell nothing, and readings given twice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sitscad.calibration.bench_data import BenchError, points_of, read_table
+from sitscad.calibration.model_fit import fit_model
+from sitscad.calibration.possible import require_possible, require_told
+from sitscad.calibration.second_readings import second_readings
+
+
+@pytest.fixture
+def poses(tmp_path, sensors):
+    """Writes a table of poses, one of them as given, and gives it with its points."""
+
+    def written(head, row):
+        names = head.split(",")
+        rows = [["0"] * len(names), row.split(","), *([f"{-20 * k}" if n == "z_um" else "0" for n in names]
+                                                       for k in (1, 2, 3))]  # fmt: skip
+        path = tmp_path / "poses.csv"
+        path.write_text("\n".join([f"{head},C1_Hz,C2_Hz", *(",".join([*row, "7e6", "7e6"]) for row in rows)]) + "\n")
+        table = read_table(str(path), sensors.coils)
+        return table, points_of(table, sensors)
+
+    return written
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "words"),
+    [
+        ("x_mm,z_um", "0,-2500", r"poses.csv:3:2: the target's lowest point would be .* inside the board"),
+        ("z_um,ry_deg", "-400,-14.5", r"poses.csv:3:1: the target's lowest point would be .* inside the board"),
+        ("z_um,rx_deg", "0,20", r"poses.csv:3:2: tilted by 20 degrees"),
+    ],
+)
+def test_poses_that_no_target_takes_are_refused(poses, sensors, head, row, words):
+    with pytest.raises(BenchError, match=words):
+        require_possible(*poses(head, row), sensors)
+
+
+def test_a_load_that_no_pad_bears_is_refused(table, sensors):
+    def pulled(head, rows):
+        return head, [*rows[:4], ["40", "6", *rows[4][2:]], *rows[5:]]
+
+    read = read_table(table(pulled), sensors.coils)
+    with pytest.raises(BenchError, match=r"bench.csv:6:1: normal 40 N, shear_x 6 N: the pad gives way sideways .* even if"):
+        require_possible(read, points_of(read, sensors), sensors)
+
+
+@pytest.fixture(scope="module")
+def fit(sensors, bench):
+    return fit_model(sensors, bench)
+
+
+def _read(table, sensors, change=lambda head, rows: (head, rows)):
+    found = read_table(table(change), sensors.coils)
+    return found, points_of(found, sensors)
+
+
+def test_an_honest_fit_is_taken(table, sensors, fit):
+    read, points = _read(table, sensors)
+    require_possible(read, points, sensors)
+    require_told(read, points, sensors, fit)
+
+
+def test_a_fit_that_did_not_settle_is_refused_with_its_unknown_and_row(table, sensors, fit):
+    read, points = _read(table, sensors)
+    worst = 1 + int(np.argmax(np.abs(fit.reading_errors[1:]).max(axis=1)))
+    name = sensors.known[int(np.argmax(np.abs(fit.moved)))].name
+    words = rf"bench.csv:{worst + 2}:1 the fit did not settle: {name} went to .* sigma"
+    with pytest.raises(BenchError, match=words):
+        require_told(read, points, sensors, replace(fit, settled=False))
+
+
+def test_an_unknown_far_beyond_manufacture_is_refused_by_its_name(table, sensors, fit):
+    read, points = _read(table, sensors)
+    k = [one.name for one in sensors.known].index("offset_x")
+    moved = fit.moved.copy()
+    moved[k] = -6.5
+    with pytest.raises(BenchError, match=r"the readings ask for offset_x -6.5 sigma off \(.* m\)"):
+        require_told(read, points, sensors, replace(fit, moved=moved))
+
+
+def test_a_row_that_all_others_contradict_is_refused(table, sensors):
+    """The load of a row mistyped by its sign: nothing in it alone is impossible."""
+    def turned(head, rows):
+        k = next(k for k in range(1, len(rows)) if float(rows[k][1]) and float(rows[k][0]) < 3.0)
+        return head, [*rows[:k], [rows[k][0], f"{-float(rows[k][1])}", *rows[k][2:]], *rows[k + 1 :]]
+
+    read, points = _read(table, sensors, turned)
+    with pytest.raises(BenchError, match=r"bench.csv:4:1 the other rows foretell shear_x .* N off this one"):
+        require_told(read, points, sensors, fit_model(sensors, points))
+
+
+def test_loads_that_say_nothing_of_the_readings_are_refused(table, sensors, fit):
+    read, points = _read(table, sensors)
+    with pytest.raises(BenchError, match=r"loads and readings disagree, by 60 times"):
+        require_told(read, points, sensors, replace(fit, excess=60.0))
+
+
+def _twice(sensors, bench, scale):
+    """Adds inductances that a firmware with another capacitor computed, changes from rest times a scale."""
+
+    def change(head, rows):
+        capacitance = 1.5 * sensors.model.estimates.readout.conversion_capacitance
+        found = 1e6 / (capacitance * (2.0 * np.pi * bench.frequency) ** 2)
+        found = found[:1] + scale * (found - found[:1])
+        return [*head, "C1_uH", "C2_uH"], [[*row, *(f"{v:.9f}" for v in more)]
+                                           for row, more in zip(rows, found, strict=True)]  # fmt: skip
+
+    return change
+
+
+@pytest.mark.parametrize(("scale", "words"), [(1.0, "agree within"), (1.05, "times the converter's noise")])
+def test_of_two_readings_counts_are_used_and_a_difference_is_told(table, sensors, bench, scale, words):
+    read, points = _read(table, sensors, _twice(sensors, bench, scale))
+    assert np.allclose(points.frequency, bench.frequency, rtol=1e-7)
+    one, other = second_readings(read, points, sensors)
+    assert "C1_counts is used, C1_uH is not" in one and "C2_counts is used" in other
+    assert words in one and words in other
+    assert "capacitor +50.0 % off" in one
+    assert second_readings(*_read(table, sensors), sensors) == ()
