@@ -2,7 +2,7 @@
 
 Displacements of fourth degree along each edge and pressures of second degree in each element (Qk / Qk-2, discontinuous:
 a stable pair), on few elements that fan out at the bonded edges. Neo-Hookean: W = mu/2 (J^(-2/3) I1 - 3) + p (J - 1) -
-p^2 / (2 K). Netgen/NGSolve solves (`pip install sitscad[fe]`).
+p^2 / (2 K), or Ogden's of one term in place of the first (`rubber`). Netgen/NGSolve solves (`pip install sitscad[fe]`).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.mechanics.elements.mesh import BOARD, FREE, MIDDLE, PAD, PLATE, SKIN, Mesh, Solid, fanned
+from sitscad.mechanics.elements.rubber import invariant_terms
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -38,10 +39,10 @@ class Held:
 
 
 class Pad:
-    """Half of a pad, ready to be moved; moduli in Pa."""
+    """Half of a pad, ready to be moved; moduli in Pa. `exponent` is Ogden's, of pad and skin; 2 is neo-Hookean."""
 
     def __init__(self, solid: Solid, cells: int, shear: float = 1.0, skin: float = 1.0, order: int = 4,
-                 mesh: Mesh | None = None) -> None:  # fmt: skip
+                 mesh: Mesh | None = None, exponent: float = 2.0) -> None:  # fmt: skip
         import ngsolve as ng
 
         self.ng, self.solid = ng, solid
@@ -59,8 +60,7 @@ class Pad:
         self.form = ng.BilinearForm(self.space, symmetric=True, condense=True)
         gradient = ng.Id(3) + ng.Grad(u)
         volume = ng.Det(gradient)
-        stretch = ng.Trace(gradient.trans * gradient)
-        energy = 0.5 * moduli * (volume ** (-2.0 / 3.0) * stretch - 3.0) + p * (volume - 1.0)
+        energy = moduli * self._sheared(gradient, volume, exponent) + p * (volume - 1.0)
         self.form += ng.Variation((energy - p * p / (2.0 * BULK * moduli)).Compile() * ng.dx)
         self.state = ng.GridFunction(self.space)
         self.pose = np.zeros(3)
@@ -76,6 +76,22 @@ class Pad:
         self.bent = ng.GridFunction(ng.VectorH1(self.mesh, order=order))
         self.bent.Set(ng.CoefficientFunction((ng.x * (scale - 1.0), ng.y * (scale - 1.0), 0.0)))
         self.mesh.SetDeformation(self.bent)
+
+    def _sheared(self, gradient: Any, volume: Any, exponent: float) -> Any:
+        # What a change of shape costs over the shear modulus: by the invariants of C, freed of the volume's change.
+        ng = self.ng
+        squared = gradient.trans * gradient
+        one = volume ** (-2.0 / 3.0) * ng.Trace(squared)
+        if exponent == 2.0:
+            return 0.5 * (one - 3.0)
+        two = 0.5 * (one * one - volume ** (-4.0 / 3.0) * ng.Trace(squared * squared))
+        x, y, energy = one - 3.0, two - 3.0, 0.0
+        for i, j, value in invariant_terms(exponent):
+            term = value
+            for factor in [x] * i + [y] * j:
+                term = term * factor
+            energy = energy + term
+        return energy
 
     @property
     def unknowns(self) -> int:
