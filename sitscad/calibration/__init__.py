@@ -20,7 +20,8 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
 
     `is_held`: loads leave the target level, as a flat face does that presses on it; else it tilts as it likes. Raises
     `BenchError` (a ValueError) for a table that cannot be read, that no sensor of the design would give, or that no fit
-    settles on, NoResponse (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
+    settles on, NoResponse (one, too) where the design has nothing to calibrate, OSError for a file that cannot be
+    opened.
     """
     from sitscad.calibration.bench_data import points_of, read_table
     from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of

@@ -56,15 +56,17 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit) 
     row, share = _worst(points, fit)
     where = f"{table.path}:{table.lines[row]}:1"
     if not fit.settled:
-        raise BenchError(f"{where} the fit did not settle: {one.name} went to {far:+.1f} sigma of manufacture, and this "
-                         f"row is farthest off ({share}): another sensor's spec, or rows of several runs?")  # fmt: skip
+        raise BenchError(f"{where} the fit did not settle: {one.name} went to {far:+.1f} sigma of manufacture, and "
+                         f"this row is farthest off ({share}): another sensor's spec, or rows of several runs?"
+                         )  # fmt: skip
     if abs(far) > SURELY:
         raise BenchError(f"{where} the readings ask for {one.name} {far:+.1f} sigma off ({far * one.sigma:.3g} "
                          f"{'relative' if one.unit == '1' else one.unit}), which no sensor of this design is; this row "
                          f"is farthest off ({share}): is it this sensor's spec?")  # fmt: skip
     if fit.excess > WORST:
-        raise BenchError(f"{where} loads and readings disagree, by {fit.excess:.0f} times what is expected, and this row "
-                         f"is farthest off ({share}): rows of several sensors, or loads in another order?")  # fmt: skip
+        raise BenchError(f"{where} loads and readings disagree, by {fit.excess:.0f} times what is expected, and this "
+                         f"row is farthest off ({share}): rows of several sensors, or loads in another order?"
+                         )  # fmt: skip
     if points.loads is not None:
         _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
 

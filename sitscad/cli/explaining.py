@@ -37,7 +37,13 @@ def rules(format_name: str) -> int:
 
 
 @click.command(cls=Example, example="sitscad schema > sitscad.schema.json")
-@click.option("--of", "document", default="spec", show_default=True, help="spec; check: what --format json prints; calibration: calibration.json.")
+@click.option(
+    "--of",
+    "document",
+    default="spec",
+    show_default=True,
+    help="spec; check: what --format json prints; calibration: calibration.json.",
+)
 def schema(document: str) -> int:
     """Print the JSON Schema of the spec, for editors, or of what `check` or `calibrate` write for programs."""
     print_result(json.dumps(row_of(sitscad.SCHEMAS, document, "--of")(), indent=1))

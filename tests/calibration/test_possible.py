@@ -47,7 +47,9 @@ def test_a_load_that_no_pad_bears_is_refused(table, sensors):
         return head, [*rows[:4], ["40", "6", *rows[4][2:]], *rows[5:]]
 
     read = read_table(table(pulled), sensors.coils)
-    with pytest.raises(BenchError, match=r"bench.csv:6:1: normal 40 N, shear_x 6 N: the pad gives way sideways .* even if"):
+    with pytest.raises(
+        BenchError, match=r"bench.csv:6:1: normal 40 N, shear_x 6 N: the pad gives way sideways .* even if"
+    ):
         require_possible(read, points_of(read, sensors), sensors)
 
 
@@ -87,6 +89,7 @@ def test_an_unknown_far_beyond_manufacture_is_refused_by_its_name(table, sensors
 
 def test_a_row_that_all_others_contradict_is_refused(table, sensors):
     """The load of a row mistyped by its sign: nothing in it alone is impossible."""
+
     def turned(head, rows):
         k = next(k for k in range(1, len(rows)) if float(rows[k][1]) and float(rows[k][0]) < 3.0)
         return head, [*rows[:k], [rows[k][0], f"{-float(rows[k][1])}", *rows[k][2:]], *rows[k + 1 :]]

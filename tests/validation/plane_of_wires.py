@@ -30,7 +30,7 @@ def output(width: float, gap: float, shift: float) -> np.ndarray:
     free = -currents @ np.log(own) @ currents
     found = []
     for side in (-0.5, 0.5):
-        wires = places + [side * PITCH, 0.0]
+        wires = places + np.array([side * PITCH, 0.0])
         given = -np.log(np.hypot(*(middles[:, None] - wires[None]).T)).T @ currents
         density = np.linalg.solve(system, np.append(-given, 0.0))[:-1]
         found.append(currents @ (_potential(wires, ends) @ density) / free)

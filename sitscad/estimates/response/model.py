@@ -161,7 +161,7 @@ class ResponseModel:
 
     def lowest(self, poses: Array) -> Array:
         """Height (m) of the target's lowest point over the board at (n, 6) poses; negative inside it."""
-        return _Placed.of(self.spec, self.rest, np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
+        return Placed.of(self.spec, self.rest, np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
 
     @property
     def _scale(self) -> float:
