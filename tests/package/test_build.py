@@ -236,7 +236,9 @@ def test_a_missing_kernel_stops_the_build_and_names_what_can_be_made_without(goo
         raise sitscad.MissingExtra("solids need build123d")
 
     monkeypatch.setattr("sitscad.parts.solids", missing)
-    with pytest.raises(sitscad.MissingExtra, match=r"build123d; .*--only gerber,kicad,laser,firmware,report"):
+    with pytest.raises(
+        sitscad.MissingExtra, match=r"build123d; .*--only gerber,kicad,laser,firmware,calibration,report"
+    ):
         sitscad.build(good, tmp_path)
     assert not (tmp_path / "good-coil").exists()
 
