@@ -260,6 +260,25 @@ def test_what_cannot_respond_says_why(plain):
         respond(plain, loads=[[-1.0, 0.0, 0.0]])
 
 
+@pytest.mark.parametrize(("shape", "size", "target"), [("racetrack", (12, 4), (12, 4)), ("rectangle", (4, 16), (4, 16)),
+                                                       ("rectangle", (16, 4), (14, 3))])  # fmt: skip
+def test_states_of_elongated_coils_are_what_the_response_says(shape, size, target):
+    """As round coils of the same area they felt a target of their own size by 0.4 to 0.6 of what it changes."""
+    wide = f"shape: rectangle, size: {list(target)}"
+    design = Design(
+        load_text(
+            f"sitscad: 1\nname: long\ncoil: {{shape: {shape}, outer_diameter: {list(size)}, turns: 4, layers: 2, "
+            f"trace_width: 100 um, trace_spacing: 100 um}}\ntarget: {{{wide}, thickness: 0.2, material: copper}}\n"
+            f"elastomer: {{{wide}, thickness: 0.7}}\n"
+        )
+    )
+    free, rest = (design.estimates.coils[0].states[name].inductance for name in ("free", "rest"))
+    change = respond(design, np.zeros((1, 6))).inductance[0, 0] - free
+    (note,) = (note for note in design.estimates.notes if "each share is known within" in note)
+    stated = float(note.split("known within ")[1].split(" %")[0]) / 100.0
+    assert rest - free == pytest.approx(change, rel=stated)
+
+
 def test_no_pose_is_answered_that_no_target_can_have(plain):
     for pose in ([2.0, 0, 0, 0, 0, 0], [0, 0, -0.5, 0, 0, 0], [0, 0, 0, 0, math.pi / 2, 0]):
         with pytest.raises(NoResponse, match="the pose x="):
