@@ -20,6 +20,11 @@ ROUNDS = 2
 MOST = 100.0
 """How many times larger than expected errors of loads and model may turn out."""
 
+COARSER = (10.0, 30.0, 1.0)
+"""How many times larger errors may be in the fits from which one is begun, one after the other while it is needed."""
+
+SUSPECT = 1.5
+"""How many times larger than expected errors are where a fit is begun again."""
 
 FARTHEST = 8.0
 """Standard deviations beyond which no unknown is looked for."""
@@ -49,18 +54,31 @@ def fit_model(sensors: Sensors, points: Points, start: Array | None = None) -> M
     sigma = np.array([one.sigma for one in sensors.known])
     chosen = np.array([one.is_fitted for one in sensors.known])
     values = np.zeros(int(chosen.sum())) if start is None else (start / sigma)[chosen]
-    excess, aim = 1.0, np.log(points.frequency)
-    for number in range(ROUNDS):
-        errors = _errors(values, sigma, chosen)
-        if number:
-            solved = np.log(foretold(sensors, errors, points, exact=True))
-            off = np.log(foretold(sensors, errors, points)) - solved
-            aim = np.log(points.frequency) + np.where(np.isfinite(off), off, 0.0)
-        white = whiteners(sensors, errors, points, excess)
-        problem = _Problem(sensors, points, aim, white, sigma, chosen)
-        found = levenberg_marquardt(problem.residuals, values)
-        values, excess = found.values, _excess(found, excess)
+    given = np.log(points.frequency)
+    found = _first(_problem(sensors, points, given, values), values)
+    excess = _excess(found, 1.0)
+    for _ in range(ROUNDS - 1):
+        errors = _errors(found.values, sigma, chosen)
+        off = np.log(foretold(sensors, errors, points)) - np.log(foretold(sensors, errors, points, exact=True))
+        problem = _problem(sensors, points, given + np.where(np.isfinite(off), off, 0.0), found.values, excess)
+        found = levenberg_marquardt(problem.residuals, found.values)
+        excess = _excess(found, excess)
     return _told(problem, found, excess)
+
+
+def _first(problem: _Problem, values: Array) -> Fitted:
+    """The first round of a fit: begun from one with coarser readings, which the scatter of manufacture holds more
+    firmly, because from far off it may go astray, into a second minimum or to the edge of what is looked for. Where it
+    leaves more than is expected other beginnings are tried, and the likeliest is taken.
+    """
+    tried: list[Fitted] = []
+    for times in COARSER:
+        coarse = _problem(problem.sensors, problem.points, problem.aim, values, times)
+        begun = levenberg_marquardt(coarse.residuals, values).values if times > 1.0 else values
+        tried.append(levenberg_marquardt(problem.residuals, begun))
+        if tried[-1].settled and _excess(tried[-1], 1.0) < SUSPECT:
+            break
+    return min(tried, key=lambda one: (not one.settled, one.cost))
 
 
 def _errors(values: Array, sigma: Array, chosen: NDArray[np.bool_]) -> Array:
@@ -94,6 +112,14 @@ class _Problem:
         frequency = foretold(self.sensors, _errors(values, self.sigma, self.chosen), self.points)
         off = tared(self.aim - np.log(frequency), self.points.at_rest)
         return np.asarray(np.einsum("ncd,nd->nc", self.white, off).ravel())
+
+
+def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, excess: float = 1.0) -> _Problem:
+    """What is to be fitted, whitened where the unknowns have these values (prior standard deviations)."""
+    sigma = np.array([one.sigma for one in sensors.known])
+    chosen = np.array([one.is_fitted for one in sensors.known])
+    white = whiteners(sensors, _errors(values, sigma, chosen), points, excess)
+    return _Problem(sensors, points, aim, white, sigma, chosen)
 
 
 def _told(problem: _Problem, found: Fitted, excess: float) -> ModelFit:

@@ -12,7 +12,8 @@ from sitscad.calibration.calibrate import calibrate_by
 from sitscad.calibration.maps.basis import exponents, monomials, spread
 from sitscad.calibration.maps.forms import Form, Samples, fitted
 from sitscad.calibration.maps.least_squares import levenberg_marquardt, ridge
-from sitscad.calibration.points import Points
+from sitscad.calibration.points import Points, simulated
+from sitscad.calibration.unknowns import units
 from sitscad.package.calibration_files import calibration_files
 from sitscad.schemas import SCHEMAS
 
@@ -158,3 +159,24 @@ def test_points_left_out_are_foretold_by_the_others():
     scaled = columns[kept] / size
     found = np.linalg.solve(scaled.T @ scaled + 12e-3 * np.eye(6), scaled.T @ wanted[kept])
     assert alone[4, 0] == pytest.approx(float(wanted[4, 0] - (columns[4] / size) @ found[:, 0]), rel=1e-6)
+
+
+def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold):
+    """Found with one of ten simulated sensors, 7 % of full scale off: from the drawn sensor, the target's change went
+    to 8 sigma, every step beyond was taken back, and the steps that were left counted as settled.
+    """
+    own = units(sensors.known, 5, 100)[4]
+    points = simulated(sensors, own, foretold.plan.loads, np.random.default_rng((100, 4)))
+    found = calibrate_by(sensors, points, foretold.form)
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
+    off = _off(found.map, (tried[1:, sensors.range.columns], sensors.under(own, tried, exact=True)))
+    assert found.fit.settled and found.fit.excess < 1.5
+    assert np.all(off < 0.015) and np.all(off * found.map.full_scale < 2.0 * found.map.error)
+
+
+def test_steps_that_an_edge_makes_small_are_not_settled():
+    def residuals(values):
+        return 100.0 * (values - 3.0) if values[0] < 1.0 else np.full(1, np.inf)
+
+    found = levenberg_marquardt(residuals, np.zeros(1))
+    assert found.values[0] < 1.0 and not found.settled

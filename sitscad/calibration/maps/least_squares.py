@@ -61,18 +61,25 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
         after = tried @ tried + (values + step) @ (values + step) if np.all(np.isfinite(tried)) else np.inf
         if not np.isfinite(after) or after > before:
             damping *= 10.0
-            settled = bool(np.abs(step).max() < ENOUGH)
+            settled = _is_settled(step, normal, slope.T @ left + values)
             if settled:
                 break
             continue
+        settled = _is_settled(step, normal, slope.T @ left + values)
         values, left, damping = values + step, tried, max(0.1 * damping, 1e-12)
-        settled = bool(np.abs(step).max() < ENOUGH)
         if settled:
             break
         if np.abs(step).max() > SHORT:
             slope = _slopes(residuals, values, left)
     covariance = np.asarray(np.linalg.inv(slope.T @ slope + np.eye(values.size)), dtype=float)
     return Fitted(values, covariance, left, slope, settled)
+
+
+def _is_settled(step: Array, normal: Array, gradient: Array) -> bool:
+    """Whether a step (k) is small because the least is near, and not because residuals beyond are not finite."""
+    if np.abs(step).max() >= ENOUGH:
+        return False
+    return bool(np.abs(np.linalg.solve(normal, gradient)).max() < SHORT)
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array) -> Array:
