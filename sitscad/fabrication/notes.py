@@ -9,7 +9,7 @@ from itertools import pairwise
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad
-from sitscad.layout.tail.bending import Bend, bend_of, bend_stretch
+from sitscad.layout.tail.bending import Bend, bend_of, bend_stretch, pivot_line
 from sitscad.layout.tail.thickness import (
     FinishedThickness,
     Where,
@@ -93,10 +93,21 @@ def bend_text(layout: Layout) -> str:
     radius = "the rules state no radius" if bend.radius is None else f"inside radius at least {show(bend.radius, 'm')}"
     taken = f", which takes x = {show(bend.start, 'm')} to {show(bend.end, 'm')}" if bend.radius is not None else ""
     a, b = stretch
+    line = f"{show(bend.line, 'm')}{_at_pivot(layout, bend)}"
     return (
-        f"The tail bends {how} by {bend_words(bend)}, about the line across it at x = {show(bend.line, 'm')}; {radius}"
+        f"The tail bends {how} by {bend_words(bend)}, about the line across it at x = {line}; {radius}"
         f"{taken}. No holes and no joints between x = {show(a, 'm')} and x = {show(b, 'm')}."
     )
+
+
+def _at_pivot(layout: Layout, bend: Bend) -> str:
+    """How the line of a bend lies to the pivot of the jaw's hinge; empty without a hinge."""
+    pivot = pivot_line(layout)
+    if pivot is None:
+        return ""
+    if math.isclose(pivot, bend.line, abs_tol=1e-9):
+        return ", where the jaw's hinge has its pivot"
+    return f" (the jaw's hinge has its pivot at x = {show(pivot, 'm')})"
 
 
 WAYS = {"down": "away from the face with the coils", "up": "towards the face with the coils"}

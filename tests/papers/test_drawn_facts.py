@@ -23,13 +23,15 @@ from sitscad.finding import Severity
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.geometry.path import Line, bounding_box
 from sitscad.layout import lay_out
-from sitscad.layout.tail.bending import bend_length, bend_of, bend_stretch
+from sitscad.layout.tail.bending import bend_length, bend_of, bend_stretch, pivot_line
 from sitscad.layout.tail.stiffening import tail_thickness
 from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.drawings.contacts import COPPER, contact_sheet
 from sitscad.papers.order import notes as fabrication_notes
+from sitscad.scene.grasper.jaws import jaw_range
+from sitscad.spec import templates
 from sitscad.spec.load import SpecError, load_text
 
 COIL = (
@@ -361,3 +363,29 @@ def test_stations_along_the_board_are_in_order(real):
     texts = [item for item in sheet.items if isinstance(item, Label) and item.angle == 90.0 and item.at.y > 108]
     numbers = sorted((i.at.x, float(i.text)) for i in texts if re.fullmatch(r"-?[0-9.]+", i.text))
     assert all(a[1] < b[1] for a, b in pairwise(numbers))
+
+
+def test_a_tail_in_a_jaw_bends_at_the_pivot_of_the_hinge_and_the_papers_say_so():
+    layout = lay_out(load_text(templates.read("grasper_4layer")))
+    pivot = jaw_range(layout, layout.spec.mount.jaw)[1] + layout.spec.mount.jaw.hinge
+    assert pivot_line(layout) == pytest.approx(pivot) == pytest.approx(18e-3)
+    assert bend_of(layout).line == pytest.approx(pivot)
+    said = "about the line across it at x = 18 mm, where the jaw's hinge has its pivot; inside radius"
+    drawing = board_drawing.drawing(layout, "")
+    for paper in (fabrication_notes.readme(layout), words_of(drawing), words_of(stackup_drawing.drawing(layout, ""))):
+        assert said in " ".join(paper.split())
+
+
+def test_a_line_of_the_bend_beside_the_pivot_names_both():
+    text = templates.read("grasper_4layer").replace("bend: static", "bend: {kind: static, at: 12}")
+    layout = lay_out(load_text(text))
+    assert bend_of(layout).line == pytest.approx(layout.body[2] + 12e-3)
+    assert "at x = 17.08 mm (the jaw's hinge has its pivot at x = 18 mm); inside" in " ".join(
+        fabrication_notes.readme(layout).split()
+    )
+
+
+def test_a_pivot_without_room_for_the_bend_leaves_it_in_the_middle():
+    text = templates.read("grasper_4layer").replace("length: 30", "length: 14")
+    layout = lay_out(load_text(text))
+    assert bend_of(layout).line == pytest.approx(sum(bend_stretch(layout)) / 2)

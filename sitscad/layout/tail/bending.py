@@ -75,10 +75,27 @@ def bend_of(layout: Layout) -> Bend | None:
     tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
     if tail is None or stretch is None:
         return None
-    line = sum(stretch) / 2 if tail.bend_at is None else layout.body[2] + tail.bend_at
     half = bend_length(layout.spec) / 2
+    line = _line(layout, stretch, half) if tail.bend_at is None else layout.body[2] + tail.bend_at
     radius = bend_radius(layout.spec)
     return Bend(line, line - half, line + half, tail.bend_angle, tail.bend_direction, radius, tail.bend == "dynamic")
+
+
+def pivot_line(layout: Layout) -> float | None:
+    """The x (m) of the pivot of the jaw's hinge, the jaw centred under the board's body; None without a hinge."""
+    mount = layout.spec.mount
+    jaw = mount.jaw if mount is not None else None
+    if jaw is None or jaw.hinge is None:
+        return None
+    return (layout.body[0] + layout.body[2] + jaw.length) / 2 + jaw.hinge
+
+
+def _line(layout: Layout, stretch: tuple[float, float], half: float) -> float:
+    """Where a tail is bent whose spec does not say it: at the pivot, or in the middle where that leaves no room."""
+    pivot = pivot_line(layout)
+    if pivot is None or not stretch[0] + half <= pivot <= stretch[1] - half:
+        return sum(stretch) / 2
+    return pivot
 
 
 def bend_figure(spec: SensorSpec) -> tuple[str, float] | None:

@@ -163,8 +163,8 @@ class BendDocument(Section):
 
     kind: str = key(Choice(("static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static")
     at: float | None = key(
-        Run, "from the sensor's body to the bend's middle line; the middle of the stretch that may be bent if left out",
-        None,
+        Run, "from the sensor's body to the bend's middle line; if left out, the pivot of the jaw's hinge where the "
+        "bend has room there, else the middle of the stretch that may be bent", None,
     )  # fmt: skip
     direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
     angle: float = key(BendAngle, "out of the plane", "90 deg")
