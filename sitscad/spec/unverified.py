@@ -78,4 +78,11 @@ def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
         for field, value, source in presets.unverified_rows(kind, name):
             if kind == "jaw" and jaw is not None and field in jaw.written:
                 continue
-            yield UnverifiedFigure(f"{kind} {name} {field}".strip(), value, source)
+            taken = value if kind != "conductor" else _metal(name)
+            yield UnverifiedFigure(f"{kind} {name} {field}".strip(), taken, source)
+
+
+def _metal(name: str) -> str:
+    """What a metal is taken as: both figures that every response and loss near it depend on."""
+    metal = presets.conductor(name)
+    return f"{metal.conductivity / 1e6:.4g} MS/m, relative permeability {metal.relative_permeability:g}"

@@ -225,6 +225,15 @@ def test_contacts_and_unverified_figures_are_listed(design):
     assert {"jaw generic-5mm width", "connector zif-0.5mm contact_width"} <= {figure.what for figure in grasper}
 
 
+def test_an_unverified_metal_is_listed_with_what_it_is_taken_as():
+    """The row of a metal had no value: who read it did not see that a permeability of 95 was assumed."""
+    text = templates.read("grasper_4layer").replace(
+        "jaw: generic-5mm ", "jaw: {based_on: generic-5mm, material: stainless-17-4ph} "
+    )
+    figures = {figure.what: figure.value for figure in unverified_figures(sitscad.load_text(text, "spec.yaml"))}
+    assert figures["conductor stainless-17-4ph"] == "1.3 MS/m, relative permeability 95"
+
+
 def test_the_times_of_a_coil_alone_add_up_to_its_scans_a_second():
     """The time on one coil contained the settling, which a single channel has once only; 1 over it was no scan rate."""
     spec = sitscad.load_text(
