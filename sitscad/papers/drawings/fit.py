@@ -97,10 +97,10 @@ def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False) -> Sh
     return sheet
 
 
-HEAD = ("rule", "what does not fit", "measured (mm)", "limit (mm)", "too much (mm)")
+HEAD = ("rule", "what does not fit", "measured (mm)", "limit (mm)", "off by (mm)")
 NOTE = (
-    "Red is what is too much, black its limit; drawn nominally, where a warning counts tolerances at worst. The words "
-    "are in report.html and findings.json, the bodies in mount/fit-solids.svg where they were made."
+    "Red is what misses its limit, black the limit; drawn nominally, where a warning counts tolerances at worst. The "
+    "words are in report.html and findings.json, the bodies in mount/fit-solids.svg where they were made."
 )
 
 
