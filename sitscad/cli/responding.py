@@ -71,8 +71,8 @@ def response(
       range          how far the axis goes, and what ends it first.
       noise          one sigma of the converter's noise, in force.
       nonlinear      distance from the best straight line, of the range.
-      crosstalk      error per full scale of another axis, of the range, by the
-                     straight map at that load; a curved one leaves less.
+      crosstalk      error per full scale of another axis, of the range, after
+                     the curved map (the data sheet has both).
       error          the largest one-sigma error, and what it is mostly by.
       condition      of the map from loads to frequencies, in full scales: 1 is
                      best, far above 10 one axis is hardly told from another.

@@ -92,6 +92,17 @@ def test_a_coil_alone_is_judged_by_tilt_at_second_order():
     assert not findings and "one axis" in left[0].reason
 
 
+def test_what_the_quick_method_only_just_passes_is_a_warning(bench):
+    """4.93 mN of 5 passed in silence where the data sheet said 5.2."""
+    (missed,), _ = _judged("SIT401", bench, normal_resolution=1e-9)
+    (close,), _ = _judged("SIT401", bench, normal_resolution=1.02 * missed.measured)
+    assert close.severity is Severity.WARNING and "too low" in close.message
+    assert not _judged("SIT401", bench, normal_resolution=1.1 * missed.measured)[0]
+    (tilted,), _ = _judged("SIT404", bench, tilt=0.035, tilt_error=1e-9)
+    (close,), _ = _judged("SIT404", bench, tilt=0.035, tilt_error=1.05 * tilted.measured)
+    assert close.severity is Severity.WARNING and "tilt" in close.message
+
+
 def test_a_coil_alone_tells_no_shear():
     design = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
     (finding,), _ = _judged("SIT402", design, shear_resolution=0.1)

@@ -6,9 +6,12 @@ import ast
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+import sitscad
+from sitscad import check
 from sitscad.checks.assembly.plates import target_proportions
 from sitscad.design import Design
 from sitscad.estimates.response.pad import soft_pad
@@ -444,3 +447,18 @@ def test_a_board_below_the_rims_of_a_pocket_has_to_go_into_it(judge, design):
     assert judge("SIT301", design(mount=mount | {"standoff": 1})) == []
     (short,) = judge("SIT301", design(mount=mount | {"standoff": 1, "jaw": jaw | {"pocket": [9, 3.7]}}))
     assert "9 mm" not in short.message and short.limit == pytest.approx(8.8e-3)
+
+
+@pytest.mark.parametrize("thickness", [0.9e-3, 1.3e-3])
+def test_the_height_to_take_off_is_enough(thickness):
+    """The circle shrinks by less than the stack: 236 um off a pad of 1.3 mm left it 14 um too high."""
+    spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
+        "elastomer.thickness", f"{1e3 * thickness} mm"
+    )
+    finding = next(one for one in check(spec).findings if one.rule == "SIT303")
+    less = float(re.search(r"take ([\d.]+) um off", finding.hint)[1]) * 1e-6
+    mended = spec.replace("elastomer.thickness", f"{1e3 * (thickness - less)} mm")
+    severities = [one.severity for one in check(mended).findings if one.rule == "SIT303"]
+    assert finding.severity not in severities
+    barely = spec.replace("elastomer.thickness", f"{1e3 * (thickness - less) + 0.01} mm")
+    assert finding.severity in [one.severity for one in check(barely).findings if one.rule == "SIT303"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from sitscad.checks.assembly.fit import ROUNDING, jaw_of, unverified
 from sitscad.checks.assembly.measures import JAW_SOURCE, measure_of, weight_of, with_tolerances
@@ -13,7 +14,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.measured import Measure
 from sitscad.scene.column import GLUE
-from sitscad.scene.fit import CLOSED_PAIR
+from sitscad.scene.fit import CLOSED_PAIR, measures
 from sitscad.scene.grasper.jaws import PartsError, shield_that_fits
 from sitscad.units import show
 
@@ -34,7 +35,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     severity = None if pair is None else weight_of(pair)
     if pair is None or severity is None:
         return
-    over = pair.measured - jaw.port_diameter
+    over = _to_take_off(design, pair)
     yield PAIR_TOO_HIGH.found(
         "mount.standoff",
         pair.measured,
@@ -52,6 +53,37 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         else f"take {show(over, 'm', 3)} off: {_thinner(design)}",
         widest=_widest(pair),
     )
+
+
+def _to_take_off(design: Design, pair: Measure) -> float:
+    """What height (m) has to go until the pair passes as it failed: the circle shrinks by less than the stack does.
+    Tried on the elastomer; where that is not thick enough, or there is none, that by which the circle is too wide.
+    """
+    spec, over = design.spec, pair.measured - pair.limit
+    if spec.elastomer is None:
+        return over
+    tried = [step * over for step in (1.0, 1.2, 1.5, 2.0, 3.0) if step * over < spec.elastomer.thickness]
+    high = next((height for height in tried if _with_less(design, height, pair) <= pair.limit), None)
+    if high is None:
+        return over
+    low = 0.5 * over
+    while high - low > LEAST_STEP:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _with_less(design, middle, pair) > pair.limit else (low, middle)
+    return LEAST_STEP * math.ceil(high / LEAST_STEP)
+
+
+LEAST_STEP = 1e-6
+"""How fine (m) the height is found that has to go."""
+
+
+def _with_less(design: Design, height: float, pair: Measure) -> float:
+    """The circle (m) that the pair needs with an elastomer so much (m) thinner, counted as the failing one is."""
+    spec = design.spec
+    assert spec.elastomer is not None
+    thinner = replace(spec, elastomer=replace(spec.elastomer, thickness=spec.elastomer.thickness - height))
+    found = next(one for one in measures(replace(design.layout, spec=thinner)) if one.name == pair.name)
+    return {pair.nominal: found.nominal, pair.worst: found.worst}.get(pair.measured, found.root_sum_square)
 
 
 def _glue(pair: Measure) -> float:

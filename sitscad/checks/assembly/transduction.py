@@ -165,13 +165,14 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     beyond = strain > limit
     factor = _modulus_for_shear(design, force, limit, (softest, usual), strain)
     most = strain if beyond else usual
+    is_borne = math.isfinite(strain) and math.isfinite(usual)
     yield TOO_MUCH_SHEAR.found(
         "elastomer.material",
-        most if math.isfinite(most) else MOST_SHEAR,
+        most if math.isfinite(most) else None,
         limit,
         None,
         source=elastomer.SHEAR_SOURCE,
-        is_grave=beyond,
+        is_grave=beyond or not is_borne,
         force=force,
         moved=_travel(strain),
         name=material.name,
@@ -182,13 +183,9 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     )
 
 
-MOST_SHEAR = 10.0
-"""What stands for a shear strain where the pad gives way."""
-
-
 def _travel(strain: float) -> str:
     """A shear strain in words."""
-    return f"by {100.0 * strain:.0f} %" if math.isfinite(strain) else "out of its place (it gives way)"
+    return f"by {100.0 * strain:.0f} % of its thickness" if math.isfinite(strain) else "out of its place: it gives way"
 
 
 def _modulus_for_shear(design: Design, force: float, limit: float, softer: tuple[float, float], strain: float) -> float:
@@ -347,7 +344,7 @@ PAST_THE_COILS = Case(
 )
 
 TOO_MUCH_SHEAR = Case(
-    "{force:N} of shear, under the required normal force, move the target {moved} of the {name} pad's thickness "
+    "{force:N} of shear, under the required normal force, move the target on the {name} pad {moved} "
     "({usual} with a modulus one sigma softer); beyond {limit:%.0f} % (a conservative "
     "figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
     hint=(

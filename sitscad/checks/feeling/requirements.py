@@ -48,6 +48,11 @@ def _resolution(
             f"requirements.{key}", most.value, asked, "N", axis=most.axis, at=most.at,
             advice=more_signal(design.spec, 1.1 * most.value / asked), rate=design.spec.readout.scan_rate,
         )  # fmt: skip
+    elif most is not None and (1.0 + NEARLY) * most.value > asked:
+        yield TOO_CLOSE.found(
+            f"requirements.{key}", most.value, asked, "N", what="noise (one sigma)", axis=most.axis, at=most.at,
+            nearly=NEARLY,
+        )  # fmt: skip
 
 
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
@@ -89,6 +94,9 @@ def tilt_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     if most is not None and most.value > asked:
         yield TILTED.found("requirements.tilt_error", most.value, asked, "N", axis=most.axis, at=most.at,
                            angle=float(np.degrees(tilt)), advice=more_signal(design.spec))  # fmt: skip
+    elif most is not None and (1.0 + NEARLY_TILTED) * most.value > asked:
+        yield TOO_CLOSE.found("requirements.tilt_error", most.value, asked, "N", what="the error by tilt",
+                              axis=most.axis, at=most.at, nearly=NEARLY_TILTED)  # fmt: skip
 
 
 @where_felt
@@ -129,6 +137,15 @@ def temperature_error(found: QuickPerformance, design: Design) -> Iterator[Verdi
         )  # fmt: skip
 
 
+NEARLY, NEARLY_TILTED = 0.08, 0.12
+"""How far the quick method may be below `response --performance`, for noise and for tilts."""
+
+TOO_CLOSE = Case(
+    "{what} comes to {measured:N,3} ({axis}, {at}) where {limit:N,3} is required: so says the quick method, which may "
+    "be {nearly:%.0f} % too low",
+    hint="`sitscad response --performance` says it exactly; leave some room, or ask for less",
+    severity=Severity.WARNING,
+)
 TOO_COARSE = Case(
     "{axis} is told to {measured:N,3} (one sigma of noise, {at}, {rate:Hz} scans a second); {limit:N,3} is required",
 )

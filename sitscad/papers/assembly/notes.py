@@ -182,18 +182,26 @@ def _length(size: Toleranced) -> str:
     return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
+HEAVIEST = 6
+"""Pieces whose weight the notes name."""
+
+
+def _grams(mass: float) -> str:
+    """A mass (kg) in grams, or in milligrams below one."""
+    return f"{mass * 1e3:.3g} g" if mass >= 1e-3 else f"{mass * 1e6:.3g} mg"
+
+
 def _weights(content: bytes) -> list[str]:
     """Lines of text out of ``mount/assembly.json``: what the sensor weighs, its centre, and its heaviest pieces."""
     document = json.loads(content)
     found, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
     x, y, z = (round(value * 1e3, 2) + 0.0 for value in found["centre_m"])
-    mass = found["mass_kg"] * 1e6
     lines = [
-        f"The sensor without jaws weighs {mass:.3g} mg; its centre is at x {x:.2f}, y {y:.2f}, z {z:.2f}",
-        "(mm, axes of mount/assembly.step; every piece is in mount/assembly.json, densities with their sources).",
+        f"The sensor without what carries it weighs {_grams(found['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f},",
+        f"z {z:.2f} (mm, axes of mount/assembly.step). Its {HEAVIEST} heaviest pieces (all: mount/assembly.json):",
     ]
-    for each in sorted(pieces, key=lambda piece: (-(piece["mass_kg"] or 0.0), piece["name"]))[:6]:
-        lines.append(f"   {each['name']:<18} {each['material']:<18} {(each['mass_kg'] or 0.0) * 1e6:8.2f} mg")
+    for each in sorted(pieces, key=lambda piece: (-(piece["mass_kg"] or 0.0), piece["name"]))[:HEAVIEST]:
+        lines.append(f"   {each['name']:<18} {each['material']:<18} {_grams(each['mass_kg'] or 0.0):>10}")
     if found["not_weighed"]:
         lines.append(f"Not weighed, no density being known: {', '.join(found['not_weighed'])}.")
     return lines
