@@ -126,8 +126,9 @@ def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Col
         elif title in KINDS:
             raise BenchError(f"{where}:{number} {title} says no unit: {title}_{KINDS[title][0]} is wanted")
         else:
+            parted = "; columns are parted by commas" if ";" in title or "\t" in title else ""
             raise BenchError(f"{where}:{number} column {title!r} is none of {', '.join((*LOAD, *POSE, *coils))}, "
-                             "each with its unit: normal_N, x_mm, C1_counts")  # fmt: skip
+                             f"each with its unit: normal_N, x_mm, C1_counts{parted}")  # fmt: skip
     _require_all(where, found, coils)
     return tuple(found)
 

@@ -25,6 +25,9 @@ STIFF = 2.0
 SURELY = 6.0
 """Standard deviations beyond which no unknown is believed."""
 
+THINNEST = 0.1
+"""What is left of the pad's height at the least: no silicone is pressed further and is whole afterwards."""
+
 ALONE, UNLIKE = 4.0, 0.3
 """A row is refused that is so many times as far off as the others (their root mean square), and by so much of full
 scale."""
@@ -82,6 +85,11 @@ def _require_room(table: Table, poses: Array, sensors: Sensors) -> None:
                          )  # fmt: skip
     lowest = sensors.model.lowest(poses)
     row = int(np.argmin(lowest))
+    gap = sensors.model.lowest(np.zeros((1, 6)))[0]
+    if 0.0 <= lowest[row] < THINNEST * gap:
+        raise BenchError(f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be "
+                         f"{1e3 * lowest[row]:.3g} mm above the board, and the pad of {1e3 * gap:.3g} mm pressed to "
+                         "nothing: are poses counted from rest, and is the unit right?")  # fmt: skip
     if lowest[row] < 0.0:
         raise BenchError(f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be "
                          f"{-1e3 * lowest[row]:.3g} mm inside the board: are poses counted from rest, z away from the "

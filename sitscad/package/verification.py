@@ -20,7 +20,8 @@ class Verification:
     ``files`` counts those that the manifest names, ``missing`` and ``changed`` those of them that are not there or not
     as they were built, ``foreign`` others; ``nets`` are the
     layout's, None where the package has no Gerber files; ``panel_boards`` is how many boards were held against the
-    single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either.
+    single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either;
+    ``forced`` is set of a package that was built in spite of errors.
     """
 
     directory: Path
@@ -33,6 +34,7 @@ class Verification:
     wrong_boards: int = 0
     changed: int = 0
     foreign: int = 0
+    forced: bool = False
 
     @property
     def ok(self) -> bool:
@@ -59,6 +61,8 @@ class Verification:
             yield "the panel is not made of the single board"
         elif self.panel_boards is not None:
             yield f"{self.panel_boards} boards on the panel equal to the single board"
+        if self.forced:
+            yield "built in spite of errors and not for order"
 
 
 def verify(directory: str | Path) -> Verification:
@@ -82,14 +86,15 @@ def verify(directory: str | Path) -> Verification:
             *(f"{name} is not in the manifest" for name in foreign),
         )
         counts = {"missing": len(missing), "changed": len(changed), "foreign": len(foreign)}
+        forced = manifest.forced
         if not any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
-            return Verification(folder, files, len(manifest.files), None, **counts)
+            return Verification(folder, files, len(manifest.files), None, forced=forced, **counts)
         with _readers():
             nets = tuple(dict.fromkeys(_net_differences(folder, manifest.nets)))
             boards, panel = _panel_differences(folder, manifest)
     return Verification(
         folder, (*files, *nets, *panel), len(manifest.files), tuple(sorted(manifest.nets)), wrong_nets=len(nets),
-        panel_boards=boards, wrong_boards=len(panel), **counts,
+        panel_boards=boards, wrong_boards=len(panel), forced=forced, **counts,
     )  # fmt: skip
 
 

@@ -253,7 +253,7 @@ def _readout(estimates: Estimates) -> str:
 
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     """The page's part about the stack: section, gaps, pressed pad."""
-    drawn = "Section from the film to the jaw; heights to scale, widths not."
+    drawn = "Section through all that lies on each other; heights to scale, widths not."
     figure = f"<figure>{section(spec)}<figcaption>{drawn}</figcaption></figure>"
     stackup = spec.fpc.stackup
     total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."

@@ -32,6 +32,7 @@ def poses(tmp_path, sensors):
 @pytest.mark.parametrize(
     ("head", "row", "words"),
     [
+        ("x_mm,z_um", "0,-640", r"poses.csv:3:2: the target's lowest point would be .* pressed to nothing"),
         ("x_mm,z_um", "0,-2500", r"poses.csv:3:2: the target's lowest point would be .* inside the board"),
         ("z_um,ry_deg", "-400,-14.5", r"poses.csv:3:1: the target's lowest point would be .* inside the board"),
         ("z_um,rx_deg", "0,20", r"poses.csv:3:2: tilted by 20 degrees"),

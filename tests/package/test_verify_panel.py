@@ -232,7 +232,8 @@ def test_the_summary_says_what_was_not_so(package, capsys):
     assert len([line for line in lines if line.startswith("no-hole")]) == 1
     assert lines[-1] == (
         f"differs: {count} files against the manifest (1 missing, 1 changed, 1 not in the manifest), "
-        "the copper of the Gerber files is not that of nets C1, C2, the panel is not made of the single board"
+        "the copper of the Gerber files is not that of nets C1, C2, the panel is not made of the single board, "
+        "built in spite of errors and not for order"
     )
 
 
