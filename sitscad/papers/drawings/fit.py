@@ -107,8 +107,13 @@ NOTE = (
 def _row(fault: Fault) -> tuple[str, ...]:
     if not fault.has_sizes:
         return fault.rule, fault.name, "", "", ""
-    measured, limit = fault.sizes
+    across = RADIUS if fault.rule == "SIT321" else 1.0
+    measured, limit = (across * size for size in fault.sizes)
     return fault.rule, fault.name, mm(measured), mm(limit), mm(abs(measured - limit))
+
+
+RADIUS = 2.0
+"""SIT321 measures from the port's axis, the other rules across: the drawing has diameters."""
 
 
 def _across(layout: Layout, jaw: Jaw, pair: ClosedSection, sized: Sequence[Fault]) -> float:
@@ -120,7 +125,7 @@ def _across(layout: Layout, jaw: Jaw, pair: ClosedSection, sized: Sequence[Fault
 def _needed(fault: Fault) -> Iterator[float]:
     """The circle (m) that a fault says the pair needs."""
     if fault.rule in ("SIT303", "SIT321"):
-        yield fault.sizes[0] * (2.0 if fault.rule == "SIT321" else 1.0)
+        yield fault.sizes[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
 
 def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, sized: Sequence[Fault]) -> None:
