@@ -38,7 +38,11 @@ def test_a_coil_alone_has_nothing_to_calibrate(run, pair, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_plan_filled_in_calibrates(run, pair, tmp_path):
+@pytest.mark.parametrize(
+    "number", [5, pytest.param(6, marks=pytest.mark.more), pytest.param(8, marks=pytest.mark.more)]
+)
+def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
+    """True readings of few points are taken: three of four such sensors were refused for a while."""
     planned = run("calibrate", pair, "--points", "5")
     folder = tmp_path / "pair-calibration"
     assert planned.code in (0, 1) and "not calibrated" in planned.out
@@ -49,7 +53,7 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path):
     rows = list(csv.DictReader(io.StringIO((folder / "plan.csv").read_text())))
     assert len(rows) == 6
     sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
-    hidden = units(sensors.known, 1, 5)[0]
+    hidden = units(sensors.known, 1, number)[0]
     loads = np.array([[float(row.get(f"{name}_N", 0.0)) for name in ("normal", "shear_x", "shear_y")] for row in rows])
     for row, read in zip(rows, np.rint(sensors.counts(sensors.under(hidden, loads, exact=True))), strict=True):
         row |= {f"{coil}_counts": str(int(count)) for coil, count in zip(sensors.coils, read, strict=True)}
