@@ -177,6 +177,12 @@ def test_jaw_and_materials_can_be_written_out():
     assert spec.elastomer.size == spec.target.size
 
 
+def test_a_finger_that_nobody_stated_is_named():
+    spec = load_text("sitscad: 1\nname: tip\n" + COIL + "mount: {kind: fingertip}\n")
+    (said,) = (one for one in spec.source.defaults if one.startswith("mount.finger"))
+    assert "rectangle, 16 mm x 10 mm, grip 8 mm, screws of 2 mm" in said and "measure yours" in said
+
+
 def test_empty_sections_are_all_defaults():
     spec = loaded("target: {}", "elastomer: {}", "encapsulation: {}", "mount: {}", "shield: {}", "array: {}", "fpc: {}")
     assert spec.target.size == (3.5e-3, 3.5e-3)

@@ -44,6 +44,10 @@ def resolve_mount(part: MountDocument | None, shield: Shield | None, remarks: Re
         return replace(mount, holes=_holes(part.holes, remarks))
     if part.kind == "fingertip":
         finger = _finger(part.finger or _whole(FingerDocument))
+        if part.finger is None:
+            size = " x ".join(show(side, "m") for side in finger.size)
+            words = f"{finger.shape}, {size}, grip {show(finger.grip, 'm')}, screws of {show(finger.screw, 'm')}"
+            remarks.default("mount.finger", words, "a finger of the usual size: measure yours")
         return replace(mount, finger=finger, backing=finger.material)
     if part.kind == "custom":
         return replace(mount, step=_step(part, "mount.step", place, remarks))
