@@ -66,7 +66,7 @@ class Face:
 
     @property
     def oblongness(self) -> float:
-        """Length over width."""
+        """Length over width, no unit."""
         return max(self.width_x, self.width_y) / min(self.width_x, self.width_y)
 
     def grown(self, width: float) -> Face:

@@ -33,14 +33,14 @@ def rotations(angles: Array) -> Array:
 
 
 def angles(matrices: Array) -> Array:
-    """Angles (n, 3) with Rx Ry Rz of rotation matrices (n, 3, 3), tilts below a right angle."""
+    """Angles (n, 3; rad) with Rx Ry Rz of rotation matrices (n, 3, 3), tilts below a right angle."""
     turned = np.arctan2(-matrices[:, 1, 2], matrices[:, 2, 2])
     tilted = np.arcsin(np.clip(matrices[:, 0, 2], -1.0, 1.0))
     return np.column_stack([turned, tilted, np.arctan2(-matrices[:, 0, 1], matrices[:, 0, 0])])
 
 
 def rotation_vectors(matrices: Array) -> Array:
-    """Axis times angle (n, 3) of rotation matrices (n, 3, 3), by less than half a turn."""
+    """Axis times angle (n, 3; rad) of rotation matrices (n, 3, 3), by less than half a turn."""
     odd = np.empty((len(matrices), 3))
     odd[:, 0] = matrices[:, 2, 1] - matrices[:, 1, 2]
     odd[:, 1] = matrices[:, 0, 2] - matrices[:, 2, 0]
@@ -52,7 +52,7 @@ def rotation_vectors(matrices: Array) -> Array:
 
 
 def exponentials(vectors: Array) -> Array:
-    """Rotation matrices (n, 3, 3) of axis times angle (n, 3): Rodrigues' formula."""
+    """Rotation matrices (n, 3, 3) of axis times angle (n, 3; rad): Rodrigues' formula."""
     first, second, _ = _coefficients(vectors)
     turning = crosses(vectors)
     return UNIT + first[:, None, None] * turning + second[:, None, None] * (turning @ turning)

@@ -75,7 +75,7 @@ class Block:
 
     @property
     def shape_factor(self) -> float:
-        """Loaded over free area of the rectangle (of an ellipse nearly the same)."""
+        """Loaded over free area (no unit) of the rectangle (of an ellipse nearly the same)."""
         return 0.5 * self.along * self.across / (self.along + self.across)
 
     @property
@@ -85,7 +85,7 @@ class Block:
 
     @property
     def oblongness(self) -> float:
-        """From -1, all across, to 1, all along."""
+        """From -1, all across, to 1, all along; no unit."""
         return (self.along - self.across) / (self.along + self.across)
 
 

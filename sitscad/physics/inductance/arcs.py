@@ -78,7 +78,7 @@ def half_lengths(arcs: Array) -> Array:
 
 
 def middles(arcs: Array) -> Array:
-    """Middle points (n, 2) of arcs (n, 6)."""
+    """Middle points (n, 2; m) of arcs (n, 6; m)."""
     azimuth = arcs[:, 3] + 0.5 * arcs[:, 4] * arcs[:, 5]
     return np.asarray(arcs[:, :2] + arcs[:, 2:3] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
 

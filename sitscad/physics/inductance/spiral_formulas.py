@@ -54,7 +54,7 @@ class SpiralOutline:
 
     @property
     def fill(self) -> float:
-        """Rho = (d_out - d_in) / (d_out + d_in)."""
+        """Rho = (d_out - d_in) / (d_out + d_in), no unit."""
         return (self.outer_diameter - self.inner_diameter) / (self.outer_diameter + self.inner_diameter)
 
     @property

@@ -193,11 +193,11 @@ def clearance_table(one: Track, other: Track, strands: int, levels: int = 1) -> 
 
 
 def common_levels(one: Track, other: Track, count: int) -> int:
-    """Heights at which strands of two layers are taken: two where the copper is thick, else one."""
+    """Heights (m) at which strands of two layers are taken: two where the copper is thick, else one."""
     thick = max(one.thickness, other.thickness) > THICK * min(one.width, other.width)
     return 2 if one.z != other.z and count > 1 and thick else 1
 
 
 def directions(steps: Array) -> Array:
-    """Unit vectors (n, 2) along steps."""
+    """Unit vectors (n, 2; no unit) along steps (m)."""
     return np.asarray(steps / np.hypot(steps[:, 0], steps[:, 1])[:, None])

@@ -130,7 +130,7 @@ def _row_ratio(quarter: Array, count: Array) -> Array:
 
 
 def turned(phase: Array) -> ComplexArray:
-    """exp(-i phase), by the tangent of half the phase, which costs a tenth of sine and cosine."""
+    """exp(-i phase) for phases in radians, by the tangent of half the phase, which costs a tenth of sine and cosine."""
     tangent = np.tan(0.5 * phase)
     both = 2.0 / (1.0 + tangent * tangent)
     found = np.empty(phase.shape, dtype=np.complex128)

@@ -21,7 +21,7 @@ _PHASE_0 = (-0.78539816, -0.04166397, -0.00003954, 0.00262573, -0.00054125, -0.0
 
 
 def j0(x: ArrayLike) -> Array:
-    """J0(x) for real x >= 0, an array of the shape of `x`; absolute error below 1e-7."""
+    """J0(x) for real x >= 0 (no unit), an array of the shape of `x`; absolute error below 1e-7."""
     x = np.asarray(x, dtype=float)
     found, near = _far(x, _MODULUS_0, _PHASE_0), x < 3.0
     found[near] = _polynomial(_SMALL_0, (x[near] / 3.0) ** 2)
@@ -29,7 +29,7 @@ def j0(x: ArrayLike) -> Array:
 
 
 def j1(x: ArrayLike) -> Array:
-    """J1(x) for real x >= 0, an array of the shape of `x`; absolute error below 4e-8."""
+    """J1(x) for real x >= 0 (no unit), an array of the shape of `x`; absolute error below 4e-8."""
     x = np.asarray(x, dtype=float)
     found, near = _far(x, _MODULUS, _PHASE), x < 3.0
     low = x[near]
