@@ -113,21 +113,3 @@ def _rest_of(points: Points) -> Points:
     loads = None if points.loads is None else np.zeros((1, 3))
     poses = None if points.poses is None else np.zeros((1, 6))
     return Points(loads, poses, points.frequency[:1], np.ones(1, dtype=bool))
-
-
-def simulated(
-    sensors: Sensors, errors: Array, loads: Array, generator: np.random.Generator, hysteresis: float = 0.0
-) -> Points:
-    """What a bench would write down of one sensor: rest first, then the loads (n, 3; N), each off by as much as loads
-    usually are, read with the converter's noise. `hysteresis` (of full scale, from one way to the other) puts every
-    load somewhere between, on every axis.
-    """
-    given = np.vstack([np.zeros((1, 3)), loads])
-    scale = np.zeros(3)
-    scale[sensors.range.columns] = sensors.range.full_scales
-    size = np.linalg.norm(given / np.where(scale > 0.0, scale, np.inf), axis=1)
-    off = generator.normal(size=given.shape) * (usual("force") * size)[:, None] * scale
-    off[1:] += hysteresis * scale * generator.uniform(-0.5, 0.5, size=off[1:].shape)
-    off[:, 0] = np.maximum(off[:, 0], -given[:, 0])
-    frequency = sensors.read(sensors.under(errors, given + off, exact=True), generator)
-    return Points(given, None, frequency, np.arange(len(given)) == 0)

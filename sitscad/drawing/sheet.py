@@ -17,7 +17,7 @@ from sitscad.record import record
 A4 = (297.0, 210.0)
 """Landscape, millimetres."""
 
-BLACK, GREY = "#000000", "#808080"
+BLACK = "#000000"
 
 # Widths of Helvetica's characters from the space (code 32) to the tilde (126), in thousandths of the font size.
 _WIDTHS = (

@@ -182,7 +182,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     wound, tank = tuned.wound, tuned.tank
     layout, spec, winding = wound.given.layout, wound.given.spec, wound.winding
     deviations = sigmas(spec)
-    slopes = inductance_slopes(winding.geometry, winding.spirals, layout.coils[0], spec)
+    slopes = inductance_slopes(winding.spirals, layout.coils[0], spec)
     deeper = depths_moved(layout.coils[0], spec, deviations)
     found = {}
     for circuit in tuned.circuits:

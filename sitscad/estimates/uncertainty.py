@@ -17,7 +17,6 @@ from sitscad.estimates.states.assembly import Assembly, Surroundings, mirror
 from sitscad.estimates.states.finite_target import TargetShares
 from sitscad.estimates.states.pressing import PAD, PAD_SIZE
 from sitscad.estimates.values import Spread, StateEstimate
-from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import log_mean_distance
@@ -110,9 +109,7 @@ def scatter_note(spec: SensorSpec) -> str:
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 
 
-def inductance_slopes(
-    geometry: WindingGeometry, layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec
-) -> dict[str, float]:
+def inductance_slopes(layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec) -> dict[str, float]:
     """Change of the winding's inductance (H) with the logarithm of each tolerance.
 
     Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its

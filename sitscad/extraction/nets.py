@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,11 +43,6 @@ class Contact:
     x: float
     y: float
     shape: BaseGeometry
-
-    def touched(self) -> Contact:
-        """The same contact met by a spring: in its middle only, on a spot half as wide as the pad is narrow."""
-        x0, y0, x1, y1 = self.shape.bounds
-        return replace(self, shape=shapely.Point(self.x, self.y).buffer(min(x1 - x0, y1 - y0) / 4.0))
 
 
 @record

@@ -47,7 +47,7 @@ def copper_resistance(
 ) -> float:
     """Resistance (ohm) of a net's copper between two of its contacts, each with all its area at one potential.
 
-    A contact that is met in one spot only is given as `Contact.touched`. ``thickness`` (m) is each copper layer's, top
+    ``thickness`` (m) is each copper layer's, top
     first. With ``depths`` (m, each layer's mid-plane) and ``plating`` (m, the wall inside the drilled hole) the barrels
     have their resistance, else none. ``fineness`` is the number of triangles across a track of the net's mean width.
     Raises ValueError when the contacts are not two of this net, when no copper joins them, or when a layer's thickness

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sitscad.layout.board import Layout
 from sitscad.parts.board import board_body, shield, stiffener
-from sitscad.parts.jaw import jaw, opposing
+from sitscad.parts.jaw import jaw
 from sitscad.parts.mount import mount
 from sitscad.parts.pad import elastomer, encapsulation, target
 from sitscad.parts.solid import Solid
@@ -16,9 +16,3 @@ def assemble(layout: Layout) -> tuple[Solid, ...]:
     below.sort(key=lambda solid: round(solid.shape.bounding_box().min.Z, 6))
     above = (board_body(layout), elastomer(layout), target(layout), encapsulation(layout))
     return (*below, *(solid for solid in above if solid))
-
-
-def closed_pair(layout: Layout) -> tuple[Solid, ...]:
-    """The sensor in its jaw and the opposing jaw closed on it without force; empty without a jaw in the spec."""
-    other = opposing(layout)
-    return (*assemble(layout), *other) if other else ()

@@ -13,12 +13,14 @@ import numpy as np
 from measure import Growth, Measured, growth, peak, timed
 from windings import MM, UM, bench, coil, four_layers, miniature
 
-from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.inductance.spirals import spiral_inductance_matrix
 from sitscad.physics.loss import proximity
 from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.loss.track_modes import ModeSet
+from tests.oracles.filament_tracks import track_mutual_inductance
+from tests.oracles.losses import inductance_change
 
 COPPER = 58e6
 FREQUENCIES = (1e4, 1e5, 1e6, 3e6, 10e6)
@@ -102,7 +104,7 @@ def measured(designs: int = 99) -> Iterator[Measured]:
         for setting, solve in settings.items():
             loss, cost = solve(), (*timed(solve), peak(solve))
             of_r = max(abs(loss.resistance_ratio(f) / exact.resistance_ratio(f) - 1.0) for f in FREQUENCIES)
-            of_l = max(abs(loss.inductance_change(f) - exact.inductance_change(f)) for f in FREQUENCIES)
+            of_l = max(abs(inductance_change(loss, f) - inductance_change(exact, f)) for f in FREQUENCIES)
             kind = "modes, spirals" if name in ROUND else "modes, sides"
             yield Measured(RESISTANCE, f"{kind}, {setting}", name, *cost, of_r, BOUNDS[setting][0])
             yield Measured(INDUCTANCE, f"{kind}, {setting}", name, *cost, of_l / direct, BOUNDS[setting][1])

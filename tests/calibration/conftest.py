@@ -9,8 +9,8 @@ import pytest
 
 import sitscad
 from sitscad.calibration import calibrate
-from sitscad.calibration.points import simulated
 from sitscad.calibration.unknowns import units
+from tests.oracles.bench import simulated
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 

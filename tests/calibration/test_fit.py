@@ -12,10 +12,11 @@ from sitscad.calibration.calibrate import calibrate_by
 from sitscad.calibration.maps.basis import exponents, monomials, spread
 from sitscad.calibration.maps.forms import Form, Samples, fitted
 from sitscad.calibration.maps.least_squares import levenberg_marquardt, ridge
-from sitscad.calibration.points import Points, simulated
+from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import units
 from sitscad.package.calibration_files import calibration_files
 from sitscad.schemas import SCHEMAS
+from tests.oracles.bench import simulated
 
 
 @pytest.fixture(scope="module")

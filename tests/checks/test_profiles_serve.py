@@ -10,6 +10,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import installed_rules
 
 DRAWN = [f"SIT{number}" for number in (*range(107, 116), 119)]
 ENDS = {
@@ -61,5 +62,5 @@ def test_vias_and_capacitors_keep_the_fabricators_distances_from_the_openings(ju
 @pytest.mark.parametrize("template", ["single_coil", "bench_7mm", "grasper_4layer"])
 def test_a_template_with_the_wider_openings_of_a_house_keeps_them_from_its_vias(judge, root, template, rules):
     spec = load_text((root / "templates" / f"{template}.yaml").read_text(encoding="utf-8"), f"{template}.yaml")
-    spec = replace(spec, fpc=replace(spec.fpc, rules=presets.design_rules(rules)))
+    spec = replace(spec, fpc=replace(spec.fpc, rules=installed_rules(rules)))
     assert judge("SIT115", spec, lay_out(spec)) == []

@@ -64,12 +64,13 @@ def test_what_crowding_takes_away_is_the_loss_s_own():
     from sitscad.estimates.winding.losses import winding_losses
     from sitscad.estimates.winding.methods import winding_geometry
     from sitscad.physics.loss.resistance import conductivity_at
+    from tests.oracles.losses import inductance_change
 
     found, layout = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "200 um"))
     coil, spec = found.coils[0], layout.spec
     geometry = winding_geometry(spec.coil, layout.coils[0])
     loss = winding_losses(spec.coil, layout.coils[0], geometry.spirals, conductivity_at(20.0), None)
-    crowding = loss.inductance_change(coil.sensor_frequency) - loss.direct_change
+    crowding = inductance_change(loss, coil.sensor_frequency) - loss.direct_change
     assert coil.inductance_parts["crowding"] == pytest.approx(crowding, abs=3e-5 * coil.terminal_inductance)
     assert crowding < -1e-3 * coil.terminal_inductance
 

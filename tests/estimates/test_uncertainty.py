@@ -77,7 +77,7 @@ def test_slopes_of_the_inductance_are_its_differences(shape):
     spec = design(shape)
     coil = lay_out(spec).coils[0]
     geometry = winding_geometry(spec.coil, coil)
-    slopes = inductance_slopes(geometry, equivalent_spirals(geometry, coil), coil, spec)
+    slopes = inductance_slopes(equivalent_spirals(geometry, coil), coil, spec)
     whole = winding_inductance(spec)
     slopes[DIAMETER] = whole - math.fsum(slopes.values())
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper"), (DISTANCE, "gap"), (DIAMETER, "scale")):

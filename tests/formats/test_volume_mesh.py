@@ -83,7 +83,7 @@ def test_a_round_pad_under_a_smaller_round_target():
 
 def test_a_finer_mesh_has_more_elements_and_the_same_volume():
     solids = handmade.solids("jaw")
-    coarse, fine = (Msh(volume_mesh.elastomer_mesh(solids, size)) for size in (0.5e-3, 0.25e-3))
+    coarse, fine = (Msh(volume_mesh.elastomer_meshes(solids, size)["msh"]) for size in (0.5e-3, 0.25e-3))
     assert len(fine.groups["elastomer"]) > 3 * len(coarse.groups["elastomer"])
     assert fine.volumes().sum() == pytest.approx(coarse.volumes().sum(), rel=1e-9)
 
@@ -95,7 +95,7 @@ def test_gmsh_itself_reads_it_and_a_session_that_is_open_survives(tmp_path):
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.model.add("theirs")
-        data = volume_mesh.elastomer_mesh(handmade.solids("jaw"))
+        data = volume_mesh.elastomer_meshes(handmade.solids("jaw"))["msh"]
         assert gmsh.isInitialized()
         assert "theirs" in gmsh.model.list()
         assert "elastomer" not in gmsh.model.list()

@@ -3,6 +3,7 @@
 import pytest
 
 from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.sensor import (
     ArraySpec,
     CoilPlacement,
@@ -54,7 +55,7 @@ def sensor(
         array=ArraySpec("line" if coils > 1 else "single", placements, pitch),
         fpc=FpcSpec(
             presets.stackup(stackup),
-            presets.design_rules(rules),
+            installed_rules(rules),
             Tail(30e-3, presets.connector("zif-0.5mm"), tail_layers, "static") if tail else None,
         ),
         target=None,

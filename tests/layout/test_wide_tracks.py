@@ -4,7 +4,7 @@ import pytest
 
 from sitscad.layout import lay_out
 from sitscad.layout.clearance import hole_keep_out, joined_hole
-from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import installed_rules
 
 from .test_layout import assert_sound
 
@@ -34,7 +34,7 @@ def test_wide_tracks_in_an_array(sensor):
 
 
 def test_a_joined_via_is_as_large_as_the_wider_of_pad_and_track():
-    rules = presets.design_rules("generic-flex")
+    rules = installed_rules("generic-flex")
     assert joined_hole(rules, 0.5 * rules.via_pad).pad == rules.via_pad
     wide = joined_hole(rules, 3.0 * rules.via_pad)
     assert wide.pad == 3.0 * rules.via_pad and wide.drill == rules.via_drill

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
+from sitscad.layout.board import Layout
+from sitscad.parts.assembly import assemble
+from sitscad.parts.jaw import opposing
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole
 
 
+def closed_pair(layout: Layout) -> tuple[Solid, ...]:
+    """The sensor in its jaw and the opposing jaw closed on it without force; empty without a jaw in the spec."""
+    other = opposing(layout)
+    return (*assemble(layout), *other) if other else ()
+
+
 def envelope_radius(solids: tuple[Solid, ...], within: tuple[float, float] | None = None) -> float:
     """Radius (m) of the smallest circle about the closed pair's axis, in the y-z plane, that holds the solids.
 
-    Takes what `sitscad.parts.assembly.closed_pair` returns: the axis lies half way between the backs of jaw and
+    Takes what `closed_pair` returns: the axis lies half way between the backs of jaw and
     opposing jaw. Only what lies between the jaws' tip and heel counts (or `within`, a range of x in metres): the tail
     leaves the port inside the shaft. Raises ValueError without both jaws.
     """

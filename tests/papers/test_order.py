@@ -34,6 +34,7 @@ from sitscad.papers.order import archive as order_archive
 from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.load import load_text
 from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.sensor import PanelSpec
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -452,7 +453,7 @@ def test_names_are_those_that_kicad_gives(tmp_path):
 
 def test_every_naming_of_the_profiles_is_known():
     for name in presets.names("rules"):
-        assert presets.design_rules(name).file_naming in ("protel", "kicad")
+        assert installed_rules(name).file_naming in ("protel", "kicad")
 
 
 # --- What the person who orders has to know

@@ -9,10 +9,10 @@ import pytest
 from envelope import envelope_radius
 
 from sitscad.parts import Solid, fit
-from sitscad.parts.assembly import closed_pair
 from sitscad.parts.prism import box
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
+from tests.oracles.envelope import closed_pair
 
 FITTED = {
     "as made": {},

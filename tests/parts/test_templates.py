@@ -9,10 +9,10 @@ from envelope import envelope_radius
 
 from sitscad.layout import lay_out
 from sitscad.parts import fit, solids
-from sitscad.parts.assembly import closed_pair
 from sitscad.scene.fit import closed_section
 from sitscad.spec.load import load
 from sitscad.spec.sensor import Assembly
+from tests.oracles.envelope import closed_pair
 
 pytestmark = pytest.mark.cad
 

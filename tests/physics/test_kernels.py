@@ -16,12 +16,12 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import (
     PolylineTrack,
     parallel_filaments,
-    track_mutual_inductance,
     via_inductance,
 )
 from sitscad.physics.inductance.mean_distance import log_mean_distance, strand_clearance
 from sitscad.physics.special.bessel import j1
 from sitscad.physics.special.elliptic import coaxial_rings
+from tests.oracles.filament_tracks import track_mutual_inductance
 
 
 def rings_exactly(r1, r2, z):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corner_excess import Loops, moment
 from sitscad.physics.loss.corners import bend_loops
@@ -22,6 +22,7 @@ from sitscad.physics.metal.polyline_spectrum import (
     chorded,
     polyline_spectrum,
 )
+from tests.oracles.filament_tracks import track_mutual_inductance
 
 UM, MM = 1e-6, 1e-3
 SQUARE = MM * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -0.7)])

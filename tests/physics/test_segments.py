@@ -13,8 +13,8 @@ from sitscad.physics.inductance.filaments import (
     curve_segments_mutual,
     grouped_segments_inductance,
     segment_set,
-    track_mutual_inductance,
 )
+from tests.oracles.filament_tracks import track_mutual_inductance
 
 CORNERS = np.array([[0, 0], [8, 0], [8, 3], [1, 3], [1, 6]]) * 1e-3
 

@@ -28,7 +28,6 @@ from sitscad.physics.inductance.filaments import (
     grouped_segments_inductance,
     inclined_integral,
     segment_set,
-    track_mutual_inductance,
 )
 from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.rings import ring_winding_inductance
@@ -36,6 +35,7 @@ from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
 from sitscad.physics.loss.proximity import smooth_rings
 from sitscad.physics.metal.current_spectrum import _bessel_slopes
 from sitscad.physics.special.elliptic import coaxial_rings
+from tests.oracles.filament_tracks import track_mutual_inductance
 
 
 def rings_exactly(r1, r2, z):

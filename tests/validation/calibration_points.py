@@ -33,9 +33,10 @@ from sitscad.calibration.maps.forms import Tried
 from sitscad.calibration.maps.inverse_map import InverseMap
 from sitscad.calibration.maps.least_squares import ridge
 from sitscad.calibration.plan import plan
-from sitscad.calibration.points import Points, simulated
+from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
+from tests.oracles.bench import simulated
 
 Array = NDArray[np.float64]
 

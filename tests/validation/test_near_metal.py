@@ -16,7 +16,7 @@ import pytest
 from half_space_reference import RingFilaments
 from windings import MM, UM, coil, four_layers
 
-from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.inductance.rings import radii_at
 from sitscad.physics.inductance.spirals import spiral_inductance_matrix
 from sitscad.physics.loss import proximity
@@ -24,6 +24,8 @@ from sitscad.physics.metal import near_metal
 from sitscad.physics.metal.current_spectrum import spiral_spectrum
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_impedance
 from sitscad.physics.metal.polyline_spectrum import polyline_spectrum
+from tests.oracles.filament_tracks import track_mutual_inductance
+from tests.oracles.losses import inductance_change
 
 COPPER, STEEL = 58e6, 1.4e6
 
@@ -68,7 +70,7 @@ def by_modes(layers, gap, metal, frequency, tolerance=0.03, aware=True):
     free = float(spiral_inductance_matrix(layers).sum())
     change, added = reflected_impedance(spiral_spectrum(layers, wall), frequency, plate, None)
     omega = 2.0 * math.pi * frequency
-    inductance = free + loss.inductance_change(frequency) + change
+    inductance = free + inductance_change(loss, frequency) + change
     z = loss.direct * loss.resistance_ratio(frequency) + added + 1j * omega * inductance
     if aware:
         crowding = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, wall)
@@ -165,7 +167,7 @@ def test_metal_on_both_sides_against_filaments(frequency):
     change, added = reflected_impedance(spiral_spectrum(layers, 0.2e-3), frequency, roof, floor)
     more = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.2e-3).change(frequency, roof, floor)
     omega = 2.0 * math.pi * frequency
-    inductance = free + loss.inductance_change(frequency) + change + more.real
+    inductance = free + inductance_change(loss, frequency) + change + more.real
     resistance = loss.direct * loss.resistance_ratio(frequency) + added - omega * more.imag
     assert inductance == pytest.approx(reference.imag / omega, abs=2.5e-3 * free)
     assert resistance == pytest.approx(reference.real, rel=0.03)

@@ -17,11 +17,13 @@ from corner_windings import bent, changes_by_mirror
 from windings import square
 
 from sitscad.physics.constants import skin_depth
-from sitscad.physics.inductance.filaments import PolylineTrack, track_mutual_inductance
+from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss import proximity
 from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.loss.track_modes import suited_modes
+from tests.oracles.filament_tracks import track_mutual_inductance
+from tests.oracles.losses import inductance_change
 
 UM, MM = 1e-6, 1e-3
 COPPER = 58e6
@@ -58,7 +60,7 @@ def assert_near(loss, z, of_r, of_l):
     """Rise of R over that at 100 kHz, in parts of R at each frequency, and change of L in parts of L."""
     assert np.all(np.abs(rises(loss) - (z.real[1:] - z.real[0])) < of_r * z.real[1:])
     inductance = z.imag / (2.0 * math.pi * FREQUENCIES)
-    changes = [loss.inductance_change(f) - loss.inductance_change(1e5) for f in FREQUENCIES[1:]]
+    changes = [inductance_change(loss, f) - inductance_change(loss, 1e5) for f in FREQUENCIES[1:]]
     assert changes == pytest.approx(inductance[1:] - inductance[0], abs=of_l * inductance[0])
 
 

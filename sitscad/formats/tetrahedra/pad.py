@@ -70,11 +70,6 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
     return elastomer_meshes(assemble(layout), size)
 
 
-def elastomer_mesh(solids: tuple[Solid, ...], size: float | None = None) -> bytes:
-    """The pad's mesh; `size` is the element size in metres (by default five through its thickness, ten across it)."""
-    return elastomer_meshes(solids, size)["msh"]
-
-
 def elastomer_meshes(solids: tuple[Solid, ...], size: float | None = None) -> dict[str, bytes]:
     """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth."""
     with TemporaryDirectory() as name, session("elastomer", DELAUNAY) as gmsh:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from sitscad.record import record
 
 Array = NDArray[np.float64]
-Integers = NDArray[np.intp]
 
 PAD, SKIN = 1, 2
 """What an element is made of."""

@@ -32,7 +32,7 @@ def render(layout: Layout, estimates: Estimates, bench: Estimates, files: dict[s
 def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     """The whole page; ``bench`` are the estimates at 20 degrees Celsius, at which boards and sensors are tested."""
     spec = layout.spec
-    parts = [f"{spec.name}: how it is put together", "", *_wrapped("", _head(layout)), ""]
+    parts = [f"{spec.name}: how it is put together", "", *_wrapped("", _head()), ""]
     for number, step in enumerate(_steps(layout, estimates, bench), 1):
         said, *lines = step.split("\n")
         parts += [*_wrapped(f"{number:>2}. ", said), *(row for line in lines for row in _wrapped("    ", line)), ""]
@@ -43,7 +43,7 @@ def _wrapped(start: str, words: str) -> list[str]:
     return textwrap.wrap(words, WIDTH, initial_indent=start, subsequent_indent=" " * len(start))
 
 
-def _head(layout: Layout) -> str:
+def _head() -> str:
     return (
         "Parts and quantities are in bom.csv. Work under a microscope, with gloves; clean metal and plastic with "
         "isopropanol. Wax the jig, or wipe it with mould release, so that no glue holds it. Lengths are in mm."

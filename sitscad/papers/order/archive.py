@@ -31,7 +31,7 @@ def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str,
 
     ``forced`` says why the order ought not to be placed; where it is not empty it is in the archive.
     """
-    chosen = [path for path in sorted(files) if _is_sent(layout, path, panel is not None)]
+    chosen = [path for path in sorted(files) if _is_sent(path, panel is not None)]
     names = {path: archive_name(layout, path, files[path]) for path in chosen}
     contents = {names[path]: _renamed(path, files[path], names) for path in chosen}
     if forced:
@@ -63,7 +63,7 @@ def _endings(naming: str) -> tuple[tuple[str, str], ...]:
         return tuple((row["function"], row["ending"]) for row in csv.DictReader(stream) if row["naming"] == naming)
 
 
-def _is_sent(layout: Layout, path: str, in_panel: bool) -> bool:
+def _is_sent(path: str, in_panel: bool) -> bool:
     """Whether a file goes to the fabricator: no pictures, no lists for programs, and one set of images only."""
     name = path.removeprefix(f"{FOLDER}/")
     if name.endswith((".svg", ".json")):

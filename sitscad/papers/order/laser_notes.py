@@ -29,7 +29,7 @@ def text(layout: Layout, sheets: tuple[LaserSheet, ...]) -> str:
     for sheet in sheets:
         lines += [*_sheet(layout, sheet), ""]
     lines += [*_wrapped("Colours and order", ""), *_order(), ""]
-    for material in dict.fromkeys(_kind(layout, sheet) for sheet in sheets):
+    for material in dict.fromkeys(_kind(sheet) for sheet in sheets):
         lines += [*_lasers(material), ""]
     if any(sheet.part == "target" for sheet in sheets):
         lines += [*_wrapped(WITHOUT_LASER.format(name=layout.spec.name)), ""]
@@ -61,7 +61,7 @@ def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
     yield f"   part       {sheet.shape} {in_mm(sheet.size[0])} x {in_mm(sheet.size[1])} mm, finished"
     yield f"   pieces     {nest.count} on the sheet" + (f", cut {nest.times} times" if nest.times > 1 else "")
     yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
-    least = _least(_kind(layout, sheet))
+    least = _least(_kind(sheet))
     if least is not None:
         narrow = min(sheet.size) - sheet.kerf
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
@@ -91,7 +91,7 @@ def _least(material: str) -> float | None:
     return max(found) if found else None
 
 
-def _kind(layout: Layout, sheet: LaserSheet) -> str:
+def _kind(sheet: LaserSheet) -> str:
     return SILICONE if sheet.part == "elastomer" else sheet.material
 
 

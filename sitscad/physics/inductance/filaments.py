@@ -121,7 +121,7 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
             widths = (min(one.width, other.width), max(one.width, other.width))
             thicknesses = (min(one.thickness, other.thickness), max(one.thickness, other.thickness))
             block = slice(sizes[i], sizes[i + 1]), slice(sizes[j], sizes[j + 1])
-            clearance[block] = height**2 + np.interp(clearance[block], *_table(height, widths, thicknesses, 1))
+            clearance[block] = height**2 + np.interp(clearance[block], *_table(height, widths, thicknesses))
     count = max(groups) + 1
     found = np.zeros((count, count))
     for i in range(count):
@@ -129,29 +129,8 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
             a, b = np.nonzero(owner == i)[0], np.nonzero(owner == j)[0]
             if a.size and b.size:
                 p, q = (starts[a], ends[a]), (starts[b], ends[b])
-                found[i, j] = found[j, i] = _segments_mutual(p, q, 0.0, clearance[np.ix_(a, b)])
+                found[i, j] = found[j, i] = _segments_mutual(p, q, clearance[np.ix_(a, b)])
     return found
-
-
-def track_mutual_inductance(first: PolylineTrack, second: PolylineTrack, strands: int = 2) -> float:
-    """Mutual inductance (H) of two tracks (the self one for the same track), uniform current over the cross-sections.
-
-    Strands at the Gauss points of the width follow the mitred corners; parallel sides in closed form with the
-    rectangles' geometric mean distance kept, inclined sides too.
-    """
-    nodes, weights = gauss(strands)
-    height = first.z - second.z
-    table = _table(height, (first.width, second.width), (first.thickness, second.thickness), strands)
-    p, q = first.corners, second.corners
-    clearance = np.interp(_side_distances((p[:-1], p[1:]), (q[:-1], q[1:])), *table)
-    total = 0.0
-    for a in range(strands):
-        p = first.strand(0.5 * first.width * nodes[a])
-        for b in range(strands):
-            q = second.strand(0.5 * second.width * nodes[b])
-            share = 0.25 * weights[a] * weights[b]
-            total += share * _segments_mutual((p[:-1], p[1:]), (q[:-1], q[1:]), height, clearance)
-    return total
 
 
 Segments = tuple[Array, Array]
@@ -171,33 +150,34 @@ def _directions(p: Segments) -> tuple[Array, Array]:
     return sides / lengths[:, None], lengths
 
 
-def _segments_mutual(p: Segments, q: Segments, height: float, clearance: Array) -> float:
-    """Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined."""
+def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
+    """Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined.
+
+    `clearance` (m2) of each pair (n, m) is the square of the height between them and what keeps the mean distance.
+    """
     t, lengths = _directions(p)
     other, _ = _directions(q)
     parallel = np.abs(t[:, :1] * other[:, 1] - t[:, 1:] * other[:, 0]) < 1e-9
     i, j = np.nonzero(parallel)
-    total = float(np.sum(_parallel_sides(p, q, t[i], lengths[i], i, j, height, clearance[i, j])))
+    total = float(np.sum(_parallel_sides(p, q, t[i], lengths[i], i, j, clearance[i, j])))
     cosine = t @ other.T
     i, j = np.nonzero(~parallel & (np.abs(cosine) > 1e-9))
     if i.size:
-        total += float(
-            np.sum(cosine[i, j] * _inclined_sides(p, q, other[j], lengths[i], i, j, height, clearance[i, j]))
-        )
+        total += float(np.sum(cosine[i, j] * _inclined_sides(p, q, other[j], lengths[i], i, j, clearance[i, j])))
     return total
 
 
 def _parallel_sides(
-    p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, height: float, clearance: Array
+    p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, clearance: Array
 ) -> Array:
     to_start, to_end = q[0][j] - p[0][i], q[1][j] - p[0][i]
     start, end = np.sum(axis * to_start, axis=1), np.sum(axis * to_end, axis=1)
     lateral = axis[:, 0] * to_start[:, 1] - axis[:, 1] * to_start[:, 0]
-    return parallel_filaments(lengths, start, end, np.maximum(lateral**2 + height**2 + clearance, TOUCHING**2))
+    return parallel_filaments(lengths, start, end, np.maximum(lateral**2 + clearance, TOUCHING**2))
 
 
 def _inclined_sides(
-    p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, height: float, clearance: Array
+    p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, clearance: Array
 ) -> Array:
     """Mutual inductance over cosine (H) of pairs of inclined sides: Campbell's closed form in `inclined_integral`."""
     own = (p[1][i] - p[0][i]) / lengths[:, None]
@@ -207,7 +187,7 @@ def _inclined_sides(
     u0 = -(away[:, 0] * axis[:, 1] - away[:, 1] * axis[:, 0]) / sine
     v0 = -(away[:, 0] * own[:, 1] - away[:, 1] * own[:, 0]) / sine
     v1 = v0 + np.sum((q[1][j] - q[0][j]) * axis, axis=1)
-    square = height**2 + np.clip(clearance, TOUCHING**2, None)
+    square = np.clip(clearance, TOUCHING**2, None)
     return MU0 / (4.0 * math.pi) * inclined_integral(u0, u0 + lengths, v0, v1, cosine, np.abs(sine), square)
 
 
@@ -247,11 +227,10 @@ def _inclined_far(u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, squ
 
 
 @lru_cache(maxsize=64)
-def _table(
-    height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int
-) -> tuple[Array, Array]:
+def _table(height: float, widths: tuple[float, float], thicknesses: tuple[float, float]) -> tuple[Array, Array]:
+    """Distances (m) and by how much each grows squared (m2): see `strand_clearance`, of centre lines alone."""
     across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
-    return across, strand_clearance(across, height, widths, thicknesses, strands)
+    return across, strand_clearance(across, height, widths, thicknesses, 1)
 
 
 def via_inductance(length: float, diameter: float) -> float:

@@ -59,12 +59,8 @@ class ProximityLoss:
         doubt = (2.0 * math.pi * frequency) ** 2 * self.unresolved
         return doubt <= TRUSTED * self.direct * self.resistance_ratio(frequency)
 
-    def inductance_change(self, frequency: float) -> float:
-        """L(f) less the inductance of evenly spread current (H), never positive."""
-        return float(self.inductance_changes(np.array([frequency]))[0])
-
     def inductance_changes(self, frequencies: Array) -> Array:
-        """The same at every one of (n,) frequencies (Hz)."""
+        """L(f) less the inductance of evenly spread current (H), never positive, at each of (n,) frequencies (Hz)."""
         omega = 2.0 * math.pi * frequencies[:, None]
         lag = omega**2 * self.rates
         return np.asarray(self.direct_change - np.sum(lag * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1))

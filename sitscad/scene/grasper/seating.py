@@ -78,7 +78,7 @@ def relief(layout: Layout) -> Relief | None:
     if jaw.pocket is not None and jaw.recess:
         middle = sum(jaw_range(layout, jaw)) / 2
         end = min(end, middle + jaw.pocket[0] / 2 - clearance(mount))
-    tail = _tail_across(layout, start, end)
+    tail = _tail_across(layout, end)
     if end - start < LEAST_RELIEF or tail is None:
         return None
     wall = clearance(mount) + ledge(mount)
@@ -108,8 +108,8 @@ def _before_stiffener(layout: Layout) -> float:
     return min(p.x for s in plate.outline.outline for p in (s.start, s.end)) - 0.3e-3
 
 
-def _tail_across(layout: Layout, start: float, end: float) -> tuple[float, float] | None:
-    """The tail's sides (m) between two places along the jaw, where it has left the body; None where there is none."""
+def _tail_across(layout: Layout, end: float) -> tuple[float, float] | None:
+    """The tail's sides (m) at a place along the jaw, beyond the body; None where there is no tail."""
     points = layout.outline.flattened(1e-5)
     if max(point.x for point in points) < end:
         return None

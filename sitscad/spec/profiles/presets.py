@@ -13,10 +13,8 @@ from typing import Any
 
 from sitscad.data import cited, cited_by_field
 from sitscad.spec.converter import Converter
-from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import NEO_HOOKEAN, Adhesive, Conductor, ElastomerMaterial, Finish, Losses
 from sitscad.spec.pieces.mounting import Hole, HolePattern, Jaw
-from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.profiles.names import DATA as DATA
 from sitscad.spec.profiles.names import FOLDERS, TABLES, read_table
 from sitscad.spec.profiles.names import names as names
@@ -49,11 +47,6 @@ def stackup(name: str) -> Stackup:
 
 def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
     return parse_quantity(rows[kind]["thickness"], "length") if kind in rows else None
-
-
-def design_rules(name: str) -> DesignRules:
-    """A fabricator's design rules, for its thinnest copper; raises KeyError where there is no such preset."""
-    return installed_rules(name)
 
 
 @cache

@@ -13,13 +13,14 @@ from sitscad.spec.format.yaml.plain import PlainReader
 from sitscad.spec.format.yaml.reader import read_yaml
 from sitscad.spec.load import load_text
 from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import installed_rules
 
 MINIMAL = (
     "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 7, turns: 5, trace_width: 0.1, trace_spacing: 0.1}\n"
 )
 LOOKUPS = {
     "stackup": presets.stackup,
-    "rules": presets.design_rules,
+    "rules": installed_rules,
     "connector": presets.connector,
     "jaw": presets.jaw,
     "conductor": presets.conductor,
@@ -117,7 +118,7 @@ def test_stackups_are_symmetric_and_closed(name):
 
 @pytest.mark.parametrize("name", presets.names("rules"))
 def test_rules_are_consistent(name):
-    rules = presets.design_rules(name)
+    rules = installed_rules(name)
     assert rules.coil_trace_width >= rules.trace_width
     assert rules.via_pad == pytest.approx(rules.via_drill + 2 * rules.annular_ring)
     assert rules.drill_to_copper >= rules.annular_ring
@@ -129,8 +130,8 @@ def test_rules_are_consistent(name):
 
 
 def test_generic_rules_have_the_widths_in_their_contract():
-    assert presets.design_rules("generic-flex").trace_width == 100e-6
-    assert presets.design_rules("generic-fine").trace_spacing == 76e-6
+    assert installed_rules("generic-flex").trace_width == 100e-6
+    assert installed_rules("generic-fine").trace_spacing == 76e-6
 
 
 def test_an_elastomer_lies_between_its_datasheet_and_its_measurement():
@@ -168,7 +169,7 @@ def test_loop_lines_follow_the_coils_copper(stackup, copper, wanted, rules):
 @pytest.mark.parametrize("name", presets.names("rules"))
 def test_every_installed_figure_for_lines_says_for_which_copper(name):
     """A width that holds for 18 um copper says nothing of 210 um: beyond the table there is no figure."""
-    rules = presets.design_rules(name)
+    rules = installed_rules(name)
     assert rules.track_lines and rules.track_lines[-1].copper >= 35e-6
     thickest = rules.track_lines[-1].copper
     said = rules.for_foil(thickest).sources, rules.for_foil(210e-6).sources
@@ -177,7 +178,7 @@ def test_every_installed_figure_for_lines_says_for_which_copper(name):
 
 
 def test_copper_thicker_than_any_listed_takes_the_largest_lines():
-    rules = presets.design_rules("generic-flex")
+    rules = installed_rules("generic-flex")
     assert rules.for_foil(70e-6).coil_trace_width == pytest.approx(8 * 25.4e-6)
     assert rules.for_foil(5e-6).coil_trace_width == pytest.approx(6 * 25.4e-6)
     bare = dataclasses.replace(rules, coil_lines=(), coil_trace_width=None, track_lines=())

@@ -27,6 +27,7 @@ from sitscad.spec.format.schema import json_schema
 from sitscad.spec.load import load, load_text
 from sitscad.spec.profiles import fabricator, presets
 from sitscad.spec.profiles import names as profile_names
+from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.rules import SpecError
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
@@ -66,7 +67,7 @@ def test_a_profile_lies_over_its_base_and_names_its_lines(folder):
         "annular_ring: {value: 90 um, source: on the telephone, status: unverified}\nstatic_bend_2: 12\n"
         "stiffened_tolerance_fr4: 80 um\npart_size: [6, 12]\nchecked_on: 2026-11-20\nfile_naming: kicad\n",
     )
-    base = presets.design_rules("jselectronic")
+    base = installed_rules("jselectronic")
     assert (rules.name, rules.via_drill, rules.annular_ring) == ("ours", 150e-6, pytest.approx(90e-6))
     assert rules.hole_to_hole == base.hole_to_hole and rules.sources["hole_to_hole"] == base.sources["hole_to_hole"]
     assert rules.sources["via_drill"] == "ours.yaml line 3: their quotation"
@@ -99,7 +100,7 @@ def test_a_chain_of_files_and_the_spec_itself_lie_over_each_other(folder):
     assert rules.sources["trace_width"] == "ours.yaml line 2"
     assert rules.sources["trace_spacing"] == "theirs.yaml line 3"
     assert rules.sources["copper_to_edge"] == "the spec"
-    assert rules.sources["coverlay_web"] == presets.design_rules("generic-fine").sources["coverlay_web"]
+    assert rules.sources["coverlay_web"] == installed_rules("generic-fine").sources["coverlay_web"]
 
 
 @pytest.mark.parametrize(("stackup", "wanted"), [("flex-2l-18um", 80e-6), ("flex-2l-35um", 120e-6)])
@@ -125,9 +126,7 @@ def test_a_finer_figure_for_thin_foil_leaves_the_bases_for_thick_foil(folder, ki
     )
     text = f"based_on: {base}\n{rows}"
     thick = rules_of(folder, text, stackup="flex-2l-35um", shop=shop)
-    wanted = (
-        getattr(presets.design_rules("hkgalaxy").for_foil(35e-6), f"{kind}_width") if base == "hkgalaxy" else 130e-6
-    )
+    wanted = getattr(installed_rules("hkgalaxy").for_foil(35e-6), f"{kind}_width") if base == "hkgalaxy" else 130e-6
     assert getattr(thick, f"{kind}_width") == getattr(thick, f"{kind}_spacing") == pytest.approx(wanted)
     assert getattr(thick.for_foil(foil * 1e-6), f"{kind}_width") == pytest.approx(70e-6)
 
@@ -136,7 +135,7 @@ def test_a_figure_for_every_copper_takes_the_place_of_the_bases_table(folder):
     rules = rules_of(
         folder, "based_on: hkgalaxy\ntrace_width: 70 um\ncoil_trace_width: 75 um\n", stackup="flex-2l-35um"
     )
-    base = presets.design_rules("hkgalaxy").for_foil(35e-6)
+    base = installed_rules("hkgalaxy").for_foil(35e-6)
     assert (rules.trace_width, rules.coil_trace_width) == (pytest.approx(70e-6), pytest.approx(75e-6))
     assert (rules.trace_spacing, rules.coil_trace_spacing) == (base.trace_spacing, base.coil_trace_spacing)
     assert rules.for_foil(70e-6).trace_width == pytest.approx(70e-6)
@@ -187,7 +186,7 @@ def test_a_finding_names_the_profile_that_holds_the_figure(folder):
 
 def test_every_figure_of_every_installed_profile_has_its_holder():
     for name in presets.names("rules"):
-        rules = presets.design_rules(name)
+        rules = installed_rules(name)
         assert set(rules.holders.values()) <= set(presets.names("rules")) and set(rules.sources) <= {
             *rules.holders,
             "trace_width",
@@ -431,7 +430,7 @@ def test_the_documents_profile_loads(folder):
 @pytest.mark.parametrize("name", presets.names("rules"))
 def test_an_installed_profile_is_a_file_as_a_user_writes_one(folder, name):
     text = (presets.DATA / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")
-    installed = presets.design_rules(name).for_foil(6e-6)
+    installed = installed_rules(name).for_foil(6e-6)
     rules = rules_of(folder, text)
     figures = [f.name for f in fields(rules) if f.name not in ("name", "source", "sources", "holders", "beyond")]
     bare = {"coil_lines": (), "track_lines": ()}
