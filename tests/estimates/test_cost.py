@@ -5,8 +5,10 @@ from __future__ import annotations
 import tracemalloc
 from dataclasses import replace
 
+import numpy as np
+
 from sitscad.estimates import estimate
-from sitscad.estimates.circuit import coils
+from sitscad.estimates.circuit import coils, leads
 from sitscad.estimates.winding import solved
 from sitscad.layout import lay_out
 from sitscad.physics.metal import near_metal
@@ -29,22 +31,33 @@ def test_many_turns_take_a_bounded_amount_of_memory():
     assert most < 25e6
 
 
+def test_only_long_sides_are_cut_for_their_coupling_with_the_leads():
+    """Every chord of an arc was cut into as many pieces as the longest straight side: twenty times as many points."""
+    bend = np.array([(np.sin(a), 1.0 - np.cos(a)) for a in np.linspace(0.0, np.pi, 20)]) * 2e-3
+    corners = np.concatenate([[(-20.1 * leads.LONGEST, 0.0)], bend])
+    middle, elements = leads._sampled(corners, 1e-4)
+    assert len(middle) == len(elements) == 21 + 19
+    assert np.allclose(elements.sum(axis=0), corners[-1] - corners[0])
+    assert np.allclose(middle[:21, 0] - elements[:21, 0] / 2, corners[0, 0] + np.arange(21) * elements[0, 0])
+    assert np.allclose(middle[21:, :2], 0.5 * (bend[1:] + bend[:-1])) and np.all(middle[:, 2] == 1e-4)
+
+
 def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(monkeypatch):
     """A pad thinner by some per cent, or a thicker target, made all of them anew: seconds for every hint that is
     tried, and another few for the spread of the pad's thickness."""
-    waves, modes, leads = [], [], []
+    waves, modes, led_out = [], [], []
     monkeypatch.setattr(solved, "reflected_by", counted(waves, solved.reflected_by))
     monkeypatch.setattr(near_metal, "_reduced", counted(modes, near_metal._reduced))
-    monkeypatch.setattr(coils, "estimate_leads", counted(leads, coils.estimate_leads))
+    monkeypatch.setattr(coils, "estimate_leads", counted(led_out, coils.estimate_leads))
     layout = lay_out(load_text(MOUNTED, "cost.yaml"))
     estimate(layout)
     before = len(modes)
-    assert (len(waves), len(leads)) == (1, 2)
+    assert (len(waves), len(led_out)) == (1, 2)
     spec = layout.spec
     target, elastomer = spec.target, spec.elastomer
     estimate(replace(layout, spec=replace(spec, target=replace(target, thickness=0.3e-3))))
     estimate(replace(layout, spec=replace(spec, elastomer=replace(elastomer, thickness=0.97e-3))))
-    assert (len(waves), len(leads)) == (1, 2)
+    assert (len(waves), len(led_out)) == (1, 2)
     assert len(modes) <= 1.5 * before
 
 

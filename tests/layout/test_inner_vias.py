@@ -1,5 +1,7 @@
 """How many places inside a coil are looked at until its inner vias are found, or known to find no room."""
 
+import tracemalloc
+
 import numpy as np
 
 from sitscad.finding import Missing
@@ -42,3 +44,37 @@ def test_holes_that_find_no_room_are_known_before_their_stubs():
     assert inner_vias.one_of_each([2, 2, 2], {(0, 1): far, (0, 2): far, (1, 2): far}) == (None, True)
     line = 1e-3 * np.array([(0.0, 0.0), (0.5, 0.0), (1.0, 0.0)])
     assert inner_vias.holes_fit(line, 2, 1e-3) and not inner_vias.holes_fit(line, 3, 0.6e-3)
+
+
+STACK = """
+sitscad: 1
+name: stack
+coil: {shape: racetrack, outer_diameter: [32.88, 15.1], turns: 15.0, layers: 8, trace_width: 150 um,
+       trace_spacing: 76 um, start_angle: 45 deg}
+fpc: {rules: huayue}
+"""
+
+
+def test_the_places_in_a_long_stack_take_little_memory():
+    """All places were compared with all points of all layers at once: 180 MB."""
+    wound_coils._inner_joins.cache_clear()
+    tracemalloc.start()
+    lay_out(load_text(STACK, "stack.yaml"))
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 30e6
+
+
+def test_layers_that_lie_alike_share_the_ways_to_their_vias(monkeypatch):
+    """Stubs of all eight layers were looked for, of which four lie as others do."""
+    tried, admits = [], inner_vias._StubRoom.admits
+
+    def counted(self, end, corners):
+        tried.append(end.layer)
+        return admits(self, end, corners)
+
+    wound_coils._inner_joins.cache_clear()
+    monkeypatch.setattr(inner_vias._StubRoom, "admits", counted)
+    layout = lay_out(load_text(STACK, "stack.yaml"))
+    assert not any(short.what is Missing.INNER_ROOM for short in layout.shortfalls)
+    assert len(set(tried)) == 4

@@ -154,16 +154,8 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
     """Twice the mutual inductance (H) of a coil's windings with its leads, by Neumann's integral."""
     if not coil.windings or not tracks:
         return 0.0
-    points, elements = [], []
-    for winding in coil.windings:
-        corners = np.array(winding.path.flattened(SAMPLED))
-        sides = np.diff(corners, axis=0)
-        parts = max(1, math.ceil(float(np.hypot(sides[:, 0], sides[:, 1]).max()) / LONGEST))
-        for k in range(parts):
-            middle = corners[:-1] + (k + 0.5) / parts * sides
-            points.append(np.column_stack([middle, np.full(len(middle), winding.z)]))
-            elements.append(sides / parts)
-    curve = np.concatenate(points), np.concatenate(elements)
+    pieces = [_sampled(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]
+    curve = np.concatenate([points for points, _ in pieces]), np.concatenate([elements for _, elements in pieces])
     alike: dict[tuple[float, float, float], list[PolylineTrack]] = {}
     for _, track in tracks:
         alike.setdefault((track.width, track.thickness, track.z), []).append(track)
@@ -171,6 +163,16 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
         curve_segments_mutual(curve, segment_set(group), SELF_DISTANCE * (key[0] + key[1]))
         for key, group in alike.items()
     )
+
+
+def _sampled(corners: Array, z: float) -> tuple[Array, Array]:
+    """Middles (n, 3) and elements (n, 2) of a polyline at a height (m), every side cut as its own length asks."""
+    sides = np.diff(corners, axis=0)
+    parts = np.maximum(np.ceil(np.hypot(sides[:, 0], sides[:, 1]) / LONGEST), 1.0).astype(int)
+    of = np.repeat(np.arange(len(sides)), parts)
+    share = (np.arange(of.size) - np.repeat(np.cumsum(parts) - parts, parts) + 0.5) / parts[of]
+    middle = corners[of] + share[:, None] * sides[of]
+    return np.column_stack([middle, np.full(len(middle), z)]), sides[of] / parts[of, None]
 
 
 def _leads(coil: Coil) -> list[Trace]:

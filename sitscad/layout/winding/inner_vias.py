@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import field
 from itertools import islice, pairwise
 
 import numpy as np
@@ -39,6 +40,9 @@ SAMPLE = 60e-6
 
 SHARPEST = math.cos(math.radians(82.0))
 """A straight stub turns away from its turn by at least this angle's worth: sharper corners hold etchant."""
+
+AT_ONCE = 60_000
+"""Places and points that are compared at once: as many as stay near the processor."""
 
 ROUNDING = 0.5e-6
 """What points a little apart may miss (m)."""
@@ -98,12 +102,14 @@ def place_inner_vias(
     ways = {layer: _ways_to_the_end(points) for layer, points in copper.items()}
     hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
     keep = hole_keep_out(hole, rules, spacing)
-    places = _clear_places(inside, joins[0][0].point, copper, keep, width)
+    alike = _alike(copper)
+    distinct = [copper[layer] for layer in sorted(set(alike.values()))]
+    places = _clear_places(inside, joins[0][0].point, distinct, keep, width)
     if inside.longer > 1e-9 and len(places):  # the grid along a long coil reaches into its corners, beyond round ones
         closed = [_innermost(w, count) for w, count in zip(windings, turns, strict=True) if count > 1.0 - 1e-9]
         for turn in closed:  # less than a turn goes round nothing
             places = places[_is_round(places, turn)]
-    room = _StubRoom(copper, ways, width + spacing, width + min(turn_spacing, rules.trace_spacing))
+    room = _StubRoom(copper, ways, width + spacing, width + min(turn_spacing, rules.trace_spacing), alike)
     options = [_Candidates(ends, places, room, hole) for ends in joins]
     found = _at_once(options, rules, spacing, width) or _choose([o.few for o in options], rules, spacing, width)
     if found is not None or not holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
@@ -155,17 +161,34 @@ def _is_round(places: Array, turn: Sequence[Segment]) -> NDArray[np.bool_]:
     return np.asarray(np.sum(up, axis=0) != np.sum(down, axis=0))
 
 
-def _clear_places(inside: Inside, towards: Point, copper: dict[int, Array], keep: float, width: float) -> Array:
+def _alike(copper: dict[int, Array]) -> dict[int, int]:
+    """Of every layer the first whose points lie as its own do: layers of a stack repeat each other."""
+    found: dict[int, int] = {}
+    for layer, points in copper.items():
+        same = (
+            k for k in found.values() if copper[k].shape == points.shape and np.allclose(copper[k], points, 0, 1e-12)
+        )
+        found[layer] = next(same, layer)
+    return found
+
+
+def _clear_places(inside: Inside, towards: Point, copper: Sequence[Array], keep: float, width: float) -> Array:
     """Places (n, 2) for a via inside all turns and far enough from them on every layer."""
     reach = inside.clear_radius - keep
     if reach < -1e-9:
         return np.empty((0, 2))
     places = np.array(list(_places(inside, towards, max(0.0, reach))))
-    turns = np.concatenate(list(copper.values()))
+    turns = np.concatenate(copper)
+    rows = max(1, AT_ONCE // len(turns))
+    least = [_least_square(places[k : k + rows], turns) for k in range(0, len(places), rows)]
+    return np.asarray(places[np.sqrt(np.concatenate(least)) >= keep + width / 2 - ROUNDING])
+
+
+def _least_square(places: Array, turns: Array) -> Array:
+    """Square of the distance (m2) of each place (n, 2) from the nearest of the turns' points."""
     across, up = (np.square(places[:, None, axis] - turns[None, :, axis]) for axis in (0, 1))
     across += up
-    gaps = np.sqrt(np.min(across, axis=1))
-    return np.asarray(places[gaps >= keep + width / 2 - ROUNDING])
+    return np.asarray(np.min(across, axis=1))
 
 
 def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
@@ -196,12 +219,24 @@ def _ways_to_the_end(points: Array) -> Array:
 class _StubRoom:
     """What stubs must keep from the turns: points on each layer's innermost turn with their ways (m) to its end, and
     the distances of centre lines (m) that are wanted, and at least asked where a stub comes back to its own turn.
+
+    `alike` has for each layer the first that lies as it does, `known` the ways that these have found to places.
     """
 
     points: dict[int, Array]
     ways: dict[int, Array]
     wanted: float
     asked: float
+    alike: dict[int, int]
+    known: dict[tuple[int, Point], int | None] = field(default_factory=dict)
+
+    def way(self, end: InnerEnd, place: Point) -> int | None:
+        """Which of the ways from an inner end to a place is the first that keeps its distances; None if none does."""
+        key = self.alike[end.layer], place
+        if key not in self.known:
+            ways = enumerate(_ways(end, place, self.wanted))
+            self.known[key] = next((k for k, way in ways if self.admits(end, way)), None)
+        return self.known[key]
 
     def admits(self, end: InnerEnd, corners: list[Point]) -> bool:
         """Whether a stub keeps the wanted distance where it is well off its turn's end, the asked one everywhere."""
@@ -237,7 +272,8 @@ def _stub(end: InnerEnd, place: Point, room: _StubRoom) -> Path | None:
     """
     if end.point.distance(place) < 1e-9:
         return None
-    return next((polyline(way) for way in _ways(end, place, room.wanted) if room.admits(end, way)), None)
+    which = room.way(end, place)
+    return None if which is None else polyline(next(islice(_ways(end, place, room.wanted), which, None)))
 
 
 def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:

@@ -23,6 +23,9 @@ FAR = 12.0
 TOUCHING = 1e-12
 """Least distance (m) that filaments are taken apart: crossing ones meet in a point, not in a division by zero."""
 
+AT_ONCE = 60_000
+"""Points and segments that are worked on at once: as many as stay near the processor."""
+
 
 @record(eq=False)
 class PolylineTrack:
@@ -249,17 +252,27 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
     closed potential of every segment. `clearance` (m) keeps pieces that touch apart, as their mean distance does.
     """
     points, elements = curve
+    rows = max(1, AT_ONCE // max(1, len(segments.starts)))
+    parts = (slice(first, first + rows) for first in range(0, len(points), rows))
+    return (
+        MU0
+        / (4.0 * math.pi)
+        * math.fsum(_weighed_potential(points[part], elements[part], segments, clearance) for part in parts)
+    )
+
+
+def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, clearance: float) -> float:
+    # Sum of elements (n, 2) times the potential of every segment at points (n, 3), in mu0 / (4 pi).
     sides = segments.ends - segments.starts
     lengths = np.hypot(sides[:, 0], sides[:, 1])
-    axis = sides / lengths[:, None]
-    away = points[:, None, :2] - segments.starts[None, :, :]
-    along = away[..., 0] * axis[:, 0] + away[..., 1] * axis[:, 1]
-    lateral = away[..., 0] * axis[:, 1] - away[..., 1] * axis[:, 0]
+    axis = (sides / lengths[:, None]).T
+    left = np.stack([axis[1], -axis[0]])
+    along = points[:, :2] @ axis - np.sum(segments.starts.T * axis, axis=0)
+    lateral = points[:, :2] @ left - np.sum(segments.starts.T * left, axis=0)
     square = lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + max(clearance, TOUCHING) ** 2
     # asinh(a / rho) + asinh(b / rho) by one logarithm, without the differences that cancel on the segment's axis
     rest = lengths - along
     one = np.sqrt(along**2 + square) + np.abs(along)
     other = np.sqrt(rest**2 + square) + np.abs(rest)
     ratio = np.where(along < 0.0, other / one, np.where(rest < 0.0, one / other, one * other / square))
-    potential = np.log(ratio)
-    return MU0 / (4.0 * math.pi) * float(np.sum((elements @ axis.T) * potential))
+    return float(np.sum((elements @ axis) * np.log(ratio)))
