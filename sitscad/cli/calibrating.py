@@ -6,7 +6,7 @@ import click
 
 import sitscad
 from sitscad.cli.asking import Example
-from sitscad.cli.telling import print_result, say, show_findings, told_errors
+from sitscad.cli.telling import opened_or_told, print_result, say, told_errors
 
 
 @click.command(cls=Example, example="sitscad calibrate sensor.yaml && sitscad calibrate sensor.yaml measured.csv")
@@ -42,10 +42,8 @@ def calibrate(spec: str, data: str | None, output: str | None, points: int, rota
     """  # noqa: D301 - click asks for the control character itself
     if rotation not in ("free", "held"):
         raise click.BadParameter(f"{rotation!r} is not one of free, held", param_hint="--rotation")
-    try:
-        loaded = sitscad.opened(spec, sitscad.policy_for(spec))
-    except sitscad.SpecError as error:
-        show_findings([sitscad.unreadable(spec, error)])
+    loaded = opened_or_told(spec)
+    if loaded is None:
         return 2
     design = sitscad.Design(loaded)
     try:

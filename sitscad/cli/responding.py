@@ -9,7 +9,7 @@ import click
 
 import sitscad
 from sitscad.cli.asking import Example, Tolerance, row_of
-from sitscad.cli.telling import coloured, counted, print_result, say, show_findings, told_errors
+from sitscad.cli.telling import coloured, counted, opened_or_told, print_result, say, told_errors
 
 
 @click.command(cls=Example, example="sitscad response sensor.yaml --pose z=-0.2,ry=1 --load normal=4.8,shear_x=1")
@@ -90,10 +90,8 @@ def response(
         at = sitscad.frequency_of(frequency) if frequency else None
     except sitscad.MotionError as error:
         raise click.UsageError(str(error)) from error
-    try:
-        loaded = sitscad.opened(spec, sitscad.policy_for(spec))
-    except sitscad.SpecError as error:
-        show_findings([sitscad.unreadable(spec, error)])
+    loaded = opened_or_told(spec)
+    if loaded is None:
         return 2
     design = sitscad.Design(loaded)
     progress = _points if sys.stderr.isatty() and len(motions) > MANY else None

@@ -12,7 +12,7 @@ import sitscad
 from sitscad.finding import Severity
 
 if TYPE_CHECKING:
-    from sitscad import CheckedSpec, Manner
+    from sitscad import CheckedSpec, Manner, SensorSpec
 
 
 def say(message: str) -> None:
@@ -55,6 +55,15 @@ def show_findings(checked: list[CheckedSpec]) -> None:
     """Findings as text to stderr, where they are a message and not the result."""
     text = sitscad.FINDING_FORMATS["text"](checked, sitscad.Manner(coloured(sys.stderr)))  # which needs no rules' texts
     click.echo(text, err=True, nl=False, color=True)
+
+
+def opened_or_told(path: str) -> SensorSpec | None:
+    """The spec of a file, under the configuration above it; None where it cannot be read, and then that is said."""
+    try:
+        return sitscad.opened(path, sitscad.policy_for(path))
+    except sitscad.SpecError as error:
+        show_findings([sitscad.unreadable(path, error)])
+        return None
 
 
 def told_errors(checked: CheckedSpec, path: str) -> int:

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.calibration.calibrate import Calibration
-from sitscad.drawing.page_style import STYLE
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
+from sitscad.drawing.web_page import page
+from sitscad.drawing.web_page import table as html_table
 from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
-from sitscad.report.numbers import table
+from sitscad.report.numbers import number_columns, table
 from sitscad.report.quantities import quantity
-from sitscad.version import __version__
 
 Array = NDArray[np.float64]
 
@@ -88,15 +88,13 @@ def calibration_page(found: Calibration) -> bytes:
     name = escape(printable(found.map.sensor))
     parts = [
         f"<h1>Calibration of {name}</h1>",
-        f"<p>{escape(found.form.form.name)}; sitscad {__version__}</p>",
+        f"<p>{escape(found.form.form.name)}</p>",
         _table(ERROR_HEAD, error_rows(found), "One sigma of the force."),
         *_measured(found),
         *_foretold(found),
         *(f"<p>{escape(note)}</p>" for note in found.notes),
     ]
-    page = ["<!DOCTYPE html>", "<html lang='en'><head><meta charset='utf-8'>", f"<title>Calibration of {name}</title>",
-            f"<style>{STYLE}</style></head><body><main>", *parts, "</main></body></html>", ""]  # fmt: skip
-    return "\n".join(page).encode("utf-8")
+    return page(f"Calibration of {printable(found.map.sensor)}", parts).encode("utf-8")
 
 
 def _measured(found: Calibration) -> Iterable[str]:
@@ -142,10 +140,9 @@ def _plan(found: Calibration) -> tuple[list[str], list[list[str]]]:
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
-    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return (f"<div class='scroll'><table><caption>{escape(caption)}</caption><thead><tr>{top}</tr></thead>"
-            f"<tbody>{body}</tbody></table></div>")  # fmt: skip
+    """A table, its numbers to the right."""
+    lines = [list(row) for row in rows]
+    return html_table(head, lines, number_columns(lines), caption)
 
 
 CAPTION = "What is left of every point, a colour an axis: filled by the map, hollow as the other points foretell it."

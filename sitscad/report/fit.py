@@ -62,21 +62,25 @@ def part_rows(fit: Sequence[Measure]) -> list[list[str]]:
     ]
 
 
+MEASURE = {
+    "name": "name",
+    "nominal_m": "nominal",
+    "root_sum_square_m": "root_sum_square",
+    "worst_m": "worst",
+    "limit_m": "limit",
+    "margin_m": "margin",
+    "decided_by": "decided_by",
+}
+"""What JSON says of a measure beside its parts, and the fields of `Measure` that it stands for (the margin follows)."""
+
+SHARE = {"part": "part", "nominal_m": "nominal", "tolerance_m": "tolerance", "source": "source"}
+"""The same of a part and `Share`."""
+
+
 def fit_json(measure: Measure) -> dict[str, Any]:
     """One measure as plain values for JSON."""
-    return {
-        "name": measure.name,
-        "nominal_m": measure.nominal,
-        "root_sum_square_m": measure.root_sum_square,
-        "worst_m": measure.worst,
-        "limit_m": measure.limit,
-        "margin_m": measure.margin,
-        "decided_by": measure.decided_by,
-        "parts": [
-            {"part": s.part, "nominal_m": s.nominal, "tolerance_m": s.tolerance, "source": s.source}
-            for s in measure.parts
-        ],
-    }
+    told = {key: getattr(measure, field) for key, field in MEASURE.items()}
+    return told | {"parts": [{key: getattr(s, field) for key, field in SHARE.items()} for s in measure.parts]}
 
 
 CLOSING_TITLE = "The jaws about their hinge, on tissue between them at the sensor's middle"

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from sitscad.drawing.page_style import STYLE
+from sitscad.drawing.web_page import figure, page, part, table
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail.contacts import Contact, head
 from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, whole_rows
@@ -50,7 +50,6 @@ from sitscad.report.signal import (
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.unverified import unverified_figures
 from sitscad.units import show
-from sitscad.version import __version__
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
@@ -77,28 +76,22 @@ def render(
     parts = [
         _head(checked, spec, estimates),
         _tiles(estimates),
-        _part("Findings", findings_part(checked)),
-        _part("Layout", "".join(_figure(caption, svg) for caption, svg in pictures.items())),
-        _part("Contacts", _contacts(wiring, spec.readout.device.part)),
-        _part("Electrical numbers", _electrical(estimates)),
-        _part("What it feels", _feeling(felt)),
-        _part("Readout settings", _readout(estimates)),
-        _part("Stack", _stack(spec, estimates)),
-        _part("Fit", _fit(checked)),
-        _part("Cross-checks", _cross_checks(estimates)),
-        _part("Defaults assumed", _list(spec.source.defaults)),
-        _part("Figures that nobody has verified", _unverified(spec)),
-        _part("Not checked", _not_checked(checked)),
-        _part("Files", _files(files)),
+        part("Findings", findings_part(checked)),
+        part("Layout", "".join(figure(svg, caption) for caption, svg in pictures.items())),
+        part("Contacts", _contacts(wiring, spec.readout.device.part)),
+        part("Electrical numbers", _electrical(estimates)),
+        part("What it feels", _feeling(felt)),
+        part("Readout settings", _readout(estimates)),
+        part("Stack", _stack(spec, estimates)),
+        part("Fit", _fit(checked)),
+        part("Cross-checks", _cross_checks(estimates)),
+        part("Defaults assumed", _list(spec.source.defaults)),
+        part("Figures that nobody has verified", _unverified(spec)),
+        part("Not checked", _not_checked(checked)),
+        part("Files", _files(files)),
     ]
     digest = f"spec {escape(_file_name(checked))}, SHA-256 {spec.source.sha256}"
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(spec.name)}: report</title><style>{STYLE}</style></head>\n<body><main>\n"
-        + "\n".join(part for part in parts if part)
-        + f"\n<footer>sitscad {escape(__version__)} \u00b7 {digest}</footer>\n</main></body></html>\n"
-    )
+    return page(f"{spec.name}: report", parts, f" \u00b7 {digest}")
 
 
 def _verdict(checked: CheckedSpec) -> str:
@@ -296,34 +289,15 @@ def _files(files: Mapping[str, int]) -> str:
     return _table(["file", "size"], rows, "")
 
 
-def _part(title: str, body: str) -> str:
-    return f"<section><h2>{title}</h2>{body}</section>" if body else ""
-
-
-def _figure(caption: str, svg: str) -> str:
-    drawing = svg[svg.index("<svg") :]
-    return f"<figure><div class='paper'>{drawing}</div><figcaption>{escape(caption)}</figcaption></figure>"
-
-
 def _list(entries: Iterable[object]) -> str:
     items = "".join(f"<li>{escape(str(entry))}</li>" for entry in entries)
     return f"<ul>{items}</ul>" if items else ""
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
-    """A table, its numbers to the right; every cell is escaped here. Nothing for a table without rows."""
+    """A table, its numbers to the right; nothing for one without rows."""
     lines = [[str(cell) for cell in row] for row in rows]
-    if not lines:
-        return ""
-    kinds = [" class=number" if is_number else "" for is_number in number_columns(lines)]
-
-    def cells(entries: Sequence[str], tag: str) -> str:
-        return "".join(f"<{tag}{kind}>{escape(entry)}</{tag}>" for kind, entry in zip(kinds, entries, strict=True))
-
-    body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in lines)
-    title = f"<caption>{escape(caption)}</caption>" if caption else ""
-    heading = f"<thead><tr>{cells(head, 'th')}</tr></thead>"
-    return f"<div class='scroll'><table>{title}{heading}<tbody>{body}</tbody></table></div>"
+    return table(head, lines, number_columns(lines), caption)
 
 
 def _range(values: Iterable[float | None], unit: str) -> str:

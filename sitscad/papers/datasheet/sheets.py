@@ -5,15 +5,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
 
 from sitscad.drawing.frame import fitting_paragraph, new_sheet, table
-from sitscad.drawing.page_style import STYLE
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.plotted import plot
 from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
+from sitscad.drawing.web_page import figure, page, part
+from sitscad.drawing.web_page import table as html_table
 from sitscad.estimates.performance.curves import curves
 from sitscad.estimates.performance.values import Performance
 from sitscad.estimates.response.model import ResponseModel
@@ -22,7 +23,6 @@ from sitscad.layout.board import Layout
 from sitscad.papers.datasheet.figures import Figure, figures
 from sitscad.papers.datasheet.rows import Rows, drift, errors, notes, pinning, production, sensor, summary
 from sitscad.papers.drawings.plan_view import drawing, plan
-from sitscad.version import __version__
 
 ROOM = (170.0, 96.0, 112.0, 96.0)
 """Of the drawing on the first page: left, low, width, height (mm)."""
@@ -70,13 +70,13 @@ def _sheets(
     fitting_paragraph(first, 170.0, 90.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
     assembly = drawing(layout, forced)
     curved = _new(layout, "data sheet, curves", forced)
-    for figure, low in zip(plots[:2], (126.0, 46.0), strict=True):
-        plot(curved, (LEFT, low, *figure.size), figure.draw)
-        curved.text(LEFT, low - 3.5, figure.caption, 2.2)
+    for plotted, low in zip(plots[:2], (126.0, 46.0), strict=True):
+        plot(curved, (LEFT, low, *plotted.size), plotted.draw)
+        curved.text(LEFT, low - 3.5, plotted.caption, 2.2)
     beyond = _new(layout, "data sheet, working range and errors", forced)
-    for figure, left in zip(plots[2:], (LEFT, 152.0), strict=False):
-        plot(beyond, (left, 88.0, *figure.size), figure.draw)
-        fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [figure.caption], 2.2)
+    for plotted, left in zip(plots[2:], (LEFT, 152.0), strict=False):
+        plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
+        fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
     table(beyond, LEFT, 70.0, _widths(drift(felt), 44.0, 130.0), drift(felt), 2.2)
     last = _new(layout, "data sheet, contacts and limits", forced)
     low = TOP
@@ -115,53 +115,30 @@ def _page(
     spec = layout.spec
     banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
     assembly = drawing(layout, forced)
-    shown = _figure(assembly, "Target and elastomer over the coils, to scale.") if assembly is not None else ""
+    shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
     parts = [
         f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(_about(layout, felt))}</p></header>{banner}",
-        _part("What it feels", _table(summary(felt)) + _table(sensor(felt, layout, estimates))),
-        _part("Drawing", shown),
-        _part("Curves", "".join(_plotted(figure) for figure in plots)),
-        _part("Errors", _table(errors(felt)) + _table(drift(felt))),
-        _part("Contacts", _table(pinning(layout))),
-        _part("Production", _table(production(felt)) + "<p class='soft'>Three sigma of manufacture: a coil outside is "
+        part("What it feels", _table(summary(felt)) + _table(sensor(felt, layout, estimates))),
+        part("Drawing", shown),
+        part("Curves", "".join(map(_plotted, plots))),
+        part("Errors", _table(errors(felt)) + _table(drift(felt))),
+        part("Contacts", _table(pinning(layout))),
+        part("Production", _table(production(felt)) + "<p class='soft'>Three sigma of manufacture: a coil outside is "
               "faulty even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
               "more, by the coil's own capacitance: the report has both.</p>"),
-        _part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt)) + "</ul>"),
+        part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt)) + "</ul>"),
     ]  # fmt: skip
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(spec.name)}: data sheet</title><style>{STYLE}</style></head>\n<body><main>\n"
-        + "\n".join(part for part in parts if part)
-        + f"\n<footer>sitscad {escape(__version__)}</footer>\n</main></body></html>\n"
-    )
+    return page(f"{spec.name}: data sheet", parts)
 
 
-def _plotted(figure: Figure) -> str:
-    sheet = Sheet(figure.caption, figure.size, decimals=3)
-    plot(sheet, (0.0, 0.0, *figure.size), figure.draw)
-    return _figure(sheet, figure.caption)
-
-
-def _figure(sheet: Sheet, caption: str) -> str:
-    drawn = svg(sheet)
-    drawn = drawn[drawn.index("<svg") :]
-    return f"<figure><div class='paper'>{drawn}</div><figcaption>{escape(caption)}</figcaption></figure>"
-
-
-def _part(title: str, body: str) -> str:
-    return f"<section><h2>{title}</h2>{body}</section>" if body else ""
+def _plotted(plotted: Figure) -> str:
+    """One plot and its caption as HTML."""
+    sheet = Sheet(plotted.caption, plotted.size, decimals=3)
+    plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
+    return figure(svg(sheet), plotted.caption)
 
 
 def _table(rows: Rows) -> str:
-    """A table with its first row as the heading; every cell is escaped here."""
-    if not rows:
-        return ""
-
-    def cells(row: Iterable[str], tag: str) -> str:
-        return "".join(f"<{tag}{' class=number' if k else ''}>{escape(cell)}</{tag}>" for k, cell in enumerate(row))
-
-    body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows[1:])
-    return (
-        f"<div class='scroll'><table><thead><tr>{cells(rows[0], 'th')}</tr></thead><tbody>{body}</tbody></table></div>"
-    )
+    """A table with its first row as the heading, and numbers in all columns but the first."""
+    head, *lines = rows or [()]
+    return html_table(head, lines, [k > 0 for k in range(len(head))])

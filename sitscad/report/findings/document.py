@@ -68,33 +68,32 @@ def to_json(document: object) -> str:
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 
 
+FELT = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
+"""What JSON says of what is felt beside what is asked."""
+
+SIGNAL = {
+    "coil": "coil",
+    "force_N": "force",
+    "rest_inductance_H": "rest",
+    "inductance_H_per_N": "per_newton",
+    "sigma_inductance_H_per_N": "sigma",
+    "frequency_Hz_per_N": "frequency_per_newton",
+    "sigma_frequency_Hz_per_N": "frequency_sigma",
+    "share": "share",
+    "frequency_share": "frequency_share",
+    "steps": "steps",
+}
+"""What JSON says of a signal, and the fields of `Signal` that it stands for."""
+
+
 def felt_json(reached: Reached) -> dict[str, Any]:
     """What is felt beside what is asked, as plain values for JSON."""
-    return {
-        "requirement": reached.requirement,
-        "rule": reached.rule,
-        "measured": reached.measured,
-        "limit": reached.limit,
-        "unit": reached.unit,
-        "axis": reached.axis,
-        "at": reached.at,
-    }
+    return {name: getattr(reached, name) for name in FELT}
 
 
 def signal_json(signal: Signal) -> dict[str, Any]:
     """What one coil's reading does from rest to the required force, as plain values for JSON."""
-    return {
-        "coil": signal.coil,
-        "force_N": signal.force,
-        "rest_inductance_H": signal.rest,
-        "inductance_H_per_N": signal.per_newton,
-        "sigma_inductance_H_per_N": signal.sigma,
-        "frequency_Hz_per_N": signal.frequency_per_newton,
-        "sigma_frequency_Hz_per_N": signal.frequency_sigma,
-        "share": signal.share,
-        "frequency_share": signal.frequency_share,
-        "steps": signal.steps,
-    }
+    return {key: getattr(signal, field) for key, field in SIGNAL.items()}
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:

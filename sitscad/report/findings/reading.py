@@ -7,6 +7,8 @@ from typing import Any
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
 from sitscad.measured import Closing, Measure, Reached, Share, Signal
 from sitscad.report.findings.checked import CheckedSpec
+from sitscad.report.findings.document import SIGNAL
+from sitscad.report.fit import MEASURE, SHARE
 
 
 def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
@@ -50,31 +52,12 @@ def _remedy(entry: dict[str, Any]) -> Remedy:
 
 
 def _signal(entry: dict[str, Any]) -> Signal:
-    return Signal(
-        coil=entry["coil"],
-        force=entry["force_N"],
-        rest=entry["rest_inductance_H"],
-        per_newton=entry["inductance_H_per_N"],
-        sigma=entry["sigma_inductance_H_per_N"],
-        frequency_per_newton=entry["frequency_Hz_per_N"],
-        frequency_sigma=entry["sigma_frequency_Hz_per_N"],
-        share=entry["share"],
-        frequency_share=entry["frequency_share"],
-        steps=entry["steps"],
-    )
+    return Signal(**{field: entry[key] for key, field in SIGNAL.items()})
 
 
 def _measure(entry: dict[str, Any]) -> Measure:
-    parts = (Share(each["part"], each["nominal_m"], each["tolerance_m"], each["source"]) for each in entry["parts"])
-    return Measure(
-        name=entry["name"],
-        nominal=entry["nominal_m"],
-        root_sum_square=entry["root_sum_square_m"],
-        worst=entry["worst_m"],
-        limit=entry["limit_m"],
-        decided_by=entry["decided_by"],
-        parts=tuple(parts),
-    )
+    parts = tuple(Share(**{field: each[key] for key, field in SHARE.items()}) for each in entry["parts"])
+    return Measure(**{field: entry[key] for key, field in MEASURE.items() if field != "margin"}, parts=parts)
 
 
 def _closing(entry: dict[str, Any] | None) -> Closing | None:

@@ -1,4 +1,51 @@
-"""The style sheet of the pages (report, data sheet): sober, light and dark, fit for paper."""
+"""What the pages have in common (report, data sheet, calibration): one HTML file that loads nothing from outside, its
+sections, tables and figures, and the style sheet: sober, light and dark, fit for paper.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from sitscad.version import __version__
+
+
+def page(title: str, parts: Iterable[str], about: str = "") -> str:
+    """The whole file: parts in HTML, those that are empty left out; `about` (HTML) follows the version at its foot."""
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escape(title)}</title><style>{STYLE}</style></head>\n<body><main>\n"
+        + "\n".join(part for part in parts if part)
+        + f"\n<footer>sitscad {escape(__version__)}{about}</footer>\n</main></body></html>\n"
+    )
+
+
+def part(title: str, body: str) -> str:
+    """A section under its title, both in HTML; nothing for one without a body."""
+    return f"<section><h2>{title}</h2>{body}</section>" if body else ""
+
+
+def figure(drawing: str, caption: str) -> str:
+    """A drawing (SVG text) on white paper over its caption, which is escaped here."""
+    shown = drawing[drawing.index("<svg") :]
+    return f"<figure><div class='paper'>{shown}</div><figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[bool], caption: str = "") -> str:
+    """A table, the columns of `numbers` to the right; every cell is escaped here. Nothing for one without rows."""
+    if not rows:
+        return ""
+    kinds = [" class=number" if is_number else "" for is_number in numbers]
+
+    def cells(entries: Sequence[str], tag: str) -> str:
+        return "".join(f"<{tag}{kind}>{escape(entry)}</{tag}>" for kind, entry in zip(kinds, entries, strict=True))
+
+    body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows)
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    heading = f"<thead><tr>{cells(head, 'th')}</tr></thead>"
+    return f"<div class='scroll'><table>{title}{heading}<tbody>{body}</tbody></table></div>"
+
 
 STYLE = """
 :root {
