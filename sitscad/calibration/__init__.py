@@ -24,7 +24,7 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
     opened.
     """
     from sitscad.calibration.bench_data import points_of, read_table
-    from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of
+    from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.possible import require_possible, require_told
     from sitscad.calibration.second_readings import second_readings
     from sitscad.calibration.suspicion import require_plausible
@@ -39,4 +39,5 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
     made = calibrate_by(sensors, found)
     assert made.fit is not None
     require_told(table, found, sensors, made.fit)
-    return replace(made, remarks=second_readings(table, found, sensors))
+    turned = turned_otherwise(made, made.fit.errors)
+    return replace(made, remarks=second_readings(table, found, sensors), turned=turned)

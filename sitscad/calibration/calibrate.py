@@ -18,6 +18,7 @@ from sitscad.calibration.model_fit import ModelFit, fit_model
 from sitscad.calibration.plan import Plan, plan
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
+from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
@@ -27,12 +28,29 @@ Array = NDArray[np.float64]
 USUAL_POINTS, FEWEST, MOST = 8, 3, 40
 """Loads that a plan has beside the tare: as a rule, at least and at most."""
 
+AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y"}
+
+SHOWN = (3, 5)
+"""Numbers of points whose error is shown beside that of a whole plan."""
+
+
+@record(eq=False)
+class UnitError:
+    """One sigma (N) of the forces on every axis, rms over the working range, and `of` which unit that is in words;
+    `points` is with how many it is calibrated, None without even a tare.
+    """
+
+    of: str
+    points: int | None
+    error: Array
+
 
 @record(eq=False)
 class Calibration:
     """A map from readings to forces and where it comes from. Without measured points `plan` says which to take; with
     them `fit` is what they say of the sensor, `correction` what they say of the map (None for poses), `remarks` what
-    there is to say of their table.
+    there is to say of their table. `turned` is what the map reads of shear (N: axis, force, reading) where the target
+    turns otherwise than the map takes it to.
     """
 
     sensors: Sensors
@@ -44,11 +62,51 @@ class Calibration:
     fit: ModelFit | None = None
     correction: Correction | None = None
     remarks: tuple[str, ...] = ()
+    turned: tuple[tuple[str, float, float], ...] = ()
+
+    @property
+    def unit_errors(self) -> tuple[UnitError, ...]:
+        """What the forces are off by, of which unit: the one place from which all papers have it."""
+        if self.plan is None:
+            points = 0 if self.points is None else int(np.sum(~self.points.at_rest))
+            return (UnitError(f"this unit, calibrated with {points} points", points, self.map.error),)
+        found = [UnitError("any unit, read without a tare", None, self.plan.untared),
+                 UnitError("any unit after its tare, not calibrated", 0, self.map.error)]  # fmt: skip
+        some = sorted({number for number in SHOWN if number < len(self.plan.loads)} | {len(self.plan.loads)})
+        return (*found, *(UnitError(f"a unit calibrated with {number} points", number, self.plan.errors[number])
+                          for number in some))  # fmt: skip
+
+    @property
+    def error_rows(self) -> tuple[tuple[str, ...], ...]:
+        """The same in words, a row a unit under a heading with the full scales."""
+        full = self.map.full_scale
+        head = "error of the force of", *(f"{AXIS_WORDS[name]}, of {size:.4g} N"
+                                          for name, size in zip(self.map.axes, full, strict=True))  # fmt: skip
+        return (head, *((one.of, *(f"{error:.2g} N ({_per_cent(error / size)})"
+                                   for error, size in zip(one.error, full, strict=True)))
+                        for one in self.unit_errors))  # fmt: skip
+
+    @property
+    def errors_are(self) -> str:
+        """What `unit_errors` are errors of, in words."""
+        tilts = "kept level" if self.sensors.is_held else "free to tilt"
+        if self.plan is None:
+            return f"One sigma of the force over all loads, the target {tilts}, as the points foretell each other."
+        return (f"One sigma of the force from unit to unit, over all loads, the target {tilts}; noise, hysteresis, "
+                "creep and temperature come on top.")  # fmt: skip
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What there is to say of it."""
         found = [*self.sensors.range.notes, *self.remarks]
+        if self.turned:
+            other, this = ("free to tilt", "kept level") if self.sensors.is_held else ("kept level", "free to tilt")
+            words = ", ".join(
+                f"{force:.3g} N of {AXIS_WORDS[name]} as {read:.3g} N" for name, force, read in self.turned
+            )
+            found.append(f"made for a target that is {this}: of one {other} it reads {words} (half of the normal force "
+                         f"on it); `sitscad calibrate --rotation {'free' if self.sensors.is_held else 'held'}` makes "
+                         "the other map")  # fmt: skip
         if len(self.map.axes) < 3:
             found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
         if self.fit is not None and self.fit.excess > 1.5:
@@ -78,6 +136,9 @@ class Calibration:
             "rotation": "held" if self.sensors.is_held else "free",
             "error_N": dict(zip(self.map.axes, self.map.error.tolist(), strict=True)),
             "error_of_full_scale": dict(zip(self.map.axes, (self.map.error / full).tolist(), strict=True)),
+            "unit_errors": [{"of": one.of, "points": one.points,
+                             "error_N": dict(zip(self.map.axes, one.error.tolist(), strict=True))}
+                            for one in self.unit_errors], "errors_are": self.errors_are,
             "unknowns": {name: dict(row) for name, row in self.moved.items()}, "notes": list(self.notes),
         }  # fmt: skip
         if self.plan is not None:
@@ -89,6 +150,7 @@ class Calibration:
         return found
 
 
+@lru_cache(maxsize=4)
 def foretell(model: ResponseModel, is_held: bool = False, count: int = USUAL_POINTS) -> Calibration:
     """The plan of a calibration, and the map of the sensor as it is drawn with its error on sensors as they are made.
 
@@ -98,7 +160,36 @@ def foretell(model: ResponseModel, is_held: bool = False, count: int = USUAL_POI
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
     sensors = sensors_of(model, is_held)
     form, tried = chosen_form(sensors)
-    return Calibration(sensors, drawn_map(sensors, form.form), form, tried, plan(sensors, count))
+    drawn, planned = drawn_map(sensors, form.form), plan(sensors, count)
+    # what a tare alone leaves is that of simulated units, not of first order; no point makes more of it
+    errors = np.vstack([drawn.error, np.minimum(planned.errors[1:], drawn.error)])
+    found = Calibration(sensors, drawn, form, tried, replace(planned, errors=errors))
+    return replace(found, turned=turned_otherwise(found, np.zeros(len(sensors.known))))
+
+
+def _per_cent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share >= 0.1 else f"{100.0 * share:.2g} %"
+
+
+def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
+    """What a map reads of full shear, the normal force half of its full scale, where the target is free to tilt
+    though the map takes it to be kept level, or the other way round; nothing where the pad gives way so.
+    """
+    sensors = found.sensors
+    other, columns = Sensors(sensors.model, not sensors.is_held), [k for k in sensors.range.columns if k]
+    loads = np.zeros((1 + len(columns), 3))
+    loads[1:, 0] = 0.5 * sensors.range.normal
+    for row, column in enumerate(columns, start=1):
+        loads[row, column] = sensors.range.shear
+    if not columns or np.any(other.gives_way(errors, loads)):
+        return ()
+    frequency = other.under(errors, loads, exact=True)
+    if not np.all(np.isfinite(frequency)):
+        return ()
+    read = found.map(frequency[1:], frequency[0])
+    axes = sensors.range.columns
+    return tuple((AXES[column], sensors.range.shear, float(read[row, axes.index(column)]))
+                 for row, column in enumerate(columns))  # fmt: skip
 
 
 @lru_cache(maxsize=4)

@@ -33,11 +33,12 @@ STEP = 0.02
 @record(eq=False)
 class Plan:
     """The loads (n, 3; N) in the order of what they tell, rest before them left out; `errors` (n + 1, axes; N) is one
-    sigma of the forces to be expected after none, one, two, ... of them.
+    sigma of the forces to be expected after none, one, two, ... of them; `untared` (axes; N) that without even a tare.
     """
 
     loads: Array
     errors: Array
+    untared: Array
 
 
 def offered(sensors: Sensors) -> Array:
@@ -70,7 +71,7 @@ def plan(sensors: Sensors, count: int) -> Plan:
     facts = _facts(sensors, np.vstack([np.zeros((1, 3)), loads]))
     chosen = _exchanged(facts, _greedy(facts, [0], count))
     order = _greedy(facts, [0], count, among=chosen[1:])
-    return Plan(loads[np.array(order[1:], dtype=int) - 1], _foretold(sensors, facts, order))
+    return Plan(loads[np.array(order[1:], dtype=int) - 1], *_foretold(sensors, facts, order))
 
 
 def _facts(sensors: Sensors, loads: Array) -> Array:
@@ -82,11 +83,13 @@ def _facts(sensors: Sensors, loads: Array) -> Array:
     return np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
 
 
-def unknown_slopes(sensors: Sensors, loads: Array) -> Array:
-    """Change of ln f with every unknown that is fitted, in prior standard deviations: (n, coils, unknowns)."""
+def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False) -> Array:
+    """Change of ln f with every unknown that is fitted (or `of_all`), in prior standard deviations: (n, coils,
+    unknowns).
+    """
     found = []
     for k, one in enumerate(sensors.known):
-        if one.is_fitted:
+        if one.is_fitted or of_all:
             moved = np.zeros(len(sensors.known))
             moved[k] = STEP * one.sigma
             above, below = np.log(sensors.under(moved, loads)), np.log(sensors.under(-moved, loads))
@@ -119,9 +122,10 @@ def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
     return chosen
 
 
-def _foretold(sensors: Sensors, facts: Array, order: list[int]) -> Array:
+def _foretold(sensors: Sensors, facts: Array, order: list[int]) -> tuple[Array, Array]:
     """One sigma (N) of the forces on every axis, rms over the working range, after the tare and none, one, ... of the
-    other points: what is not known of the unknowns, to first order; noise and the map's own error are not in it.
+    other points, and without a tare: what is not known of the unknowns, to first order; noise and the map's own error
+    are not in it.
     """
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(TRIED)])
     none = np.zeros(len(sensors.known))
@@ -133,7 +137,8 @@ def _foretold(sensors: Sensors, facts: Array, order: list[int]) -> Array:
         known = known + facts[k]
         square = wrong @ np.linalg.inv(known) @ np.swapaxes(wrong, 1, 2)
         found.append(np.sqrt(np.mean(np.einsum("naa->na", square), axis=0)) * sensors.range.full_scales)
-    return np.array(found)
+    bare = np.sum((towards @ unknown_slopes(sensors, tried[1:], of_all=True)) ** 2, axis=2)
+    return np.array(found), np.sqrt(np.mean(bare, axis=0)) * sensors.range.full_scales
 
 
 def load_names(axes: tuple[str, ...]) -> list[str]:

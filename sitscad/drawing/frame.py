@@ -38,8 +38,8 @@ INDENT = 3.0
 def new_sheet(
     spec: SensorSpec, what: str, scale: str, artwork: str, forced: bool = False, seen: str = "seen from the top"
 ) -> Sheet:
-    """An A4 sheet with its frame and title block; ``artwork`` says which finished files it belongs to,
-    ``forced`` stamps it, ``seen`` says from where it is looked at.
+    """An A4 sheet with its frame and title block; ``scale`` is empty where nothing is drawn but tables and plots,
+    ``artwork`` says which finished files it belongs to, ``forced`` stamps it, ``seen`` says from where it is looked at.
     """
     sheet = Sheet(f"{spec.name}: {what}")
     width, height = sheet.size
@@ -52,7 +52,7 @@ def new_sheet(
         [("Design", spec.name)],
         [(label, known.get(name, NOT_STATED)) for label, name in ISSUE],
         [("Drawing", what)],
-        [("Scale", f"{scale}; millimetres; {seen}")],
+        *([[("Scale", f"{scale}; millimetres; {seen}")]] if scale else []),
         [("Files", artwork)],
         [("Made by", f"sitscad {__version__}")],
     ]

@@ -37,12 +37,12 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
 
 def drawn_calibration(design: Design) -> dict[str, bytes]:
     """The files of a package: the plan of a calibration, and the map of the sensor as it is drawn, in the folder
-    ``calibration``; none where the design has nothing to calibrate.
+    ``calibration``, of a target that is kept level as in the data sheet; none where there is nothing to calibrate.
     """
     if not is_felt(design.spec):
         return {}
     try:
-        found = foretell(design.response)
+        found = foretell(design.response, is_held=True)
     except NoResponse:
         return {}
     return {f"calibration/{name}": content for name, content in calibration_files(found).items()}

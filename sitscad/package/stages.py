@@ -192,7 +192,7 @@ def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, 
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
     files = {
         "findings.json": as_json([checked]).encode("ascii"),
-        "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | _felt(given)).encode("ascii"),
+        "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | _performance(given)).encode("ascii"),
     }
     files |= _spec_files(contents)
     if not checked.is_orderable:
@@ -200,6 +200,10 @@ def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, 
         beside_gerbers = any(name.startswith("fpc/") for name in given)
         files |= {FORCED_NOTE: note} | ({f"fpc/{FORCED_NOTE}": note} if beside_gerbers else {})
     return files
+
+
+def _performance(files: Mapping[str, bytes]) -> dict[str, Any]:
+    return {name: value for name, value in _felt(files).items() if name == "performance"}
 
 
 def _felt(files: Mapping[str, bytes]) -> dict[str, Any]:
@@ -236,7 +240,7 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     files = files | failing
     sizes = {name: len(content) for name, content in files.items()}
     wiring = contacts(contents.layout)
-    pictures, felt = _pictures(contents, files), _felt(files).get("performance", ())
+    pictures, felt = _pictures(contents, files), _felt(files)
     page = render(contents.checked, contents.design.spec, contents.estimates, pictures, sizes, wiring, felt)
     return {"report.html": page.encode("utf-8"), **failing}
 

@@ -35,6 +35,12 @@ def words(found: Calibration, plan: Plan) -> bytes:
     scope, readings = found.sensors.range, int(usual("readings"))
     held = ("kept level by a flat face" if found.sensors.is_held
             else "free to tilt: weights on it, threads glued to its middle")  # fmt: skip
+    option = " --rotation held" if found.sensors.is_held else ""
+    other = (
+        "Weights and threads leave the target free to tilt: leave out `--rotation held` then, and the map is that"
+        if found.sensors.is_held
+        else "Add `--rotation held` where a flat face keeps the target level: the map is that"
+    )
     lines = [
         f"Calibration of the sensor {found.map.sensor}",
         "",
@@ -44,13 +50,17 @@ def words(found: Calibration, plan: Plan) -> bytes:
         f"   {readings} readings (counts) of every coil. The target is {held}.",
         "3. The first row is the tare, without load. Repeat it between as often as you like, as a row of its own:",
         "   every row goes with the tare before it, so drift is taken out.",
-        "4. `sitscad calibrate SPEC plan.csv` fits the sensor, and writes calibration.h and calibration.json.",
+        f"4. `sitscad calibrate SPEC plan.csv{option}` fits the sensor, and writes calibration.h and calibration.json.",
+        f"   {other}",
+        "   of a target which is loaded so in use, too.",
         "",
         "Rows may be left out from the end, and others added: these stand in the order of what they tell. Expected",
-        "is one sigma of the forces once the rows so far are measured, rms over all loads, hysteresis not in it.",
+        "is one sigma of the force from unit to unit once the rows so far are measured, over all loads; noise,",
+        "hysteresis, creep and temperature come on top.",
         "",
         f"{'row':>3}  {'load':<48}{'expected error (N)':<30}",
-        f"{'':>3}  {'as drawn, nothing but the tare':<48}{_errors(plan.errors[0], scope.axes):<30}".rstrip(),
+        f"{'':>3}  {'not even the tare':<48}{_errors(plan.untared, scope.axes):<30}".rstrip(),
+        f"{'':>3}  {'the tare alone, not calibrated':<48}{_errors(plan.errors[0], scope.axes):<30}".rstrip(),
     ]  # fmt: skip
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
         lines.append(f"{number:>3}  {_load(load, scope.axes):<48}{_errors(error, scope.axes):<30}".rstrip())

@@ -23,14 +23,7 @@ Array = NDArray[np.float64]
 UNUSUAL = 2.0
 """Standard deviations from which on an unknown is said to be unusual."""
 
-ERROR_HEAD = ("axis", "full scale N", "one sigma N", "of full scale")
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
-
-
-def error_rows(found: Calibration) -> Iterable[tuple[str, ...]]:
-    """The map's error on every axis."""
-    for name, full, error in zip(found.map.axes, found.map.full_scale, found.map.error, strict=True):
-        yield name, f"{full:.4g}", f"{error:.2g}", f"{100.0 * error / full:.2g} %"
 
 
 def moved_rows(found: Calibration) -> Iterable[tuple[str, ...]]:
@@ -69,17 +62,14 @@ def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
 def calibration_text(found: Calibration) -> str:
     """The same in few lines, for a terminal."""
     what = "Calibrated by its points" if found.fit is not None else "As drawn, after a tare: not calibrated"
-    lines = [f"{what}: {found.form.form.name}", *table(ERROR_HEAD, error_rows(found))]
+    lines = [f"{what}: {found.form.form.name}", *table(found.error_rows[0], found.error_rows[1:]), "", found.errors_are]
     if found.fit is not None:
         lines += ["", *table(MOVED_HEAD, moved_rows(found))]
         unusual = [name for name, row in found.moved.items() if abs(row["moved_by_sigmas"]) > UNUSUAL]
         if unusual:
             lines += ["", f"unusual for this design: {', '.join(unusual)}"]
     if found.plan is not None:
-        first, last = found.plan.errors[0], found.plan.errors[-1]
-        gains = (f"{axis} {before:.2g} to {after:.2g} N" for axis, before, after in
-                 zip(found.map.axes, first, last, strict=True))  # fmt: skip
-        lines += ["", f"{len(found.plan.loads)} points are planned; expected errors: {', '.join(gains)}"]
+        lines += ["", f"{len(found.plan.loads)} points are planned"]
     return "\n".join([*lines, *(f"note: {note}" for note in found.notes), ""])
 
 
@@ -89,7 +79,7 @@ def calibration_page(found: Calibration) -> bytes:
     parts = [
         f"<h1>Calibration of {name}</h1>",
         f"<p>{escape(found.form.form.name)}</p>",
-        _table(ERROR_HEAD, error_rows(found), "One sigma of the force."),
+        _table(found.error_rows[0], found.error_rows[1:], found.errors_are),
         *_measured(found),
         *_foretold(found),
         *(f"<p>{escape(note)}</p>" for note in found.notes),
@@ -113,12 +103,15 @@ def _foretold(found: Calibration) -> Iterable[str]:
     """The points to take, and which forms were tried."""
     if found.plan is not None:
         yield "<h2>The points to take</h2>"
-        yield _table(*_plan(found), "One sigma to be expected after so many points.")
+        yield _table(*_plan(found), PLANNED)
     if found.tried:
         rows = [(one.form.name, _share(one.error), str(one.size)) for one in found.tried]
         yield "<h2>Forms of the map</h2>"
         yield _table(("form", "error of full scale", "coefficients"), rows, TRIED)
 
+
+PLANNED = """In the order of what they tell. The errors are those of the first table, once the points so far are
+measured."""
 
 TRIED = """On simulated sensors with the scatter of manufacture, each with a map of its own, at loads that it was not
 fitted to."""
@@ -131,7 +124,7 @@ def _share(error: float) -> str:
 def _plan(found: Calibration) -> tuple[list[str], list[list[str]]]:
     assert found.plan is not None
     axes = found.map.axes
-    rows = [["tare", *["0"] * len(axes), *(f"{error:.2g}" for error in found.plan.errors[0])]]
+    rows = [["tare", *["0"] * len(axes), *["as above"] * len(axes)]]
     for k, load in enumerate(found.plan.loads):
         forces = load[found.sensors.range.columns]
         rows.append([str(k + 1), *(f"{force:.3g}" for force in forces),

@@ -11,7 +11,7 @@ from sitscad.units import show
 
 Document = Mapping[str, Any]
 
-FELT_TITLE = "What the sensor feels, after a tare at rest"
+FELT_TITLE = "What the sensor feels, after a tare at rest; error: the largest that a calibration leaves"
 
 FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
              "condition")  # fmt: skip
@@ -33,6 +33,16 @@ def felt_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
                 f"{100.0 * axis['nonlinearity']:.2g}", f"{100.0 * cross:.2g}", f"{1e3 * lasting[cause]:.3g}", cause,
                 f"{point['condition_number']:.2g}",
             ]  # fmt: skip
+
+
+def unit_rows(unit_to_unit: Document) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of what forces are off by from unit to unit, as the data sheet has it; nothing without one."""
+    errors = unit_to_unit.get("unit_errors", ())
+    if not errors:
+        return [], []
+    axes = list(errors[0]["error_N"])
+    return (["error of the force of", *axes],
+            [[one["of"], *(show(one["error_N"][axis], "N", 2) for axis in axes)] for one in errors])  # fmt: skip
 
 
 def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from sitscad.drawing.web_page import figure, page, part, table
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail.contacts import Contact, head
-from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, whole_rows
+from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, unit_rows, whole_rows
 from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
 from sitscad.report.fit import CLOSING_HEAD, CLOSING_TITLE, FIT_HEAD, FIT_TITLE, PARTS_HEAD, closing_rows, fit_rows
 from sitscad.report.fit import PARTS_TITLE as FIT_PARTS_TITLE
@@ -65,7 +65,7 @@ def render(
     pictures: Mapping[str, str],
     files: Mapping[str, int],
     wiring: Sequence[Contact] = (),
-    felt: Sequence[Document] = (),
+    felt: Document | None = None,
 ) -> str:
     """The page as HTML text.
 
@@ -80,7 +80,7 @@ def render(
         part("Layout", "".join(figure(svg, caption) for caption, svg in pictures.items())),
         part("Contacts", _contacts(wiring, spec.readout.device.part)),
         part("Electrical numbers", _electrical(estimates)),
-        part("What it feels", _feeling(felt)),
+        part("What it feels", _feeling(felt or {})),
         part("Readout settings", _readout(estimates)),
         part("Stack", _stack(spec, estimates)),
         part("Fit", _fit(checked)),
@@ -234,10 +234,12 @@ def _electrical(estimates: Estimates) -> str:
     )
 
 
-def _feeling(felt: Sequence[Document]) -> str:
+def _feeling(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
+    felt, between = sheet.get("performance", ()), sheet.get("unit_to_unit", {})
     whole = _table(["of the whole sensor, full load", ""], whole_rows(felt), "")
-    return _table(FELT_HEAD, felt_rows(felt), FELT_TITLE) + whole
+    units = _table(*unit_rows(between), between.get("errors_are", ""))
+    return _table(FELT_HEAD, felt_rows(felt), FELT_TITLE) + whole + units
 
 
 def _readout(estimates: Estimates) -> str:

@@ -97,6 +97,24 @@ def test_each_point_of_the_plan_tells_something(foretold):
     assert len({tuple(load) for load in foretold.plan.loads}) == len(foretold.plan.loads)
 
 
+def test_one_figure_for_what_a_tare_leaves(foretold):
+    """The table of errors and the plan beside it had two."""
+    assert np.array_equal(foretold.plan.errors[0], foretold.map.error)
+    bare, tared, *_, last = foretold.unit_errors
+    assert np.all(bare.error > tared.error) and np.all(tared.error > 5.0 * last.error)
+    assert last.points == len(foretold.plan.loads) and "8 points" in last.of
+    page = calibration_files(foretold)["calibration.html"].decode()
+    assert page.count("not calibrated") == 1 and "one sigma N" not in page
+
+
+def test_the_other_way_of_loading_is_told_with_what_it_reads(sensors, foretold):
+    """A map for a target that tilts as it likes, on one that a face keeps level: shear moves it less."""
+    ((axis, force, read),) = foretold.turned
+    assert axis == "shear_x" and force == sensors.range.shear and 0.3 * force < read < force
+    assert any(f"as {read:.3g} N" in note and "--rotation held" in note for note in foretold.notes)
+    assert b"Add `--rotation held`" in calibration_files(foretold)["plan.txt"]
+
+
 def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):
     for found in (foretold, calibrated):
         files = calibration_files(found)

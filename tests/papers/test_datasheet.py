@@ -13,14 +13,17 @@ import pytest
 
 import sitscad
 from sitscad import Design
+from sitscad.calibration.calibrate import foretell
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.plotted import plot
 from sitscad.drawing.sheet import Label, Sheet, flattened
 from sitscad.drawing.svg import svg
 from sitscad.estimates.performance.curves import curves
 from sitscad.estimates.response.pad import soft_pad
+from sitscad.package.calibration_files import drawn_calibration
 from sitscad.papers import PAPERS
 from sitscad.papers.datasheet.figures import difference
+from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT
 from sitscad.papers.datasheet.sheets import render
 from sitscad.units import show
 
@@ -47,10 +50,30 @@ def test_it_says_what_the_performance_says(bench, files):
     page, full = files["datasheet.html"].decode(), bench.performance[-1]
     for axis in full.axes.values():
         assert show(axis.resolution, "N", 3) in page and show(axis.range, "N", 3) in page
-        for error in axis.errors.values():
-            assert show(error, "N", 3) in page
+        for cause, error in axis.errors.items():
+            assert cause in FROM_UNIT_TO_UNIT or show(error, "N", 3) in page
     assert show(full.overload, "N", 3) in page
     assert "C1.A" in page and "one load to a reading" in page
+
+
+def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, files):
+    """Three papers had three errors of manufacture, of different definitions."""
+    made = drawn_calibration(bench)
+    stated = json.loads(made["calibration/calibration.json"])
+    sheet = json.loads(files["datasheet.json"])["unit_to_unit"]
+    assert sheet["rotation"] == stated["rotation"] == "held", "the target is kept level in both"
+    assert [one["of"] for one in sheet["unit_errors"]] == [one["of"] for one in stated["unit_errors"]]
+    for one, other in zip(sheet["unit_errors"], stated["unit_errors"], strict=True):
+        assert one["error_N"] == pytest.approx(other["error_N"], rel=1e-5)
+    assert [one["points"] for one in sheet["unit_errors"]] == [None, 0, 3, 5, 8]
+    errors = np.array([list(one["error_N"].values()) for one in stated["unit_errors"]])
+    assert np.all(np.diff(errors, axis=0) <= 0.0), "a tare and every point take something away"
+    assert stated["unit_errors"][1]["error_N"] == stated["error_N"], "one figure for a unit that is tared alone"
+    page, other = files["datasheet.html"].decode(), made["calibration/calibration.html"].decode()
+    for row in foretell(bench.response, is_held=True).error_rows:
+        for cell in row:
+            assert cell in page and cell in other
+    assert "before calibration" not in page
 
 
 def test_the_file_for_programs_has_the_same_figures(bench, files):

@@ -143,7 +143,7 @@ class Disturbed:
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
             **self.unmeasured(),
-            "modulus, before calibration": material.shear_modulus_sigma * self.carried,
+            "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),
             "manufacture, after calibration": units.at(self.share, normal, True),
             **self._without_tare(),

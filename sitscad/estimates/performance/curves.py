@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.performance.bench import Bench, Solved, bench_of
 from sitscad.estimates.performance.quick import quick_performance
 from sitscad.estimates.performance.scatter import manufacturing_scatter
-from sitscad.estimates.performance.units import readings_of
+from sitscad.estimates.performance.units import readings_of, together
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.record import record
@@ -85,11 +85,11 @@ def _scatter(model: ResponseModel, loads: Array) -> Array:
         return np.zeros((len(loads), len(model.estimates.coils)))
     nominal = quick.bench.readings(quick.bench.poses(loads))
     apart = [
-        one - nominal
+        [one - nominal for one in ways]
         for cause in manufacturing_scatter(model.spec, model.estimates)
-        for one in readings_of(quick.bench, cause, loads)
+        for ways in readings_of(quick.bench, cause, loads)
     ]
-    return np.asarray(np.sqrt(np.sum(np.square(apart), axis=0)))
+    return together(apart)
 
 
 def _range(bench: Bench, model: ResponseModel, axis: str) -> tuple[str, Array, Array, Array]:

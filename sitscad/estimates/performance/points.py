@@ -181,13 +181,13 @@ def _notes(here: _Working) -> tuple[str, ...]:
         "noise by the law measured on an LDC1614: 1.2 steps of 1/(32 RCOUNT) of the frequency; it is what can be told "
         "apart from one moment to the next, not how true a force is",
         f"hysteresis, creep and temperature of the pad: {pad.material.losses.source}",
-        "the target is held level, as by a face that it sticks to: a shear load above the pad tilts a free one, which "
-        "reads otherwise (calibrate has --rotation free or held); only the error by a force beside the middle is that "
-        "of a free target",
+        "the target is held level, as by a face that it sticks to (in calibration/ of a package, too): a shear load "
+        "above the pad tilts a free one, which reads otherwise (calibrate has --rotation free or held); only the error "
+        "by a force beside the middle is that of a free target",
         "full scales are the required forces, else 20 % strain of the pad and shear at a friction of 0.42 (at most "
         "half the pad's thickness); shear axes carry their share of it where errors grow with the load",
         f"crosstalk is what a polynomial of degree {here.working.map.degree} in the readings leaves of this design; "
-        "what a unit adds is under manufacture, after calibration",
+        "what one unit differs by from the next is apart from it: the data sheet's table of errors from unit to unit",
         "how fast the silicone follows is in no data: its hysteresis, measured slowly, stands for its lag; the "
         "resonance is that of target and pad with nothing on them, and tissue lowers it",
     ]

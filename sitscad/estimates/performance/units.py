@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -40,11 +41,18 @@ class Units:
 
     def at(self, share: float, normal: float, is_calibrated: bool) -> Array:
         """One sigma (N) of all causes together at a share of full normal force (N), of every axis."""
+        found = self.after if is_calibrated else self.before
+        each = [self._near(error, share, normal) for error in found.values()]
+        return np.asarray(np.sqrt(np.sum(np.square(each), axis=0)))
+
+    def by_modulus(self, share: float, normal: float) -> Array:
+        """The part of the pad's modulus in what `at` gives before a calibration (N), of every axis."""
+        return self._near(self.before[scatter.MODULUS], share, normal)
+
+    def _near(self, error: Array, share: float, normal: float) -> Array:
         near = np.argmin(np.abs(self.loads[:, 0] - share * normal))
         same = np.abs(self.loads[:, 0] - self.loads[near, 0]) < 1e-9
-        found = self.after if is_calibrated else self.before
-        each = [np.sqrt(np.mean(error[same] ** 2, axis=0)) for error in found.values()]
-        return np.asarray(np.sqrt(np.sum(np.square(each), axis=0)))
+        return np.asarray(np.sqrt(np.mean(error[same] ** 2, axis=0)))
 
 
 def units_of(working: WorkingRange, causes: tuple[Scatter, ...]) -> Units:
@@ -53,13 +61,20 @@ def units_of(working: WorkingRange, causes: tuple[Scatter, ...]) -> Units:
     loads = _loads(bench)
     true = loads[:, bench.columns]
     before: dict[str, Array] = {}
+    after: dict[str, Array] = {}
     for cause in causes:
-        for reading in readings_of(bench, cause, loads):
-            error = working.map(reading) - true
-            known = before.get(cause.name)
-            before[cause.name] = error if known is None else np.hypot(known, error)
-    after = {name: _calibrated(error, true, bench.full_scales) for name, error in before.items()}
+        ways = [[working.map(reading) - true for reading in each] for each in readings_of(bench, cause, loads)]
+        if ways:
+            before[cause.name] = together(ways)
+            after[cause.name] = together(
+                [[_calibrated(error, true, bench.full_scales) for error in each] for each in ways]
+            )
     return Units(loads, before, after)
+
+
+def together(ways: Sequence[Sequence[Array]]) -> Array:
+    """One sigma of what differs independently (outer), each one way or the other (inner)."""
+    return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in ways)))
 
 
 def _calibrated(error: Array, true: Array, full: Array) -> Array:
@@ -76,13 +91,19 @@ def _loads(bench: Bench) -> Array:
     return loads
 
 
-def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[Array]:
-    """What units read that are off by one sigma of a cause: one, or one for every coil that has it to itself."""
+def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]:
+    """What units read that are off by one sigma of a cause: one, or one for every coil that has it to itself; each one
+    way, or both where they are far from alike.
+    """
     if cause.name in CANCEL:
         return []
     if cause.per == COIL:  # a winding that is larger by a share changes by that much less of itself
         nominal = bench.readings(bench.poses(loads))
-        return [nominal * (1.0 - cause.sigma * one) for one in np.eye(nominal.shape[1])]
+        return [[nominal * (1.0 - cause.sigma * one)] for one in np.eye(nominal.shape[1])]
+    if cause.name == scatter.MODULUS:  # a third softer moves the target much farther than a third stiffer
+        pads = [replace(bench.pad, shear_modulus=bench.pad.shear_modulus * math.exp(way * cause.sigma))
+                for way in (1.0, -1.0)]  # fmt: skip
+        return [[bench.readings(bench.poses(loads, each)) for each in pads]]
     moved, pad = np.zeros(6), bench.pad
     if cause.name in RAISED:
         moved[RAISED[cause.name]] = cause.sigma
@@ -90,9 +111,7 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[Array]:
         moved[2], pad = cause.sigma, replace(pad, thickness=pad.thickness + cause.sigma)
     elif cause.name == scatter.SIZE:
         pad = replace(pad, face=loaded_face(bench.spec, cause.sigma)[0])
-    elif cause.name == scatter.MODULUS:
-        pad = replace(pad, shear_modulus=pad.shear_modulus * (1.0 + cause.sigma))
     else:
         return []
     found = bench.frequencies(np.concatenate([moved[None], bench.poses(loads, pad) + moved]))
-    return [np.log(found[1:] / found[0])]
+    return [[np.log(found[1:] / found[0])]]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.performance.curves import Curve, Curves
 from sitscad.estimates.performance.values import Performance
-from sitscad.papers.datasheet.rows import NAMES
+from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, NAMES
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -35,8 +35,8 @@ class Figure:
 
 def figures(found: Curves, felt: Sequence[Performance]) -> list[Figure]:
     """All plots of a sensor."""
-    plots = [Figure("Each coil over the normal force, and over shear under half of it; bands: one sigma of "
-                    "manufacture since the tare, before calibration. Inductance is what firmware/ computes from a "
+    plots = [Figure("Each coil over the normal force, and over shear under half of it; bands: one sigma from "
+                    "unit to unit, tared, not calibrated. Inductance is what firmware/ computes from a "
                     "reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", (262.0, 72.0), _coils(found)),
              Figure("Combinations of the coils: their sum over the normal force, and their difference over "
                     "shear under no, half and full normal force.", (262.0, 72.0), _combined(found))]  # fmt: skip
@@ -44,7 +44,14 @@ def figures(found: Curves, felt: Sequence[Performance]) -> list[Figure]:
         plots.append(Figure("The working range: where the readings go. Lines of equal normal force (blue) and of equal "
                             "shear (orange); where lines of one colour cross, no map tells the loads apart.",
                             (130.0, 100.0), _range(found)))  # fmt: skip
-    plots.append(Figure("One sigma of error at full load by cause, of full scale.", (130.0, 100.0), _errors(felt)))
+    plots.append(
+        Figure(
+            "One sigma of error at full load by cause, of full scale, on any unit alike; the table says "
+            "what differs from unit to unit.",
+            (130.0, 100.0),
+            _errors(felt),
+        )
+    )
     return plots
 
 
@@ -78,7 +85,8 @@ def _coils(found: Curves) -> Draw:
         shown = [found.normal, *(curve for k, curve in enumerate(found.shears) if k % 3 == 1)]  # half the normal force
         for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
             for k, name in enumerate(found.coils):
-                _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}")
+                dashes = "--" if k % 2 else "-"  # coils whose readings are the same by symmetry stay told apart
+                _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
             under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
             axes.set(xlabel=f"{NAMES[curve.axis]} (N)", ylabel="inductance (nH)", title=f"each coil{under}")
             axes.legend()
@@ -105,9 +113,9 @@ def _combined(found: Curves) -> Draw:
     return draw
 
 
-def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str) -> None:
+def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dashes: str = "-") -> None:
     values, sigma = _rounded(values), _rounded(sigma)
-    (line,) = axes.plot(curve.forces, values, label=label)
+    (line,) = axes.plot(curve.forces, values, label=label, linestyle=dashes)
     axes.fill_between(curve.forces, values - sigma, values + sigma, alpha=BAND, color=line.get_color(), linewidth=0.0)
 
 
@@ -124,6 +132,7 @@ def _range(found: Curves) -> Draw:
                     axes.annotate(f"{force:.3g} N", (apart[k, -1], total[k, -1]), color="#1f5fa8")
             for k in range(len(shear)):
                 axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45)
+            axes.margins(x=0.2)  # room for the words at the ends of the lines
             axes.set(xlabel=f"{words} (nH)", ylabel=f"{_total(found)} (nH)", title=f"normal and {NAMES[kind]}")
 
     return draw
@@ -134,12 +143,13 @@ def _errors(felt: Sequence[Performance]) -> Draw:
 
     def draw(figure: Any) -> None:
         axes, names = figure.subplots(), list(full.axes)
-        causes = list(full.axes[names[0]].errors)
+        causes = [cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT]
         for k, name in enumerate(names):
             axis = full.axes[name]
             shares = [100.0 * max(float(f"{axis.errors[cause]:.4g}") / axis.full_scale, 1e-6) for cause in causes]
             at = np.arange(len(causes)) + (k - 0.5 * (len(names) - 1)) * 0.8 / len(names)
             axes.barh(at, shares, 0.8 / len(names), left=LEAST, label=NAMES[name])
+        axes.set_axisbelow(True)
         axes.set_yticks(np.arange(len(causes)), causes)
         axes.set(xscale="log", xlim=(LEAST, 1000.0), xlabel="of full scale (%)")
         axes.set_xticks([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], ["0.01", "0.1", "1", "10", "100", "1000"])

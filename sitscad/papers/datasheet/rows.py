@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from sitscad.calibration.calibrate import AXIS_WORDS, Calibration
 from sitscad.estimates.performance.values import AxisPerformance, Performance
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
@@ -13,7 +14,7 @@ from sitscad.units import show
 
 Rows = list[tuple[str, ...]]
 
-NAMES = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y"}
+NAMES = AXIS_WORDS
 
 
 def summary(felt: Sequence[Performance]) -> Rows:
@@ -72,14 +73,25 @@ def _resonances(full: Performance) -> str:
     return ", ".join(f"{show(value, 'Hz', 2)} {NAMES[name]}" for name, value in full.resonance.items()) or "-"
 
 
+FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibration", "manufacture, after calibration")
+"""Causes that differ between units: the paper has them as a calibration has them."""
+
+
 def errors(felt: Sequence[Performance]) -> Rows:
-    """One sigma by cause at full load."""
+    """One sigma by cause at full load, of every unit alike."""
     full = felt[-1]
     names = list(full.axes)
-    rows: Rows = [("one sigma of error at full load, by cause", *(NAMES[name] for name in names))]
+    rows: Rows = [("one sigma of error at full load, any unit, by cause", *(NAMES[name] for name in names))]
     for cause in full.axes[names[0]].errors:
+        if cause in FROM_UNIT_TO_UNIT:
+            continue
         rows.append((cause, *(_newtons(full.axes[name].errors[cause]) for name in names)))
     return rows
+
+
+def from_unit_to_unit(found: Calibration | None) -> Rows:
+    """What forces are off by on any unit, and on one that is calibrated: as calibration/ states it."""
+    return [] if found is None else list(found.error_rows)
 
 
 def drift(felt: Sequence[Performance]) -> Rows:
@@ -109,14 +121,17 @@ def pinning(layout: Layout) -> Rows:
     return [head(layout.spec.readout.device.part), *(contact.cells for contact in found)] if found else []
 
 
-def notes(felt: Sequence[Performance]) -> Iterator[str]:
+def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:
     """What to know before the figures are used."""
     full = felt[-1]
     yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
     if full.ambiguous is not None:
         one, other = (", ".join(_newtons(force) for force in load) for load in full.ambiguous)
         yield f"Two loads (normal, shear along x, along y) read alike: {one}; and {other}. No map tells them apart."
-    yield from (note[0].upper() + note[1:] for note in full.notes)
+    said = [*full.notes, *(found.sensors.range.notes if found is not None else ()),
+            *(f"the map in calibration/ is {note}" for note in (found.notes if found is not None else ())
+              if note.startswith("made for"))]  # fmt: skip
+    yield from (note[0].upper() + note[1:] for note in said)
 
 
 def _degrees(angle: float) -> str:

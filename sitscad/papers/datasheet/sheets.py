@@ -8,7 +8,8 @@ import json
 from collections.abc import Sequence
 from html import escape
 
-from sitscad.drawing.frame import fitting_paragraph, new_sheet, table
+from sitscad.calibration.calibrate import Calibration, foretell
+from sitscad.drawing.frame import fitting_paragraph, new_sheet, scale_text, table
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.plotted import plot
 from sitscad.drawing.sheet import Sheet
@@ -18,11 +19,22 @@ from sitscad.drawing.web_page import table as html_table
 from sitscad.estimates.performance.curves import curves
 from sitscad.estimates.performance.values import Performance
 from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.papers.datasheet.figures import Figure, figures
-from sitscad.papers.datasheet.rows import Rows, drift, errors, notes, pinning, production, sensor, summary
-from sitscad.papers.drawings.plan_view import drawing, plan
+from sitscad.papers.datasheet.rows import (
+    Rows,
+    drift,
+    errors,
+    from_unit_to_unit,
+    notes,
+    pinning,
+    production,
+    sensor,
+    summary,
+)
+from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 
 ROOM = (170.0, 96.0, 112.0, 96.0)
 """Of the drawing on the first page: left, low, width, height (mm)."""
@@ -38,17 +50,29 @@ def render(
     """
     if not performance:
         return {}
-    plots = figures(curves(response), performance)
+    plots, found = figures(curves(response), performance), _calibration(response)
     return {
-        "datasheet.html": _page(layout, estimates, performance, plots, bool(forced)).encode("utf-8"),
-        "datasheet.json": _figures([point.document() for point in performance]),
-        "datasheet.pdf": pdf(_sheets(layout, estimates, performance, plots, bool(forced))),
+        "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced)).encode("utf-8"),
+        "datasheet.json": _figures([point.document() for point in performance], found),
+        "datasheet.pdf": pdf(_sheets(layout, estimates, performance, found, plots, bool(forced))),
     }
 
 
-def _figures(documents: Sequence[object]) -> bytes:
-    rounded = json.loads(json.dumps(documents), parse_float=_plain)
-    return (json.dumps({"performance": rounded}, indent=1, allow_nan=False) + "\n").encode("ascii")
+def _calibration(response: ResponseModel) -> Calibration | None:
+    """What a calibration of the design is foretold to do, its target kept level as all here; None without one."""
+    try:
+        return foretell(response, is_held=True)
+    except NoResponse:
+        return None
+
+
+def _figures(documents: Sequence[object], found: Calibration | None) -> bytes:
+    whole: dict[str, object] = {"performance": documents}
+    if found is not None:
+        known = found.document()
+        whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
+    rounded = json.loads(json.dumps(whole), parse_float=_plain)
+    return (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii")
 
 
 def _plain(text: str) -> float:
@@ -60,12 +84,17 @@ def _plain(text: str) -> float:
 
 
 def _sheets(
-    layout: Layout, estimates: Estimates, felt: Sequence[Performance], plots: Sequence[Figure], forced: bool
-) -> list[Sheet]:
+    layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
+    plots: Sequence[Figure], forced: bool,
+) -> list[Sheet]:  # fmt: skip
     """The pages on paper."""
-    first = _new(layout, "data sheet", forced)
+    between = from_unit_to_unit(found)
+    first = _new(layout, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
     low = table(first, LEFT, TOP, _widths(summary(felt), 58.0, 150.0), summary(felt), 2.4)
-    table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates), 2.4)
+    low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates), 2.4)
+    if found is not None:
+        low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, 2.4)
+        fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
     plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, 90.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
     assembly = drawing(layout, forced)
@@ -82,12 +111,14 @@ def _sheets(
     low = TOP
     for rows in (errors(felt), production(felt), pinning(layout)):
         low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
-    fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, [f"{k}. {note}" for k, note in enumerate(notes(felt), 1)], 2.3)
+    fitting_paragraph(
+        last, 165.0, TOP, 118.0, 42.0, [f"{k}. {note}" for k, note in enumerate(notes(felt, found), 1)], 2.3
+    )
     return [sheet for sheet in (first, assembly, curved, beyond, last) if sheet is not None]
 
 
-def _new(layout: Layout, what: str, forced: bool) -> Sheet:
-    return new_sheet(layout.spec, what, "not to scale", "the whole package", forced)
+def _new(layout: Layout, what: str, forced: bool, scale: str = "") -> Sheet:
+    return new_sheet(layout.spec, what, scale, "the whole package", forced)
 
 
 def _widths(rows: Rows, first: float, whole: float) -> list[float]:
@@ -109,8 +140,9 @@ def _about(layout: Layout, felt: Sequence[Performance]) -> str:
 
 
 def _page(
-    layout: Layout, estimates: Estimates, felt: Sequence[Performance], plots: Sequence[Figure], forced: bool
-) -> str:
+    layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
+    plots: Sequence[Figure], forced: bool,
+) -> str:  # fmt: skip
     """The page for a screen, self-contained."""
     spec = layout.spec
     banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
@@ -121,14 +153,18 @@ def _page(
         part("What it feels", _table(summary(felt)) + _table(sensor(felt, layout, estimates))),
         part("Drawing", shown),
         part("Curves", "".join(map(_plotted, plots))),
-        part("Errors", _table(errors(felt)) + _table(drift(felt))),
+        part("Errors", _unit_part(found) + _table(errors(felt)) + _table(drift(felt))),
         part("Contacts", _table(pinning(layout))),
         part("Production", _table(production(felt)) + "<p class='soft'>Three sigma of manufacture: a coil outside is "
               "faulty even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
               "more, by the coil's own capacitance: the report has both.</p>"),
-        part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt)) + "</ul>"),
+        part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
     ]  # fmt: skip
     return page(f"{spec.name}: data sheet", parts)
+
+
+def _unit_part(found: Calibration | None) -> str:
+    return "" if found is None else f"{_table(from_unit_to_unit(found))}<p class='soft'>{escape(found.errors_are)}</p>"
 
 
 def _plotted(plotted: Figure) -> str:

@@ -52,10 +52,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         layout.spec, "assembly, pieces over the coils", scale_text(scale), "the board's are in fpc/", forced
     )
     view = placed(box, scale, ROOM)
-    _board(sheet, layout, view, box)
-    _names(sheet, layout, view)
-    for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
-        sheet.draw(view.path(piece.outline()), PENS[piece.name])
+    _plan(sheet, layout, pieces, view, box)
     _dimensions(sheet, layout, pieces, view)
     low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), list(_coils(layout)), 2.6)
     low = _legend(sheet, pieces, low - 8.0)
@@ -67,11 +64,21 @@ def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) 
     """The same view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
     pieces = above_board(layout.spec)
     box = _shown(layout, pieces)
-    view = placed(box, detail_scale((box[2] - box[0], box[3] - box[1]), room[2:]), room)
+    _plan(sheet, layout, pieces, placed(box, plan_scale(layout, room), room), box)
+
+
+def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
+    """The scale that `plan` draws at in some room."""
+    box = _shown(layout, above_board(layout.spec))
+    return detail_scale((box[2] - box[0], box[3] - box[1]), room[2:])
+
+
+def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, box: Box) -> None:
+    """Board, pieces, and over them the names of the coils."""
     _board(sheet, layout, view, box)
-    _names(sheet, layout, view)
-    for piece in reversed(pieces):
+    for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
         sheet.draw(view.path(piece.outline()), PENS[piece.name])
+    _names(sheet, layout, pieces, view)
 
 
 def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
@@ -103,14 +110,18 @@ def _board(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
         sheet.line(x - dx, y - dy, x + dx, y + dy, red)
 
 
-def _names(sheet: Sheet, layout: Layout, view: View) -> None:
-    """Each coil's name beside its centre, on a white ground."""
+def _names(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View) -> None:
+    """Each coil's name beside its centre, on a white ground, on the first side where it covers no line of a piece."""
     size = 3.2
+    outlines = [view.path(piece.outline()) for piece in pieces]
     for coil in layout.coils:
-        left, low = view.x(coil.centre.x) + 1.4, view.y(coil.centre.y) + 1.4
-        ground = rectangle(left - 0.4, low - 0.4, left + text_width(coil.name, size) + 0.4, low + 0.8 * size)
-        sheet.draw(ground, None, "#ffffff")
-        sheet.text(left, low, coil.name, size)
+        x, y, wide = view.x(coil.centre.x), view.y(coil.centre.y), text_width(coil.name, size)
+        places = [(x + dx, y + dy) for dx in (1.4, -1.4 - wide) for dy in (1.4, -1.4 - 0.8 * size)]
+        boxes = [(left - 0.6, low - 0.6, left + wide + 0.6, low + 0.8 * size + 0.2) for left, low in places]
+        free = (k for k, box in enumerate(boxes) if not any(any(parts_inside(one, box)) for one in outlines))
+        k = next(free, 0)
+        sheet.draw(rectangle(*boxes[k]), None, "#ffffff")
+        sheet.text(*places[k], coil.name, size)
 
 
 def _dimensions(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View) -> None:
