@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from sitscad.checks import CheckResult, all_rules, mended
 from sitscad.design import Design
-from sitscad.finding import Finding, NotChecked, Remedy
+from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.opening import STDIN, beginning, opened, policy_for
 from sitscad.policy import Baseline, Policy, chosen_rules, judged
 from sitscad.record import record
@@ -25,10 +25,13 @@ from sitscad.spec.sensor import SensorSpec
 
 @record
 class Inspection:
-    """One spec after its checks; ``picture`` is its board in letters, empty where none is asked for or possible."""
+    """One spec after its checks; ``picture`` is its board in letters, ``drawing`` what does not fit as SVG; both are
+    empty where none is asked for or possible.
+    """
 
     checked: CheckedSpec
     picture: str = ""
+    drawing: str = ""
 
 
 @record
@@ -46,17 +49,20 @@ ALL = Held()
 """All rules, and nothing known before."""
 
 
-def inspect(path: str, hints: str = DECISIVE, held: Held = ALL, draws: bool = False) -> Inspection:
+def inspect(
+    path: str, hints: str = DECISIVE, held: Held = ALL, draws: bool = False, draws_fit: bool = False
+) -> Inspection:
     """Load, check and judge one spec (``-`` is standard input); what keeps it from being read is a finding too.
 
-    `hints` is what is tried for hints, as in `check`. Raises `PolicyError` for a configuration that cannot be used.
+    `hints` is what is tried for hints, as in `check`; `draws` asks for the board in letters, `draws_fit` for the
+    drawing of what does not fit. Raises `PolicyError` for a configuration that cannot be used.
     """
     policy = policy_for(path)
     try:
         spec = opened(path, policy)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints))
-    return _inspected(spec, hints, policy, held, draws)
+    return _inspected(spec, hints, policy, held, draws, draws_fit)
 
 
 def inspect_text(text: str, path: str, hints: str = DECISIVE, held: Held = ALL) -> Inspection:
@@ -70,15 +76,18 @@ def inspect_text(text: str, path: str, hints: str = DECISIVE, held: Held = ALL) 
     return _inspected(spec, hints, policy, held)
 
 
-def _inspected(spec: SensorSpec, hints: str, policy: Policy, held: Held, draws: bool = False) -> Inspection:
-    """One spec checked under a policy, with its picture where one is wanted."""
+def _inspected(
+    spec: SensorSpec, hints: str, policy: Policy, held: Held, draws: bool = False, draws_fit: bool = False
+) -> Inspection:
+    """One spec checked under a policy, with its pictures where they are wanted."""
     design = Design(spec)
     checked = _checked(spec, Review(design, hints).result)
     wanted = chosen_rules(all_rules(), held.select, held.ignore)
     left_out = [rule.id for rule in all_rules() if rule.id not in wanted]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
     checked = judged(checked, spec.source, all_rules(), policy, held.baseline)
-    return Inspection(checked, _picture(design, checked) if draws else "")
+    drawn = fit_drawing(design, checked) if draws_fit else ""
+    return Inspection(checked, _picture(design, checked) if draws else "", drawn)
 
 
 def as_configured(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
@@ -90,6 +99,25 @@ def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
     return checked_spec(
         spec, result.findings, result.not_checked, result.signals, result.fit, result.closing, result.reached
     )
+
+
+def fit_drawing(design: Design, checked: CheckedSpec) -> str:
+    """Why it does not fit, as SVG, without CAD: the closed pair of jaws cut open, what is too much in red beside its
+    limit, and views of what fails elsewhere. Where it fits, the jaws with their dimensions; without a jaw, what lies on
+    the board from above; empty where there is none of these, or shield and standoff contradict each other.
+    """
+    from sitscad.drawing.svg import svg  # nobody else draws
+    from sitscad.papers.drawings import fit, jaw, plan_view
+    from sitscad.scene.grasper.jaws import PartsError
+
+    grave = [finding for finding in checked.findings if finding.severity.weighs(Severity.WARNING)]
+    forced, layout = not checked.is_orderable, design.layout
+    try:
+        sheet = fit.drawing(layout, fit.faults_of(grave), forced) or jaw.drawing(layout, forced)
+    except PartsError:
+        return ""
+    sheet = sheet or plan_view.drawing(layout, forced)
+    return "" if sheet is None else svg(sheet)
 
 
 def _picture(design: Design, checked: CheckedSpec) -> str:

@@ -58,7 +58,10 @@ MAY_IMPORT = {
     "policy": {"finding", "spec", "report"},
     "processes": set(),
     "opening": {"spec", "checks", "policy", "report"},
-    "inspection": {"opening", "finding", "policy", "spec", "design", "checks", "remedy", "review", "drawing", "report"},
+    "inspection": {
+        "opening", "finding", "policy", "spec", "scene", "design", "checks", "remedy", "review", "drawing", "papers",
+        "report",
+    },
     "schemas": {"spec"},
     "plugins": {"finding", "design", "checks", "writer"},
     "cli": {"", "finding"},

@@ -95,6 +95,8 @@ SEVERITIES: dict[str, str] = {
     "SIT308": "note, warning or error by layers and bend",
     "SIT309": "warning where it is too narrow, error",
     "SIT312": "note where only the softest case passes, warning",
+    "SIT319": "warning, error where less than half is carried",
+    "SIT326": "warning, error where less than half is carried",
 }
 """The rules whose findings differ in severity, in words; all others have one."""
 

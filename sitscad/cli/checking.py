@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 @JOBS
 @PLUGIN
 @click.option("--hints", default="decisive", show_default=True, help="What is tried for hints: none, decisive or full.")
+@click.option("--picture", type=click.Path(), help="Draw why it does not fit: FILE.svg, of several specs a folder.")
 @click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
 @click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
 @click.option("--unsafe-fixes", is_flag=True, help="With these: turns, sizes, layers and materials, too.")
@@ -43,6 +44,7 @@ def check(
     baseline: str | None,
     jobs: int | None,
     hints: str,
+    picture: str | None,
     fix: bool,
     diff: bool,
     unsafe_fixes: bool,
@@ -56,6 +58,8 @@ def check(
     error or warning; comments and order stay. Of standard input (-) it prints the mended text.
     The verdict does not depend on --hints: decisive tries changes for as long as the check itself takes, for errors
     first; full tries all that may mend a finding, which can take minutes; none tries nothing.
+    --picture draws, without CAD, the closed jaws cut open with what does not fit in red beside its limit; where all
+    fits, with their dimensions; without a jaw, what lies on the board from above.
     Exit code: 0 no errors, 1 errors found (with --fail-on: or milder findings), 2 a spec cannot be read; with --fix of
     what it leaves, and with --diff at least 1 where it would change something.
     """
@@ -66,9 +70,10 @@ def check(
     row_of(dict.fromkeys(sitscad.HINTS), hints, "--hints")
     weight = row_of({severity.value: severity for severity in Severity}, "warning" if strict else fail_on, "--fail-on")
     held, paths = sitscad.Held(select, ignore, baseline_of(baseline)), specs_of(specs)
+    drawings = _drawings(picture, paths, fix or diff)
     draws = bool(_summary_path(format_name))
     mended = _mended(paths, hints, held, unsafe_fixes) if fix or diff else []
-    work = functools.partial(sitscad.inspect, hints=hints, held=held, draws=draws)
+    work = functools.partial(sitscad.inspect, hints=hints, held=held, draws=draws, draws_fit=bool(drawings))
     inspected = [each.inspection for each in mended] or list(sitscad.each_of(work, paths, jobs))
     checked = [each.checked for each in inspected]
     for each in () if diff else mended:
@@ -79,8 +84,39 @@ def check(
     else:
         print_result(show(checked, manner(sys.stdout, weight)))
     _append_job_summary(_summary_path(format_name), inspected)
+    for path, drawn in zip(drawings, inspected, strict=False):
+        _draw(path, drawn)
     code = max(*(spec.exit_code for spec in checked), int(diff and any(each.diff for each in mended)))
     return code or _told_milder(checked, weight, "--strict" if strict else f"--fail-on {fail_on}")
+
+
+def _drawings(picture: str | None, specs: list[str], mends: bool) -> list[str]:
+    """Where the drawing of each spec goes: the file, or one in the folder named like the spec; nothing without one."""
+    if picture is None:
+        return []
+    if mends:
+        raise click.UsageError("--picture draws what is found: leave --fix and --diff out.")
+    if picture.endswith(".svg"):
+        if len(specs) > 1:
+            raise click.UsageError(f"--picture {picture} is one file for {len(specs)} specs: name a folder.")
+        return [picture]
+    if os.path.splitext(picture)[1]:
+        raise click.UsageError(f"--picture {picture}: a file ends in .svg, a folder has no ending.")
+    stems = ["spec" if path == "-" else os.path.splitext(os.path.basename(path))[0] for path in specs]
+    twice = next((stem for stem in stems if stems.count(stem) > 1), None)
+    if twice is not None:
+        raise click.UsageError(f"--picture {picture}: two specs would be drawn into {twice}.svg; name them one by one.")
+    return [os.path.join(picture, f"{stem}.svg") for stem in stems]
+
+
+def _draw(path: str, inspected: Inspection) -> None:
+    """Write the drawing of a spec, or say that there is none."""
+    if not inspected.drawing:
+        say(f"{inspected.checked.path}: nothing to draw, {path} was not written")
+        return
+    os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
+    sitscad.write_file(path, inspected.drawing.encode("utf-8"))
+    say(f"{inspected.checked.path}: drawn in {path}")
 
 
 def _told_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> int:

@@ -250,11 +250,7 @@ def failing_fit(contents: Contents) -> dict[str, bytes]:
     from sitscad.drawing.svg import svg
     from sitscad.papers.drawings import fit
 
-    faults = [
-        fit.Fault(f.rule, f.name, f.key or "", *((f.measured, f.limit) if f.unit == "m" else (None, None)))
-        for f in contents.checked.findings
-        if f.severity.weighs(Severity.WARNING)
-    ]
+    faults = fit.faults_of(f for f in contents.checked.findings if f.severity.weighs(Severity.WARNING))
     sheet = fit.drawing(contents.layout, faults, not contents.checked.is_orderable)
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 

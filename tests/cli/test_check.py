@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -194,3 +195,36 @@ def test_the_schema_of_what_check_prints_is_published(run):
     jsonschema.validate(document, schema)
     assert json.loads(run("schema").out)["title"] == "sitscad spec"
     assert run("schema", "--of", "chek").code == 2
+
+
+TALL = Path(__file__).parents[1] / "report/broken/SIT319.yaml"
+
+
+def test_a_picture_shows_why_it_does_not_fit_without_force(run, tmp_path):
+    said = run("check", "--hints", "none", "--picture", "pictures/why.svg", str(TALL))
+    drawn = (tmp_path / "pictures/why.svg").read_text()
+    assert said.code == 1 and "drawn in pictures/why.svg" in said.err
+    assert "needs 7.075" in drawn and "carried 2.131" in drawn and "#b00000" in drawn
+
+
+def test_several_specs_are_drawn_into_a_folder_each_by_its_name(run, tmp_path):
+    shutil.copy(TALL, tmp_path / "tall.yaml")
+    bare = "coil: {shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 0.1, trace_spacing: 0.1}\n"
+    (tmp_path / "bare.yaml").write_text(f"sitscad: 1\nname: bare\n{bare}")
+    said = run("check", "--hints", "none", "--picture", "drawn", "tall.yaml", "bare.yaml")
+    assert [path.name for path in (tmp_path / "drawn").iterdir()] == ["tall.svg"]
+    assert "bare.yaml: nothing to draw, drawn/bare.svg was not written" in said.err
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (["--picture", "one.svg", "good.yaml", "weak.yaml"], "name a folder"),
+        (["--picture", "one.png", "good.yaml"], "ends in .svg"),
+        (["--picture", "one.svg", "--diff", "good.yaml"], "leave --fix and --diff out"),
+        (["--picture", "drawn", "good.yaml", "./good.yaml"], "two specs"),
+    ],
+)
+def test_a_picture_that_cannot_be_is_a_usage_error(run, options, why):
+    said = run("check", "--hints", "none", *options)
+    assert said.code == 2 and why in said.err

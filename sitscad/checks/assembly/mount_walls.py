@@ -1,4 +1,4 @@
-"""SIT314: are the mount's pieces thick enough to be made."""
+"""SIT314 and SIT319: are the mount's pieces thick enough to be made, and does what is left of them carry the board."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 from sitscad.checks.assembly.fit import ROUNDING
 from sitscad.checks.cases import Case
-from sitscad.checks.rules import Rule, Verdict
+from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans
-from sitscad.scene.grasper.jaws import PartsError, shield_that_fits
+from sitscad.scene.grasper.jaws import PartsError, fitted_jaw, shield_that_fits
+from sitscad.scene.grasper.support import BODY, HALF_OF_IT, MOST_OF_IT, Support, support
 from sitscad.scene.printing import print_limit
 from sitscad.spec.sensor import Mount, SensorSpec
 
@@ -65,6 +66,70 @@ def _thicker(spec: SensorSpec, is_spacer: bool, wall: float) -> str:
     )
 
 
+def carried(design: Design) -> Iterator[Verdict]:
+    """The board's body under what is pressed on lies on the mount, the shield or the metal."""
+    mount = design.spec.mount
+    assert mount is not None
+    if mount.kind == "custom" and mount.step is None:
+        yield Undecided("the mount is not part of the spec: nothing says what the board lies on")
+        return
+    try:
+        found = support(design.layout)
+    except PartsError:
+        yield Undecided("the shield does not fit into the standoff")
+        return
+    if found is None:
+        yield Undecided("a mount or a jaw that is a STEP file: SIT326 measures it on the solids")
+    else:
+        yield from _uncarried(found, _what_carries(design, mount))
+
+
+def _uncarried(found: Support, hint: str) -> Iterator[Verdict]:
+    """What of the board has nothing under it: where it is pressed on, else of all of it."""
+    is_all = found.carried >= HALF_OF_IT * found.pressed and found.body_carried < HALF_OF_IT * found.body
+    area, of = (found.body_carried, found.body) if is_all else (found.carried, found.pressed)
+    if area >= MOST_OF_IT * of - ROUNDING**2 and not is_all:
+        return
+    yield NOT_CARRIED.found(
+        "mount.standoff",
+        area,
+        (HALF_OF_IT if is_all else MOST_OF_IT) * of,
+        "m2",
+        hint=hint,
+        is_grave=area < HALF_OF_IT * of,
+        under=f"the {BODY}" if is_all else _under(found.name),
+        carried=area * 1e6,
+        whole=of * 1e6,
+        besides=""
+        if is_all or found.pressed == found.body
+        else f" (of the whole body, on {found.body_carried * 1e6:.3g} of {found.body * 1e6:.3g} mm2)",
+    )
+
+
+def _under(name: str) -> str:
+    """What is pressed on, as the message calls it."""
+    return f"the {BODY}" if name == BODY else f"the board under the {name}"
+
+
+def _what_carries(design: Design, mount: Mount) -> str:
+    """What would put something under the board."""
+    if mount.kind == "fingertip":
+        return "mount.standoff: plastic between the finger and the board carries all of it"
+    jaw = fitted_jaw(design.layout)
+    if jaw is not None and not mount.standoff:
+        return "mount.standoff: a seat bridges the jaw's window, and carries what stands beside its face"
+    return (
+        "the seat is cut back to the port and the pad pocket: a lower stack (a thinner elastomer, a smaller "
+        "mount.standoff), which lays the board nearer to the closed pair's middle, a narrower board, or a wider jaw"
+    )
+
+
+NOT_CARRIED = Case(
+    "{under} is carried on {carried:.3g} of its {whole:.3g} mm2{besides}; the rest has nothing under it",
+    severity=Severity.WARNING,
+    grave=Severity.ERROR,
+)
+
 TOO_THIN_TO_PRINT = Case(
     "the {name} is {measured:m,3} thick, which {process} does not make: {limit:m,3} at least",
 )
@@ -77,5 +142,14 @@ MOUNT_WALL_RULES: tuple[Rule, ...] = (
         "A standoff a little larger than the shield needs prints a sheet of a few hundredths of a millimetre.",
         "A standoff that lays the shield on the metal, a larger one, or another process.",
         "sitscad/data/print_limits.csv", ("mount",), printed_wall,
+    ),
+    Rule(
+        "SIT319", "board-support", Severity.ERROR,
+        "Nine tenths of the board under the elastomer (under the target, or of the body, where there is none) lie on "
+        "the mount, the shield or the jaw (a warning); less than half of it, or of the whole body, is an error.",
+        "A seat that the port or the pad pocket cuts back to a narrow bar holds nothing: the board bends over it, and "
+        "what is felt is the board's bending. A strip of a tenth at the edges bends by micrometres.",
+        "A lower stack, a narrower board, a wider jaw; a seat where the board lies on a jaw's window.",
+        "geometry: areas from above, the seat as the port leaves it", ("mount",), carried,
     ),
 )  # fmt: skip

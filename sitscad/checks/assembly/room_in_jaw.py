@@ -20,6 +20,7 @@ from sitscad.remedy.search import Left, named, ways
 from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.fit import LENGTH, OVERHANG
 from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, rim, section
+from sitscad.scene.grasper.support import width_under
 from sitscad.spec.sensor import Jaw, SensorSpec
 from sitscad.units import show
 
@@ -165,7 +166,13 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     if severity is None and over.nominal <= ROUNDING:
         return
     face = section(rim(jaw)).face
-    carried = f"the {show(over.limit, 'm', 3)} of plastic under it" if over.limit else "nothing under it"
+    wide = width_under(design.layout)
+    cut = (
+        f", which the port leaves {show(wide, 'm')} wide there"
+        if wide is not None and wide < design.layout.body_size[1] - ROUNDING
+        else ""
+    )
+    carried = f"the {show(over.limit, 'm', 3)} of plastic under it{cut}" if over.limit else "nothing under it"
     yield (HELD_BY_PLASTIC if severity is None else BODY_OVER_FACE).found(
         "coil.outer_diameter",
         over.measured,

@@ -1,7 +1,7 @@
-"""SIT320 to SIT325: what is measured of the assembly in three dimensions, and the tail on its way through the hinge.
+"""SIT320 to SIT326: what is measured of the assembly in three dimensions, and the tail on its way through the hinge.
 
-`check` loads no CAD kernel, so it says of the first four that they are not checked. `build` measures the solids
-(`sitscad.parts.proof.prove`), writes what it measured into ``mount/fit.json``, and these rules judge that.
+`check` loads no CAD kernel, so it says of the first four and the last that they are not checked. `build` measures the
+solids (`sitscad.parts.proof.prove`), writes what it measured into ``mount/fit.json``, and these rules judge that.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from sitscad.scene.fit import closed_section
 from sitscad.scene.grasper.hinge import pin_gaps
 from sitscad.scene.grasper.jaws import PartsError
 from sitscad.scene.grasper.shaft import end_section, shaft
+from sitscad.scene.grasper.support import BODY
 from sitscad.scene.grasper.tail_path import tail_path
 from sitscad.spec.sensor import SensorSpec
 
@@ -82,10 +83,18 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
 def _complaint(case: Case, key: str, each: Mapping[str, Any]) -> Complaint:
     """What a measurement that is not kept says."""
     x, y, _ = each["where_m"]
-    shared = each["unit"] == "m3"
-    volume = 1e9 * each["value"] if shared else 0.0
+    volume = 1e9 * each["value"] if each["unit"] == "m3" else 0.0
+    area = 1e6 * each["value"] if each["unit"] == "m2" else 0.0
     when = f" ({each['when']})" if each["when"] else ""
-    values = {"first": each["first"], "second": each["second"], "when": when, "volume": volume}
+    values = {
+        "first": each["first"],
+        "second": each["second"],
+        "when": when,
+        "volume": volume,
+        "area": area,
+        "wanted": 1e6 * each["limit"],
+    }
+    values["under"] = f"the {BODY}" if each["first"] == BODY else f"the board under the {each['first']}"
     complaint = case.found(key, each["value"], each["limit"], each["unit"], **values)
     return replace(complaint, place=Place(x, y))
 
@@ -141,12 +150,22 @@ END_TOO_WIDE = Case(
     "soldered behind the jaws",
 )
 
+NOT_CARRIED = Case(
+    "{under} is carried on {area:.3g} mm2, as far as the solids go; it takes {wanted:.3g} mm2",
+    hint="more of the mount under the board: a STEP file's datum is the middle of the face that the board is glued on",
+    severity=Severity.WARNING,
+)
+
+HARDLY_CARRIED = replace(NOT_CARRIED, severity=Severity.ERROR)
+
 FAULTS = {
     "interference": ("SIT320", IN_EACH_OTHER, "mount"),
     "port": ("SIT321", OUTSIDE_PORT, "mount"),
     "opening": ("SIT322", HITS_WHILE_OPENING, "mount"),
     "travel": ("SIT323", HITS_UNDER_LOAD, "requirements"),
     "bulge": ("SIT323", BULGE_HITS, "requirements"),
+    "support": ("SIT326", NOT_CARRIED, "mount"),
+    "no support": ("SIT326", HARDLY_CARRIED, "mount"),
 }
 """By kind of measurement: the rule that judges it, what it says, and the key that it points at."""
 
@@ -194,6 +213,16 @@ SOLID_FIT_RULES: tuple[Rule, ...] = (
         "Whatever is plugged in behind the handle has to be drawn through the shaft first.",
         "A finer connector, fewer contacts, or wires.",
         "sitscad/data/shafts.csv", ("jaw", "tail"), end_through_shaft,
+    ),
+    Rule(
+        "SIT326", "solids-carry", Severity.ERROR,
+        "Nine tenths of the board under the elastomer (under the target, or of the body, where there is none) have a "
+        "face of the mount, the shield or the jaw a glue line below them (a warning); less than half of it, or of the "
+        "whole body, is an error.",
+        "A part of your own may be smaller than the board, or its datum elsewhere; SIT319 judges all others by their "
+        "figures.",
+        "More of the mount under the board.",
+        "geometry: sections of the meshes, hollows of up to 0.1 mm, which glue fills, left out", ("mount",), on_solids,
     ),
 )  # fmt: skip
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from sitscad.drawing.pictures.clash import clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.layout.board import Layout
+from sitscad.parts.proof.carried import carried
 from sitscad.parts.proof.clash import Clash, at_pin, clashes
 from sitscad.parts.proof.moved import Load
 from sitscad.parts.proof.prove import Measured, Proof, prove, require_clear
@@ -27,18 +29,22 @@ PARABOLA = 1.5
 
 
 def render(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """The proof as JSON, in metres, and a picture of what does not fit; nothing without a jaw whose figures are known.
-    Raises `PartsError` where a piece
-    stands in a solid that came from a file.
+    """The proof as JSON, in metres, and a picture of what does not fit; without a jaw whose figures are known only what
+    the board is carried on. Raises `PartsError` where a piece stands in a solid that came from a file.
     """
     require_clear(layout)
     borne = loads(layout.spec)
     proof = prove(layout, solids, borne)
+    held = carried(layout, solids)
     if proof is None:
-        return {}
-    files = {"mount/fit.json": (json.dumps(document(proof), indent=1) + "\n").encode("ascii")}
+        return _as_file({"measured": [_measured(each) for each in held]}) if held else {}
+    files = _as_file(document(replace(proof, measured=(*proof.measured, *held))))
     drawn = [*clashes(layout, solids, proof, borne), *_tail_at_pin(layout, solids)]
     return files | ({"mount/fit-solids.svg": clash_svg(layout.spec.name, drawn).encode("utf-8")} if drawn else {})
+
+
+def _as_file(said: dict[str, Any]) -> dict[str, bytes]:
+    return {"mount/fit.json": (json.dumps(said, indent=1) + "\n").encode("ascii")}
 
 
 def _tail_at_pin(layout: Layout, solids: tuple[Solid, ...]) -> list[Clash]:
@@ -95,10 +101,11 @@ def document(proof: Proof) -> dict[str, Any]:
 
 
 def _measured(each: Measured) -> dict[str, Any]:
-    digits = 9 if each.unit == "m" else 15
+    digits = {"m": 9, "m2": 12}.get(each.unit, 15)
     return {
         "what": each.what, "first": each.first, "second": each.second, "when": each.when,
-        "value": round(each.value, digits) + 0.0, "limit": each.limit, "unit": each.unit, "kept": each.is_kept,
+        "value": round(each.value, digits) + 0.0, "limit": round(each.limit, digits) + 0.0,
+        "unit": each.unit, "kept": each.is_kept,
         "where_m": [_rounded(value) for value in each.where],
     }  # fmt: skip
 

@@ -6,7 +6,8 @@ From the scene's figures alone, without a CAD kernel; ``mount/fit-solids.svg`` s
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
 from sitscad.drawing.frame import (
     CHAIN,
@@ -33,6 +34,7 @@ from sitscad.scene.fit import OVERHANG, ClosedSection, closed_section, measures
 from sitscad.scene.grasper.hinge import pin_gaps
 from sitscad.scene.grasper.jaws import PartsError, fitted_jaw, jaw_range, rim, section
 from sitscad.scene.grasper.shaft import end_section, shaft
+from sitscad.scene.grasper.support import width_under
 from sitscad.scene.grasper.tail_path import TailPath, tail_path
 from sitscad.spec.sensor import Jaw
 
@@ -43,14 +45,15 @@ RIGHT, WIDE, TOP, SLOT = 196.0, 88.0, 196.0, 50.0
 TOO_MUCH = Pen(0.35, RED)
 CIRCLE = Pen(0.5, RED, (3.0, 1.5))
 PORT = Pen(0.35)
-HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT320", "SIT321", "SIT322", "SIT323", "SIT324", "SIT325")
+HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "SIT321", "SIT322", "SIT323", "SIT324",
+        "SIT325", "SIT326")  # fmt: skip
 """The rules whose findings are drawn."""
 
 
 @record
 class Fault:
-    """A finding of the fit as it is drawn: its rule, that rule's name, the spec's key, and what is measured and allowed
-    in metres (None where it is something else).
+    """A finding of the fit as it is drawn: its rule, that rule's name, the spec's key, what is measured and allowed,
+    and their unit.
     """
 
     rule: str
@@ -58,17 +61,28 @@ class Fault:
     key: str
     measured: float | None
     limit: float | None
+    unit: str | None = "m"
+
+    @property
+    def has_figures(self) -> bool:
+        """Whether it is measured against a limit."""
+        return self.measured is not None and self.limit is not None
 
     @property
     def has_sizes(self) -> bool:
         """Whether it can be dimensioned."""
-        return self.measured is not None and self.limit is not None
+        return self.has_figures and self.unit == "m"
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """What is measured, and the limit (m)."""
+        """What is measured, and the limit (SI)."""
         assert self.measured is not None and self.limit is not None
         return self.measured, self.limit
+
+
+def faults_of(findings: Iterable[Any]) -> list[Fault]:
+    """Findings (`sitscad.finding.Finding`) as they are drawn."""
+    return [Fault(f.rule, f.name, f.key or "", f.measured, f.limit, f.unit) for f in findings]
 
 
 def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False) -> Sheet | None:
@@ -87,7 +101,7 @@ def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False) -> Sh
                       "the jaw from its tip")  # fmt: skip
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("fit-section"):
-        _section(sheet, layout, jaw, pair, view, sized)
+        _section(sheet, layout, jaw, pair, view, shown)
     views = _beside(layout, jaw, {fault.rule: fault for fault in sized})
     for slot, draw in enumerate(views):
         with sheet.group(f"fit-view-{slot + 1}"):
@@ -100,11 +114,18 @@ def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False) -> Sh
 HEAD = ("rule", "what does not fit", "measured (mm)", "limit (mm)", "off by (mm)")
 NOTE = (
     "Red is what misses its limit, black the limit; drawn nominally, where a warning counts tolerances at worst. The "
-    "words are in report.html and findings.json, the bodies in mount/fit-solids.svg where they were made."
+    "words are what check says, and in a package's report.html; its mount/fit-solids.svg has the bodies where they "
+    "were made."
 )
+AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}
+"""What figures that are no lengths are written in."""
 
 
 def _row(fault: Fault) -> tuple[str, ...]:
+    if fault.has_figures and fault.unit in AREAS:
+        factor, unit = AREAS[fault.unit]
+        measured, limit = (factor * size for size in fault.sizes)
+        return fault.rule, fault.name, *(f"{size:.3g} {unit}" for size in (measured, limit, abs(measured - limit)))
     if not fault.has_sizes:
         return fault.rule, fault.name, "", "", ""
     across = RADIUS if fault.rule == "SIT321" else 1.0
@@ -128,8 +149,9 @@ def _needed(fault: Fault) -> Iterator[float]:
         yield fault.sizes[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
 
-def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, sized: Sequence[Fault]) -> None:
+def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Fault]) -> None:
     """The closed pair across the jaw, with the circle it needs and every width that is too much."""
+    sized = [fault for fault in shown if fault.has_sizes]
     draw_section(sheet, layout, jaw, view, PORT)
     draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
     circles = [width for fault in sized for width in _needed(fault)]
@@ -141,6 +163,8 @@ def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: 
         y = view.y(reach) + 4.0
         _width(sheet, view, needed, y, f"needs {mm(needed)}", RED)
     widths = dict.fromkeys(pair for fault in sized for pair in _widths(layout, jaw, fault))
+    if any(fault.rule == "SIT319" for fault in shown):
+        widths |= dict.fromkeys(_carried(layout))
     rows = [*((size, words, RED) for size, words, _, _ in widths), *((size, words, "") for _, _, size, words in widths)]
     rows.append((jaw.port_diameter, f"port {mm(jaw.port_diameter)}", ""))
     low = view.y(-reach) - 4.0
@@ -174,6 +198,13 @@ def _widths(layout: Layout, jaw: Jaw, fault: Fault) -> Iterator[tuple[float, str
         name = part if part in ("elastomer", "target") else "tail" if fault.key == "fpc.tail" else "board"
         room = {jaw.port_diameter: "port", jaw.width: "jaw"}.get(limit, "room")
         yield measured, f"{name} {mm(measured)}", limit, f"{room} {mm(limit)}"
+
+
+def _carried(layout: Layout) -> Iterator[tuple[float, str, float, str]]:
+    """How wide the face is that the board lies on, and the board (m), each in words."""
+    under, across = width_under(layout), layout.body_size[1]
+    if under is not None and under < across:
+        yield under, f"carried {mm(under)}", across, f"board {mm(across)}"
 
 
 def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: Fault, x: float) -> None:

@@ -89,7 +89,7 @@ def _bore(layout: Layout, finger: Finger, top: float, start: float, end: float) 
 def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
     """The round lip over which the tail leaves the cap, as wide as the tail's slot there."""
     low, high = layout.reach_at(end)
-    if low == high:
+    if low == high or standoff <= 0.0:
         return ()
     room = clearance(layout.spec.mount)
     radius = min(TAIL_ROUNDING, standoff / 2)

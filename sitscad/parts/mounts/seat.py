@@ -13,9 +13,11 @@ from typing import Any
 from sitscad.geometry.path import Point, rounded
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
+from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.mounts.retention import with_retention
 from sitscad.parts.prism import MM, box, one_solid, prism
-from sitscad.scene.bodies import Heights, board_heights, seat_spans
+from sitscad.parts.solid import PartsError, Solid
+from sitscad.scene.bodies import BodyRole, Heights, board_heights, seat_spans
 from sitscad.scene.grasper.jaws import (
     POCKET_CLEARANCE,
     axis,
@@ -39,6 +41,9 @@ CORNER_ROUNDING = 0.3e-3
 
 CHEEK_BACK = 0.2e-3
 """Between the cheeks' end and the tongue's (m)."""
+
+MESH_ERROR = 5e-3
+"""Share of a volume by which a mesh may differ from its solid: a wrong cut is off by more."""
 
 GROOVE_DEPTH = 0.1e-3
 GROOVES = (0.2, 0.4, 0.6, 0.8)
@@ -144,7 +149,26 @@ def _within_port(layout: Layout, slab: Any) -> Any:
     if reach <= radius or max(map(abs, heights)) >= radius:
         return slab
     along = bd.Plane((bounds.min.X - 1, middle, level), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
-    return one_solid(slab & bd.Solid.make_cylinder(radius, bounds.size.X + 2, along), "mount")
+    port = bd.Solid.make_cylinder(radius, bounds.size.X + 2, along)
+    about = bd.Solid.make_box(*(side + 1 for side in bounds.size), bd.Plane(bounds.min - bd.Vector(0.5, 0.5, 0.5)))
+    return _common(slab, port, about)
+
+
+def _common(slab: Any, port: Any, about: Any) -> Any:
+    """What a seat and the port's cylinder share, `about` being a box round the seat.
+
+    The kernel sometimes finds nothing, or too much, where a round ledge meets the cylinder; so several ways are tried
+    until one agrees with the meshes. Raises `PartsError` where none does.
+    """
+    solids = [Solid("mount", shape, "", "", BodyRole.MOUNT) for shape in (slab, port)]
+    one, other = (manifold(tessellate(solid)) for solid in solids)
+    expected = float((one ^ other).volume())
+    for way in (lambda: slab & port, lambda: slab & (port & about), lambda: slab - (about - port)):
+        shape = way()
+        found = shape.solids() if shape is not None else []
+        if len(found) == 1 and abs(found[0].volume - expected) < MESH_ERROR * expected:
+            return found[0]
+    raise PartsError("the mount cannot be cut back to the port: another mount.standoff, or a lower stack")
 
 
 def _within_pocket(layout: Layout, fitted: Jaw, slab: Any, floor: float) -> Any:

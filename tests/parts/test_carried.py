@@ -1,0 +1,104 @@
+"""What the board lies on, measured on the solids: as the figures say, and of a part of the user's own."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import handmade
+import pytest
+
+from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
+from sitscad.finding import Severity
+from sitscad.layout import lay_out
+from sitscad.papers.assembly import fit_proof
+from sitscad.parts import mount
+from sitscad.parts.proof.carried import carried
+from sitscad.parts.whole import whole
+from sitscad.scene.grasper.support import support
+from sitscad.spec.load import load
+from sitscad.spec.pieces.mounting import Finger
+from sitscad.spec.profiles import presets
+
+pytestmark = pytest.mark.cad
+
+SENSOR = """sitscad: 1
+name: own
+coil: {shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+elastomer: {shape: square, size: 6, thickness: 1}
+mount: {kind: custom, step: own.step}
+"""
+
+
+def kinds():
+    """Every kind of mount, among them a seat that the port cuts back and one in a pad pocket."""
+    bare = handmade.jaw_sensor(shield=None)
+    thick = replace(bare.spec.elastomer, thickness=2.2e-3)
+    yield "seat", bare
+    yield "seat under a shield", handmade.jaw_sensor()
+    yield "cut seat", handmade.jaw_sensor(shield=None, elastomer=thick)
+    pocketed = replace(handmade.jaw(), recess=0.4e-3, pocket=(14e-3, 3.2e-3))
+    yield "pocket", handmade.jaw_sensor(shield=None, mount=handmade.Mount("grasper-pad", pocketed, 1.0e-3))
+    window = replace(handmade.jaw(), fenestration=(3e-3, 1.5e-3))
+    yield "metal", handmade.jaw_sensor(shield=None, mount=handmade.Mount("grasper-pad", window, 0.0))
+    for name in ("ati-nano17", "corners-m2"):
+        plate = handmade.Mount("bench-plate", None, 2e-3, holes=presets.hole_pattern(name))
+        yield name, handmade.bench_sensor(mount=plate)
+    for shape, size in (("rectangle", (16e-3, 10e-3)), ("circle", (14e-3, 14e-3))):
+        cap = handmade.Mount("fingertip", None, 1.2e-3, finger=Finger(shape, size, 8e-3, 2e-3))
+        yield shape, handmade.bench_sensor(mount=cap)
+
+
+KINDS = dict(kinds())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_figures_and_solids_agree_on_what_carries_the_board(kind):
+    """Within 1 %: a face is looked for 5 um below itself, where a seat cut round by the port is narrower."""
+    layout = KINDS[kind]
+    plane, (pressed, body) = support(layout), carried(layout, whole(layout))
+    assert pressed.value == pytest.approx(plane.carried, rel=1e-2)
+    assert body.value == pytest.approx(plane.body_carried, rel=1e-2)
+    assert pressed.first == plane.name and pressed.is_kept == (plane.share >= 0.9)
+
+
+def built(tmp_path, size):
+    """What a build measures of a mount of one's own, a block of so many mm across whose face is at the datum."""
+    import build123d as bd
+
+    bd.export_step(bd.Solid.make_box(*size).moved(bd.Location((-size[0] / 2, -size[1] / 2, -size[2]))),
+                   tmp_path / "own.step")  # fmt: skip
+    (tmp_path / "spec.yaml").write_text(SENSOR)
+    spec = load(tmp_path / "spec.yaml")
+    layout = lay_out(spec)
+    document = json.loads(fit_proof.render(layout, whole(layout))["mount/fit.json"])
+    assert settles(document) == {"SIT326"}
+    return judged_on_solids(document, spec), document["measured"]
+
+
+def test_a_block_that_is_large_enough_says_nothing(tmp_path):
+    assert built(tmp_path, (12, 12, 3))[0] == ()
+
+
+@pytest.mark.parametrize(("side", "severity"), [(5.0, Severity.WARNING), (2.0, Severity.ERROR)])
+def test_a_block_smaller_than_the_pad_is_found_with_both_areas(tmp_path, side, severity):
+    (found, *_), _ = built(tmp_path, (side, 6.0, 3.0))
+    assert (found.rule, found.severity) == ("SIT326", severity)
+    assert (found.measured, found.limit) == (pytest.approx(6e-3 * side * 1e-3, rel=1e-6), pytest.approx(0.9 * 36e-6))
+
+
+def test_a_seat_is_found_whatever_the_port_takes_of_it():
+    """The kernel's common part of this seat and its port was nothing at all, and no mount was built; the volume is that
+    of the meshes' common part.
+    """
+    layout = lay_out(load(Path(__file__).parents[2] / "templates/grasper_3p5mm.yaml"))
+    (seat,) = mount.mount(layout)
+    assert seat.shape.is_valid and seat.volume == pytest.approx(47.50e-9, rel=1e-3)
+
+
+def test_a_cap_may_leave_the_board_on_the_finger_itself():
+    finger = KINDS["rectangle"].spec.mount.finger
+    layout = handmade.bench_sensor(mount=handmade.Mount("fingertip", None, 0.0, finger=finger))
+    (cap,) = mount.mount(layout)
+    assert cap.shape.is_valid and carried(layout, (cap,)) == ()
