@@ -31,7 +31,7 @@ class Courses:
     twist: float
 
     def at(self, strain: Array) -> tuple[Array, Array]:
-        """The five courses and their slopes at strains (n,), (n, 5) each."""
+        """The five courses (no unit, as `pad_law` has them) and their slopes at strains (n,), (n, 5) each."""
         step = (LAST - FIRST) / PIECES
         place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / step
         piece = np.minimum(place.astype(np.intp), PIECES - 1)
@@ -45,7 +45,7 @@ class Courses:
 
 @lru_cache(maxsize=64)
 def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
-    """The courses of a block; the bulk modulus is in shear moduli."""
+    """The courses of a block, no unit; the bulk modulus is in shear moduli."""
     # a turn about y raises one end of x, one about x an end of y
     across = block.turned
     shears, tilts = (pad_law.shear(block), pad_law.shear(across)), (pad_law.tilt(across), pad_law.tilt(block))

@@ -213,7 +213,7 @@ def compress(
 
 
 def loaded_face(pad: Face, target: Face | None) -> Face:
-    """The part of the pad that a target loads, all of it without one: what both outlines, about one centre, share."""
+    """The part (m) of the pad that a target loads, all of it without one: what both, about one centre, share."""
     if target is None:
         return pad
     width_x, width_y = min(pad.width_x, target.width_x), min(pad.width_y, target.width_y)

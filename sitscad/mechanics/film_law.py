@@ -45,7 +45,7 @@ class Film:
     floor: tuple[float, ...] = ()
 
     def __call__(self, strain: Array) -> Array:
-        """The addition at strains (n,); of a pull it goes straight on for a little."""
+        """The addition at strains (n,), in the stiffness's unit; of a pull it goes straight on for a little."""
         if not self.rest:
             return np.zeros_like(strain)
         e = np.minimum(np.maximum(strain, 0.0), MOST)
@@ -55,7 +55,7 @@ class Film:
         return np.asarray(self.rest * share)
 
     def at(self, strain: float) -> float:
-        """The same of one strain, of 0 or more."""
+        """The same of one strain, of 0 or more, in the stiffness's unit."""
         if not self.rest:
             return 0.0
         e = min(strain, MOST)
@@ -108,7 +108,7 @@ def units(along: float, across: float, shape: float, film: float) -> dict[str, f
 
 
 def terms(skin: float, modulus: float, shape: float, oblong: float, circular: float) -> dict[str, float]:
-    """What the factors on `units` are sums of, by name."""
+    """What the factors on `units` are sums of, by name: no unit. `skin` in thicknesses, `modulus` in the pad's."""
     u = 0.5 * math.log(_within(modulus, MODULI) / 10.0)
     v = math.log(_within(skin, SKINS) / 0.1)
     s = math.log(_within(shape, SHAPES) / 0.7)
@@ -141,7 +141,7 @@ def _film(name: str, plain: float, parts: dict[str, float], pulled: float) -> Fi
 
 @cache
 def table() -> dict[str, dict[str, tuple[float, ...]]]:
-    """By course and term: of the logarithm at rest, and of the four parts of the course by strain."""
+    """By course and term, no unit: of the logarithm at rest, and of the four parts of the course by strain."""
     found: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
     with DATA.open(encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines):

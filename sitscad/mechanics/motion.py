@@ -59,14 +59,16 @@ def exponentials(vectors: Array) -> Array:
 
 
 def left_jacobians(vectors: Array) -> Array:
-    """(n, 3, 3): what turn, in board axes, follows from a small change of a rotation vector."""
+    """(n, 3, 3), no unit: what turn, in board axes, follows from a small change of a rotation vector (n, 3; rad). The
+    left Jacobian of rotations.
+    """
     _, second, third = _coefficients(vectors)
     turning = crosses(vectors)
     return UNIT + second[:, None, None] * turning + third[:, None, None] * (turning @ turning)
 
 
 def crosses(vectors: Array) -> Array:
-    """Matrices (n, 3, 3) that take a vector to the cross product of `vectors` (n, 3) with it."""
+    """Matrices (n, 3, 3) that take a vector to the cross product of `vectors` (n, 3) with it, in their unit."""
     found = np.zeros((len(vectors), 3, 3))
     x, y, z = vectors.T
     found[:, 2, 1], found[:, 1, 2] = x, -x

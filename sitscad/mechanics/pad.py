@@ -58,7 +58,9 @@ class Pad:
 
     @cached_property
     def block(self) -> pad_law.Block:
-        """The pad in thicknesses and shear moduli, as it looks along x. Raises ValueError for sizes that none has."""
+        """The pad in thicknesses and shear moduli (no unit), as it looks along x. Raises ValueError for sizes that none
+        has.
+        """
         h = self.thickness
         sizes = (self.face.width_x, self.face.width_y, h, self.shear_modulus, self.bulk_modulus)
         if not all(value > 0.0 for value in sizes):
@@ -69,7 +71,7 @@ class Pad:
 
     @property
     def sigma(self) -> float:
-        """One sigma of the forces that the law gives, relative."""
+        """One sigma of the forces that the law gives, relative, no unit."""
         return pad_law.sigma(self.block)
 
     def pressure(self, strain: Array) -> Array:
@@ -115,7 +117,9 @@ class Pad:
         return slopes, turning
 
     def stiffness(self, poses: Array) -> Array:
-        """How force and moment change with the pose: (n, 6, 6), rows as in `force`, columns as in a pose."""
+        """How force and moment change with the pose: (n, 6, 6; N/m, N/rad, N, N m/rad), rows as in `force`, columns as
+        in a pose.
+        """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         steps = np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
         there = poses[:, None, :] + np.concatenate([np.diag(steps), -np.diag(steps)])

@@ -58,19 +58,19 @@ class Block:
 
     @property
     def turned(self) -> Block:
-        """The same face, looked at along the other axis."""
+        """The same face, looked at along the other axis; no unit."""
         return replace(self, along=self.across, across=self.along)
 
     @property
     def films(self) -> tuple[Film, Film, Film]:
-        """What the film adds to pressure, shear and tilt; less where it stands beyond a rim."""
+        """What the film adds to pressure, shear and tilt (shear moduli, no unit); less where it stands beyond a rim."""
         faded = math.exp(-self.rim / RIM_HIDES)
         face = self.along, self.across, self.shape_factor, self.oblongness, self.round
         return films(*face, self.skin, self.skin_modulus, faded)
 
     @property
     def area(self) -> float:
-        """Area in squares of the thickness."""
+        """Area in squares of the thickness, no unit."""
         return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.along * self.across
 
     @property
@@ -80,7 +80,7 @@ class Block:
 
     @property
     def flatness(self) -> float:
-        """The shape factor, as far as the courses were fitted."""
+        """The shape factor (no unit), as far as the courses were fitted."""
         return min(self.shape_factor, FLATTEST)
 
     @property
@@ -129,7 +129,9 @@ def sigma(block: Block) -> float:
 
 
 def rimmed(block: Block, most: float, power: float, reach: float) -> float:
-    """What a surround adds to a stiffness, relative: it grows to `most` (of a shape factor of one) within `reach`."""
+    """What a surround makes of a stiffness (no unit): 1 without one, more by up to `most` (at a shape factor of one),
+    within `reach` (thicknesses). Fitted to finite elements (tests/validation/pad_figures.csv).
+    """
     if block.rim <= 0.0:
         return 1.0
     return 1.0 + most * block.shape_factor**-power * -math.expm1(-block.rim / reach)
@@ -152,16 +154,16 @@ class Compression:
 
     @property
     def at_rest(self) -> float:
-        """Pressure over strain where that is small, film and all, in shear moduli."""
+        """Pressure over strain where that is small, film and all, in shear moduli: no unit."""
         return self.modulus + self.film.rest
 
     def __call__(self, strain: Array) -> Array:
-        """Force over the loaded area in shear moduli, positive for a press; strain from below 1 to any pull."""
+        """Force over the loaded area in shear moduli (no unit), positive for a press; any pull, strains below 1."""
         bound = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         return np.asarray(self._course(bound, self.film(bound)) * _lindley(strain))
 
     def at(self, strain: float) -> float:
-        """The same of one strain, of 0 or more."""
+        """The same of one strain, of 0 or more; no unit."""
         bound = min(strain, MOST_STRAIN)
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 
@@ -169,7 +171,7 @@ class Compression:
         return self.modulus * (1.0 + self.first * bound + self.second * bound * bound) + film
 
     def strain(self, load: float) -> float:
-        """The strain under a force of 0 or more over the loaded area, in shear moduli; to rounding."""
+        """The strain (no unit) under a force of 0 or more over the loaded area, in shear moduli; to rounding."""
         low, high = 0.0, 1.0
         strain = min(load / self.at_rest, 0.5)
         for _ in range(100):
@@ -202,13 +204,13 @@ class Shear:
     film_hardening: float = 0.0
 
     def cubic(self, strain: Array) -> Array:
-        """Force over area and cube of the shear strain, in shear moduli."""
+        """Force over area and cube of the shear strain, in shear moduli: no unit."""
         pressed = np.clip(strain, 0.0, MOST_STRAIN)
         film = self.film_hardening * (1.0 + 4.0 * pressed)
         return np.asarray(self.hardening + self.hardening_by * pressed**3 + film)
 
     def __call__(self, strain: Array) -> Array:
-        """Force over area and shear strain where that is small, in shear moduli."""
+        """Force over area and shear strain where that is small, in shear moduli: no unit."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         softened = 1.0 - self.first * e * (1.0 + self.second * e + self.third * e * e)
         return np.asarray(self.stiffness * softened + self.film(e))
@@ -225,14 +227,16 @@ class Tilt:
     film: Film = Film()
 
     def __call__(self, strain: Array) -> Array:
-        """Moment over area, thickness and angle, in shear moduli."""
+        """Moment over area, thickness and angle, in shear moduli: no unit."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         grown = (1.0 - e) ** -self.power * (1.0 + self.first * e + self.second * e * e)
         return np.asarray(self.stiffness * grown + self.film(e))
 
 
 def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
-    """The course of compression of a block; the bulk modulus is in shear moduli, too."""
+    """The course of compression of a block, no unit; the bulk modulus is in shear moduli, too. Fitted to finite
+    elements (tests/validation/pad_figures.csv) over Lindley's law.
+    """
     flat = block.flatness
     modulus = compression_modulus(block) * rimmed(block, 0.75, 0.71, 0.65)
     surround = 0.13 * block.rim / 0.4 * math.exp(1.0 - block.rim / 0.4)

@@ -183,7 +183,9 @@ def turn_capacitance(
 
 
 def series_permittivity(thicknesses: Sequence[float], permittivities: Sequence[float]) -> float:
-    """Relative permittivity of layers one over the other: total thickness over the sum of thickness / permittivity."""
+    """Relative permittivity (no unit) of layers one over the other: total thickness over the sum of thickness (m) over
+    permittivity, as capacitors in series have it.
+    """
     return math.fsum(thicknesses) / math.fsum(t / e for t, e in zip(thicknesses, permittivities, strict=True))
 
 

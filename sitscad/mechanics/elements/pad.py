@@ -95,7 +95,7 @@ class Pad:
 
     @property
     def unknowns(self) -> int:
-        """How many numbers the state has."""
+        """How many numbers the state has, no unit."""
         return int(self.space.ndof)
 
     def move(self, pose: Sequence[float], steps: int = 1) -> Held:
@@ -118,7 +118,7 @@ class Pad:
         return self._held()
 
     def along(self, poses: Sequence[Sequence[float]]) -> Iterator[Held]:
-        """What holds the plate at each of some poses, one after the other."""
+        """What holds the plate (N, N m) at each of some poses (x, z in m, ry in rad), one after the other."""
         for pose in poses:
             yield self.move(pose)
 

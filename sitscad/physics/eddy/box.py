@@ -52,7 +52,7 @@ class BoxClass:
     projections: tuple[tuple[Array, Array], ...]
 
     def drive(self, potential: Array) -> Array:
-        """See `CurrentClass`."""
+        """Flux linkages (Wb): see `CurrentClass`."""
         found = np.zeros((len(self.inductance), potential.shape[-1]))
         for across, (a, b) in enumerate(ACROSS):
             both = self._face(potential, across)
@@ -64,7 +64,7 @@ class BoxClass:
         return found
 
     def spread(self, functions: Array) -> Array:
-        """See `CurrentClass`."""
+        """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""
         pieces = []
         for across, (a, b) in enumerate(ACROSS):
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
@@ -86,13 +86,13 @@ class BoxClass:
 
     @cached_property
     def vacuum(self) -> Array:
-        """See `CurrentClass`."""
+        """Energies times mu0 (H): see `CurrentClass`."""
         grams = [line.grams(parity) for line, parity in zip(self.lines, self.parity, strict=True)]
         members = np.nonzero(_on_surface([len(mass) for mass, _ in grams]))
         return MU0 * of_vacuum([(mass.real, slope.real) for mass, slope in grams], members)
 
     def depths(self, skin: Skin) -> ComplexArray:
-        """See `CurrentClass`."""
+        """Impedances over j omega (H): see `CurrentClass`."""
         found = np.zeros(self.inductance.shape, dtype=complex)
         plain = [line.grams(parity) for line, parity in zip(self.lines, self.parity, strict=True)]
         edges = [line.grams(parity, skin.decay) for line, parity in zip(self.lines, self.parity, strict=True)]
@@ -116,7 +116,7 @@ class Box:
 
     @cached_property
     def points(self) -> Array:
-        """See `Surface`: those of the faces across x, y and z, the upper one of each first."""
+        """Points (m) of the faces across x, y and z, the upper one of each first: see `Surface`."""
         places = [line.half * gauss(count)[0] for line, count in zip(self.lines, self.counts, strict=True)]
         pieces = []
         for across, (a, b) in enumerate(ACROSS):
@@ -129,7 +129,7 @@ class Box:
 
     @cached_property
     def classes(self) -> tuple[BoxClass, ...]:
-        """See `Surface`."""
+        """The eight parities, with inductances in H: see `Surface`."""
         reach = 2.0 * math.hypot(*(line.half for line in self.lines))
         finest = min(float(line.steps.min()) for line in self.lines)
         gaussians = gaussian_sum(0.25 * finest, reach)

@@ -88,11 +88,11 @@ class DiscClass:
     slopes: Array
 
     def drive(self, potential: Array) -> Array:
-        """See `CurrentClass`."""
+        """Flux linkages (Wb): see `CurrentClass`."""
         return np.asarray(np.einsum("pcn,pcs->ns", self._linkage, potential, optimize=True))
 
     def spread(self, functions: Array) -> Array:
-        """See `CurrentClass`."""
+        """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""
         return np.asarray(self._linkage @ functions)
 
     @cached_property
@@ -125,7 +125,7 @@ class DiscClass:
 
     @cached_property
     def vacuum(self) -> Array:
-        """See `CurrentClass`."""
+        """Energies times mu0 (H): see `CurrentClass`."""
         around = 2.0 * math.pi if self.order == 0 else math.pi
         mass, slope = self.disc.wall.grams(self.parity)
         radial, along = self.disc.radial_grams(self.order)
@@ -134,7 +134,7 @@ class DiscClass:
         return MU0 * around * of_vacuum([(radial, along), (mass.real, slope.real)], members)
 
     def depths(self, skin: Skin) -> ComplexArray:
-        """See `CurrentClass`."""
+        """Impedances over j omega (H): see `CurrentClass`."""
         shape = self.disc.meridian
         radius = shape.places[:, 0]
         along = (self.order * self.values / radius[:, None], self.slopes)
@@ -164,7 +164,7 @@ class Disc:
 
     @cached_property
     def points(self) -> Array:
-        """See `Surface`: upper face, lower face, wall."""
+        """Points (m) of the upper face, the lower face and the wall: see `Surface`."""
         radius = 0.5 * self.face.half * (1.0 + gauss(self.counts[0])[0])
         height = self.wall.half * gauss(self.counts[1])[0]
         cosine, sine = np.cos(self.angles), np.sin(self.angles)
@@ -173,12 +173,12 @@ class Disc:
 
     @cached_property
     def meridian(self) -> Meridian:
-        """Its outline."""
+        """Its outline (m)."""
         return _meridian(self.face, self.wall)
 
     @cached_property
     def classes(self) -> tuple[DiscClass, ...]:
-        """See `Surface`."""
+        """Orders, parities and phases, with inductances in H: see `Surface`."""
         same, other = (_kernel(self.meridian, side, self.orders + 1) for side in (1.0, -1.0))
         found = []
         for order in range(self.orders + 1):
@@ -196,7 +196,7 @@ class Disc:
         return radii, values if order < 2 else values * (radii[:, None] / self.face.half) ** (1 + order % 2)
 
     def radial_grams(self, order: int) -> tuple[Array, Array]:
-        """Integrals over the radius, times it, of products of functions and of their gradients (n, n)."""
+        """Integrals over radius times its step of products of functions (m2) and of gradients (no unit), (n, n)."""
         radii, nodes = self._radial(order)
         at, share = gauss(4)
         steps = np.diff(radii)

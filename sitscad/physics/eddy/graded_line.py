@@ -54,7 +54,7 @@ class GradedLine:
         return np.diff(self.nodes)
 
     def bends(self, parity: int) -> Array:
-        """Jumps of the slope at every node, those at both ends from and to 0: (nodes, n)."""
+        """Jumps of the slope (1/m) at every node, those at both ends from and to 0: (nodes, n)."""
         slopes = np.diff(self.values[parity], axis=0) / self.steps[:, None]
         nothing = np.zeros_like(slopes[:1])
         return np.diff(np.concatenate([nothing, slopes, nothing]), axis=0)
@@ -74,8 +74,8 @@ class GradedLine:
         return found
 
     def grams(self, parity: int, decay: complex | None = None) -> tuple[ComplexArray, ComplexArray]:
-        """Integrals of products of functions and of slopes; with a `decay` (1/m) weighted by the exponential of it
-        times the distance from the nearer end.
+        """Integrals of products of functions (m) and of slopes (1/m); with a `decay` (1/m) weighted by the exponential
+        of it times the distance from the nearer end.
         """
         at, share = gauss(3)
         place = self.nodes[:-1, None] + 0.5 * self.steps[:, None] * (1.0 + at)
@@ -87,13 +87,13 @@ class GradedLine:
         return np.asarray(mass), np.asarray((slope * weight.sum(axis=1)[:, None]).T @ slope)
 
     def sampled(self, parity: int, at: Array) -> Array:
-        """Functions at places `at` (-1 to 1) of every step: (steps, places, n)."""
+        """Functions (no unit) at places `at` (-1 to 1) of every step: (steps, places, n)."""
         values = self.values[parity]
         return np.asarray(values[:-1, None] * 0.5 * (1.0 - at[:, None]) + values[1:, None] * 0.5 * (1.0 + at[:, None]))
 
     def projections(self, parity: int, count: int) -> tuple[Array, Array]:
-        """What turns values of a smooth field at `count` Gauss points into its integrals with functions and slopes:
-        (n, count) each, exact for polynomials of degree `count` - 1.
+        """What turns values of a smooth field at `count` Gauss points into its integrals with functions (m) and slopes
+        (no unit): (n, count) each, exact for polynomials of degree `count` - 1.
         """
         at, share = gauss(4)
         place = (self.nodes[:-1, None] + 0.5 * self.steps[:, None] * (1.0 + at)).ravel() / self.half
@@ -105,7 +105,9 @@ class GradedLine:
 
 
 def interpolation(count: int, places: Array) -> Array:
-    """The polynomial through values at `count` Gauss points, at `places` (n) between -1 and 1: (n, count)."""
+    """What takes values at `count` Gauss points to their polynomial at `places` (n) between -1 and 1: (n, count), no
+    unit.
+    """
     nodes, weights = gauss(count)
     order = np.arange(count)
     to_legendre = (legendre(count - 1, nodes) * weights[:, None]).T * (order[:, None] + 0.5)

@@ -108,5 +108,5 @@ def _coupling(inverse: Array, currents: Array) -> Array:
 
 
 def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
-    """Sum over the classes of within' block: (k, any)."""
+    """Sum over the classes of within' block, (k, any), in the unit of the blocks."""
     return np.asarray(sum(w.T @ block for w, block in zip(within, blocks, strict=True)))

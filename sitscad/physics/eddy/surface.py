@@ -50,12 +50,12 @@ class Surface(Protocol):
 
     @property
     def classes(self) -> Sequence[CurrentClass]:
-        """The currents, by symmetry."""
+        """The currents (A), by symmetry."""
 
 
 def made_definite(inductance: Array) -> Array:
-    """The matrix of a class with an even stream function throughout: a constant one is no current and stores nothing,
-    so it is given some, which nothing drives.
+    """The matrix (H) of a class with an even stream function throughout: a constant one is no current and stores
+    nothing, so it is given some, which nothing drives.
     """
     count = len(inductance)
     return np.asarray(inductance + np.trace(inductance) / count**2)

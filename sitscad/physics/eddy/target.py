@@ -78,7 +78,7 @@ class SolvedTarget:
 def changes_at(
     targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array
 ) -> ComplexArray:
-    """`SolvedTarget.changes` of one target that was solved at several frequencies: (targets, poses, coils, coils).
+    """`SolvedTarget.changes` (H) of one target that was solved at several frequencies: (targets, poses, coils, coils).
 
     What the coils drive in it is worked out once for all of them.
     """

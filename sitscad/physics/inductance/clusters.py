@@ -45,7 +45,7 @@ class Plans:
 
     @property
     def count(self) -> int:
-        """Number of plans."""
+        """Number of plans, no unit."""
         return 1 + max(plan for plan, _, _ in self.layers)
 
 
@@ -60,7 +60,7 @@ class Cluster:
 
     @cached_property
     def parts(self) -> tuple[Cluster, ...]:
-        """Its halves; none where points are few or all in one place."""
+        """Its halves (m); none where points are few or all in one place."""
         axis = int(self.half[1] > self.half[0])
         left = self.places[:, axis] < self.centre[axis]
         if len(self.places) <= LEAF or left.all() or not left.any():
@@ -69,7 +69,7 @@ class Cluster:
 
     @cached_property
     def seen(self) -> Points:
-        """What stands for it from afar: nodes (n, 2) and what the elements weigh there, or its points if fewer."""
+        """What stands for it from afar: nodes (n, 2; m) and what elements weigh there (m), or its own points."""
         counts = _node_counts(*self.half.tolist())
         if counts[0] * counts[1] >= len(self.places):
             return self.places, self.elements

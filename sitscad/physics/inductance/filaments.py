@@ -101,7 +101,7 @@ class SegmentSet:
 
 
 def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
-    """All sides of tracks that share width, thickness and mid-plane."""
+    """All sides (m) of tracks that share width, thickness and mid-plane."""
     first = tracks[0]
     starts = np.concatenate([track.corners[:-1] for track in tracks])
     ends = np.concatenate([track.corners[1:] for track in tracks])
@@ -197,10 +197,12 @@ def _inclined_sides(
 def inclined_integral(
     u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, sine: Array, square: Array | float
 ) -> Array:
-    """Integral of 1/distance over two straight filaments in parallel planes whose squared distance is `square` (> 0).
+    """Integral of 1/distance (m) over two straight filaments in parallel planes whose squared distance is `square` (m2,
+    > 0).
 
-    They run from u0 to u1 and from v0 to v1 along their axes, counted from where these cross, at an angle of the given
-    cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it cancels.
+    They run from u0 to u1 and from v0 to v1 (m) along their axes, counted from where these cross, at an angle of the
+    given cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it
+    cancels.
     """
     height = np.sqrt(square)
     result = np.zeros(np.broadcast(u0, v0, square).shape)

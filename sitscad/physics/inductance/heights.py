@@ -44,7 +44,9 @@ def chebyshev(count: int) -> tuple[Array, Array]:
 
 
 def shares(at: Array, count: int) -> Array:
-    """What places (n,) on [-1, 1] weigh at so many nodes (n, count)."""
+    """What places (n,) on [-1, 1] weigh at so many nodes, (n, count), no unit: the barycentric formula (Berrut and
+    Trefethen, SIAM Review 46, 2004).
+    """
     nodes, weights = chebyshev(count)
     away = at[:, None] - nodes
     away[away == 0.0] = 1e-300

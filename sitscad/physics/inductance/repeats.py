@@ -43,7 +43,7 @@ class Kinds:
 
     @property
     def count(self) -> int:
-        """Kinds, mirrored ones included."""
+        """Number of kinds, mirrored ones included; no unit."""
         return 1 + int(max(self.number.max(), self.mirrored.max()))
 
 
@@ -56,7 +56,7 @@ class Turns:
 
 
 def pool(tracks: Sequence[Track]) -> Track:
-    """All pieces of tracks as one, in one plane, about the origin that they have."""
+    """All pieces of tracks (m) as one, in one plane, about the origin that they have."""
     first = tracks[0]
     starts, ends, before, after, arcs, turnings = (
         np.concatenate([getattr(track, name) for track in tracks])
@@ -66,7 +66,7 @@ def pool(tracks: Sequence[Track]) -> Track:
 
 
 def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
-    """Those of all sides, and of all arcs, of tracks about their common centre (lengths in their size)."""
+    """Those of all sides, and of all arcs, of tracks about their common centre; lengths in their size, no unit."""
     sides = [_sides(track) for track in tracks]
     arcs = [_arcs(track) for track in tracks]
     headings, turns = _turns(np.concatenate([angle for _, _, angle in (*sides, *arcs)]))

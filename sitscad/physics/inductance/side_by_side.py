@@ -168,7 +168,7 @@ def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
 
 
 def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
-    """The half turns of round layers' distinct plans, walked along the current, and the layers; all of one width."""
+    """The half turns (m) of round layers' distinct plans, along the current, and the layers; all of one width."""
     rows = [_half_turns(layer) for layer in layers]
     plans = _plans([row.ravel() for row in rows])
     return _joined(rows, plans, layers[0].width), _layers(plans, layers)

@@ -64,7 +64,7 @@ class SpiralOutline:
 
 
 def current_sheet(sides: int, outline: SpiralOutline) -> float:
-    """Equation (4): mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2), in henries; KeyError for other sides."""
+    """Equation (4): mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2) (H); KeyError for other sides."""
     c1, c2, c3, c4 = COEFFICIENTS[sides].sheet
     rho = outline.fill
     bracket = math.log(c2 / rho) + c3 * rho + c4 * rho * rho
@@ -72,7 +72,7 @@ def current_sheet(sides: int, outline: SpiralOutline) -> float:
 
 
 def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
-    """Equation (1): K1 mu0 n^2 d_avg / (1 + K2 rho), in henries; None where the paper gives no constants."""
+    """Equation (1): K1 mu0 n^2 d_avg / (1 + K2 rho) (H); None where the paper gives no constants."""
     constants = COEFFICIENTS[sides].wheeler
     if constants is None:
         return None

@@ -55,7 +55,7 @@ class SpiralLayer:
 
     @property
     def circulation(self) -> int:
-        """+1 when the current runs counter-clockwise, -1 otherwise."""
+        """+1 when the current runs counter-clockwise, -1 otherwise; no unit."""
         return self.sense if self.inward else -self.sense
 
 

@@ -56,7 +56,7 @@ class Track:
                      self.thickness, self.z)  # fmt: skip
 
     def scaled(self, factor: float) -> Track:
-        """The track with every length multiplied."""
+        """The track with every length (m) multiplied."""
         arcs = self.arcs * np.array([factor, factor, factor, 1.0, 1.0, 1.0])
         return Track(self.starts * factor, self.ends * factor, self.before, self.after, arcs, self.turnings,
                      self.width * factor, self.thickness * factor, self.z * factor)  # fmt: skip
@@ -73,15 +73,15 @@ class Pairs:
     times: Array
 
     def where(self, chosen: NDArray[np.bool_] | slice) -> Pairs:
-        """Some of them."""
+        """Some of the pairs (numbers, no unit)."""
         return Pairs(self.first[chosen], self.second[chosen], self.times[chosen])
 
     def parts(self, size: int) -> list[Pairs]:
-        """All of them, so many at a time."""
+        """All pairs (numbers, no unit), so many at a time."""
         return [self.where(slice(k, k + size)) for k in range(0, len(self.first), size)]
 
     def at(self, columns: Sequence[int]) -> Pairs:
-        """Those that occur in some columns of `times`, and only these."""
+        """The pairs that occur in some columns of `times`, and only these columns (numbers, no unit)."""
         times = self.times[:, columns]
         return Pairs(self.first, self.second, times).where(np.any(times != 0.0, axis=1))
 
@@ -149,18 +149,18 @@ class Bundle:
         return starts, track.ends[sides, None, :] + offset * track.after[sides, None, :]
 
     def total(self, values: Array, times: Array) -> float:
-        """The sum of values (n, k, heights) by how often the pairs count and the strands' shares."""
+        """The sum of values (n, k, heights), in their unit, by how often pairs count and the strands' shares."""
         weighed = np.matmul(values, self.at_heights(times)[:, :, None])
         return float(np.sum(weighed[..., 0], axis=0) @ self.shares)
 
     def at_heights(self, times: Array) -> Array:
-        """How often pairs count at every height (n, heights): all alike where one number is given (n, 1)."""
+        """How often pairs count at every height, (n, heights), no unit: all alike where one number is given (n, 1)."""
         heights = self.heights.size
         return times if times.shape[1] == heights else np.repeat(times / heights, heights, axis=1)
 
 
 def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
-    """All pairs of `count` strands a track, at the Gauss points of its width, at the heights of so many levels."""
+    """All pairs of `count` strands a track, at the Gauss points of its width (m), at so many heights (m)."""
     heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
     return Bundle(*_strands(one.width, other.width, count), np.array(heights),
                   clearance_table(one, other, count, levels))  # fmt: skip

@@ -141,7 +141,7 @@ def direct_resistance(track: BentTrack, conductivity: float) -> float:
 
 
 def mitred(track: BentTrack) -> BentTrack:
-    """The track with arcs so tight that they count as corners replaced by the corners."""
+    """The track (m) with arcs so tight that they count as corners replaced by the corners."""
     starts, ends, kept = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
     for bend in _bends(track):
         if bend.is_tight and bend.radius:

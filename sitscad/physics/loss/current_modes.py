@@ -104,7 +104,7 @@ class ModeSystem:
     change: float
 
     def project(self, vector: Array) -> Array:
-        """Vectors of modes (n modes, ...) without what carries net current in any track."""
+        """Vectors of modes (n modes, ...) without what carries net current in any track, in the unit they have."""
         tracks, modes = self.carrier.shape
         table = vector.reshape(tracks, modes, -1)
         net = np.matmul(self.carrier[:, None, :], table)
@@ -115,14 +115,14 @@ class ModeSystem:
         return losses([self], steps)[0]
 
     def whole(self) -> tuple[Array, Array] | None:
-        """All relaxation times and their strengths; None where a Lanczos run costs less."""
+        """All relaxation times (s) and their strengths (ohm s2); None where a Lanczos run costs less."""
         if self.coupling.size > FEW or isinstance(self.matrix, NearAndFar):
             return None
         rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
         return rates, (self.project(self.coupling) @ vectors) ** 2
 
     def with_measure(self, rates: Array, strengths: Array) -> ProximityLoss:
-        """The loss of modes of such relaxation times and strengths."""
+        """The loss of modes of such relaxation times (s) and strengths (ohm s2)."""
         below = float(np.sum(strengths[rates < 0.0]))
         return ProximityLoss(self.direct, np.maximum(rates, 0.0), strengths, self.change, below)
 

@@ -197,7 +197,7 @@ def _own_logs(cut: Cut, modes: ModeSet) -> Array:
 
 @lru_cache(maxsize=32)
 def log_block(aspect: float, modes: ModeSet) -> Array:
-    """Means over one rectangle of thickness / width `aspect` of mode times ln(distance / width) times mode.
+    """Means (no unit) over one rectangle of thickness / width `aspect` of mode times ln(distance / width) times mode.
 
     The quadruple integral becomes a double one over the differences of both coordinates, whose densities are
     polynomials; points crowd towards difference zero, where the logarithm is. Within 2e-6 of the closed mean distance.

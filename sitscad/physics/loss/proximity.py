@@ -115,7 +115,9 @@ def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float
 
 
 def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> Resolution:
-    """`resolution_for` of spiral layers, with as many cuts as the crossing of their turns needs."""
+    """`resolution_for` of spiral layers (m) of a conductivity (S/m), with as many cuts as the crossing of their turns
+    needs.
+    """
     first = layers[0]
     gap = least_gap(first.pitch - first.width, first.width, [layer.z for layer in layers])
     thickness = max(layer.thickness for layer in layers)
@@ -127,13 +129,14 @@ def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolera
 
 
 def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
-    """Share of the extra loss, about at most, by which so many cuts misjudge how turns of crossing layers meet.
+    """Share (no unit) of the extra loss, about at most, by which so many cuts misjudge how turns of crossing layers
+    meet.
 
     From azimuth to azimuth layers of opposite sense pass each other, by a pitch every half turn: what they do to each
     other is a sum of even harmonics of the azimuth (of odd ones, too, where turns are few). These fade as the field of
     a row of tracks does with its distance, exp(-2 pi distance / period), a little faster for wide tracks. What the cuts
-    see of a harmonic should add up to nothing. The numbers are fitted to 60 coils (tests/validation/
-    resistance_designs.py), at 3 to 9 cuts.
+    see of a harmonic should add up to nothing. The numbers are fitted to 60 coils
+    (tests/validation/resistance_designs.py), at 3 to 9 cuts.
     """
     first, apart = layers[0], _crossing_distance(layers)
     if math.isinf(apart):
@@ -176,7 +179,7 @@ def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) ->
 
 def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, conductivity: float,
                    modes: ModeSet) -> ModeSystem:  # fmt: skip
-    """The modes of such a cut, driven by the real winding."""
+    """The modes of such a cut of a conductivity (S/m), driven by the real winding."""
     smooth = ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
     smooth += _end_flux(layers, azimuth, cut, modes)
     return mode_system(cut, smooth, None, conductivity, modes)

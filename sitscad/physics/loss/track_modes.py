@@ -36,7 +36,7 @@ class ModeSet:
 
     @property
     def orders(self) -> tuple[tuple[int, int], ...]:
-        """Orders (across, through) of every mode; the first is (0, 0), the one that carries the current."""
+        """Orders (across, through) of every mode, no unit; the first is (0, 0), the one that carries the current."""
         pairs = [(a, b) for b in range(self.through + 1) for a in range(self.across + 1)]
         if self.full:
             return tuple(pairs)
@@ -86,7 +86,9 @@ def points_of(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
 
 
 def field_nodes(modes: ModeSet) -> Array:
-    """Places across a track, in half widths, at which `integrated` wants the normal field of distant currents."""
+    """Places across a track, in half widths (no unit), at which `integrated` wants the normal field of distant
+    currents.
+    """
     return gauss(min(FIELD_POINTS, modes.points[0]))[0]
 
 
@@ -104,12 +106,16 @@ def _integrals(modes: ModeSet) -> Array:
 
 
 def few_points(modes: ModeSet) -> ModeSet:
-    """The set with no more points than what is smooth over a cross-section needs: see `at_all_points`."""
+    """The set with no more points (numbers, no unit) than what is smooth over a cross-section needs: see
+    `at_all_points`.
+    """
     return replace(modes, points=(min(SMOOTH_POINTS[0], modes.points[0]), min(SMOOTH_POINTS[1], modes.points[1])))
 
 
 def at_all_points(values: Array, modes: ModeSet) -> Array:
-    """Values at the points of `few_points` (n, few) as polynomials through them have them at all points (n, points)."""
+    """Values at the points of `few_points` (n, few) as polynomials through them have them at all points (n, points), in
+    their unit.
+    """
     return np.asarray(values @ _interpolation(modes))
 
 
@@ -132,20 +138,22 @@ def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
 
 @lru_cache(maxsize=16)
 def local_points(modes: ModeSet) -> tuple[Array, Array]:
-    """Gauss points of a cross-section in half widths and half thicknesses, those through it running fastest."""
+    """Gauss points of a cross-section in half widths and thicknesses (no unit), those through it running fastest."""
     nx, nz = modes.points
     return np.repeat(gauss(nx)[0], nz), np.tile(gauss(nz)[0], nx)
 
 
 @lru_cache(maxsize=16)
 def split_projection(modes: ModeSet) -> tuple[Array, Array]:
-    """Weights that project values at the points across (orders, points) and through a track on Legendre polynomials."""
+    """Weights (no unit) that project values at the points across (orders, points) and through a track on Legendre
+    polynomials.
+    """
     (gx, wx), (gz, wz) = gauss(modes.points[0]), gauss(modes.points[1])
     return (legendre(modes.across, gx) * 0.5 * wx[:, None]).T, (legendre(modes.through, gz) * 0.5 * wz[:, None]).T
 
 
 @lru_cache(maxsize=16)
 def projection(modes: ModeSet) -> Array:
-    """Modes times the weights of the mean over a cross-section (modes, points)."""
+    """Modes times the weights of the mean over a cross-section (modes, points), no unit."""
     across, through = split_projection(modes)
     return np.array([np.outer(across[a], through[b]).ravel() for a, b in modes.orders])

@@ -43,8 +43,8 @@ class CurrentSpectrum:
 
     @cached_property
     def sums(self) -> tuple[Array, Array, Array]:
-        """Power of all layers together for each wave number: of the waves exp(-k (highest - z)), of products of those
-        with exp(-k (z - lowest)), and of the latter.
+        """Power (m2) of all layers together for each wave number: of the waves exp(-k (highest - z)), of products of
+        those with exp(-k (z - lowest)), and of the latter.
         """
         k, z, power = self.wave_numbers[:, None], self.heights, self.power
         up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))

@@ -54,7 +54,7 @@ class Figures:
 
     @cached_property
     def sizes(self) -> Index:
-        """How many points each figure has."""
+        """How many points each figure has, no unit."""
         return np.diff(np.append(self.first, len(self.kinds)))
 
     @cached_property

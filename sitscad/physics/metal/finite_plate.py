@@ -204,7 +204,7 @@ def share_error(plate: Plate, coil: CoaxialRings) -> float:
 
 
 def loss_share_error(plate: Plate, coil: CoaxialRings) -> float:
-    """The same of a share of the loss, mostly from discs: small thick ones are given too much."""
+    """The same (no unit) of a share of the loss, mostly from discs: small thick ones are given too much."""
     thick, wide = _slenderness(plate, coil)
     return stepped(wide, ((0.2, 0.5), (0.6, 0.4)), eased(thick, 0.03 / EASED, 0.15, 0.2))
 
@@ -215,13 +215,15 @@ within this ratio of sizes: nowhere less than was seen, and without a jump."""
 
 
 def eased(value: float, limit: float, before: float, after: float) -> float:
-    """`before` up to a limit, `after` from EASED times as much on, smooth between."""
+    """An error (no unit): `before` up to a limit, `after` from EASED times as much on, smooth between."""
     part = min(max((value / limit - 1.0) / (EASED - 1.0), 0.0), 1.0)
     return before + (after - before) * part * part * (3.0 - 2.0 * part)
 
 
 def stepped(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
-    """What holds up to each limit of `steps` (limit, value; rising limits), then `last`, each eased into the next."""
+    """An error (no unit): what holds up to each limit of `steps` (limit, value; rising limits), then `last`, each eased
+    into the next.
+    """
     found = steps[0][1]
     for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
         found = eased(value, limit, found, after)

@@ -59,12 +59,14 @@ def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
 
 
 def bessel_orders(x: Array, highest: int) -> Array:
-    """J_0 to J_highest of every x > 0, shape (highest + 1, len(x)); relative to the largest order exact to rounding."""
+    """J_0 to J_highest (no unit) of every x > 0, shape (highest + 1, len(x)); relative to the largest order exact to
+    rounding. Miller's downward recurrence (Abramowitz and Stegun 1964, 9.12).
+    """
     return _downward(x, highest, 0.0)
 
 
 def spherical_bessel_orders(x: Array, highest: int) -> Array:
-    """Spherical j_0 to j_highest of every x > 0, shape (highest + 1, len(x)): sqrt(pi / 2x) J_(n + 1/2)(x)."""
+    """Spherical j_0 to j_highest (no unit) of every x > 0, (highest + 1, len(x)): sqrt(pi / 2x) J_(n + 1/2)(x)."""
     return _downward(x, highest, 0.5)
 
 

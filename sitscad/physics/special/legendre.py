@@ -27,7 +27,9 @@ def legendre(order: int, x: Array) -> Array:
 
 
 def legendre_integrals(order: int, x: Array) -> Array:
-    """Integrals of P_0 to P_order from 0 to every x, the order last: (P_(n+1) - P_(n-1)) / (2 n + 1) between both."""
+    """Integrals (no unit) of P_0 to P_order from 0 to every x, the order last: (P_(n+1) - P_(n-1)) / (2 n + 1) between
+    both.
+    """
     grown = legendre(order + 1, x) - legendre(order + 1, np.zeros(1))
     n = np.arange(1, order + 1)
     return np.concatenate([x[..., None], (grown[..., 2:] - grown[..., :-2]) / (2 * n + 1)], axis=-1)
