@@ -112,6 +112,7 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
 
 
 def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Column, ...]:
+    """The columns of a table by its heading; BenchError for a title that is no load, pose or coil, or has no unit."""
     found = []
     for number, title in enumerate((cell.strip() for cell in head), start=1):
         name, _, unit = title.rpartition("_")
@@ -140,6 +141,7 @@ def _column(where: str, number: int, name: str, unit: str, units: Sequence[str],
 
 
 def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> None:
+    """Raises BenchError for columns that are double or missing, or of both loads and poses."""
     names, titles = [column.name for column in found], [(column.name, column.kind) for column in found]
     end = f"{where}:{max((column.number for column in found), default=1)}"
     for column in found:
@@ -159,6 +161,7 @@ def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> N
 
 
 def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Sequence[Column]) -> list[float]:
+    """A row's values in the order of the columns; BenchError for what is no finite number, or a row too short."""
     if len(cells) != len(head):
         raise BenchError(f"{where}:{min(len(cells), len(head)) + 1} {len(cells)} cells under {len(head)} columns")
     found = []
@@ -197,6 +200,7 @@ FEWEST = 3
 
 
 def _require_enough(table: Table, moved: Array, at_rest: NDArray[np.bool_], motion: tuple[str, ...]) -> None:
+    """Raises BenchError without a tare, with fewer than FEWEST other points, or for loads that pull."""
     end = f"{table.path}:{table.lines[-1] if table.lines else 1}:1"
     if not at_rest.any():
         raise BenchError(

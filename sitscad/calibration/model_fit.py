@@ -123,6 +123,7 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, excess
 
 
 def _told(problem: _Problem, found: Fitted, excess: float) -> ModelFit:
+    """The fit as it is told: what every unknown came to, how sure it is, and what every point is off by."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
     errors = _errors(found.values, problem.sigma, problem.chosen)
     alone = left_out(found, count)

@@ -50,6 +50,7 @@ def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[A
 
 
 def _manner() -> dict[str, Any]:
+    """The settings with which matplotlib draws: thin lines, small letters, our colours."""
     from matplotlib.rcsetup import cycler
 
     return {

@@ -32,6 +32,7 @@ def header(found: InverseMap, remarks: Sequence[str] = ()) -> bytes:
 
 
 def _comment(found: InverseMap, remarks: Sequence[str]) -> list[str]:
+    """The comment at the file's head: which sensor, how good, what goes in and comes out."""
     shown = ", ".join(f"{name} {error:.3g} N of {full:.3g}"
                       for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))  # fmt: skip
     revision = f", revision {_plain(found.revision)}" if found.revision else ""
@@ -53,6 +54,7 @@ def _comment(found: InverseMap, remarks: Sequence[str]) -> list[str]:
 
 
 def _opening(found: InverseMap) -> list[str]:
+    """The guard, the sizes and the names of axes and results."""
     return [
         "#ifndef SITSCAD_CALIBRATION_H",
         "#define SITSCAD_CALIBRATION_H",
@@ -84,6 +86,7 @@ def _highest(found: InverseMap) -> int:
 
 
 def _tables(found: InverseMap) -> list[str]:
+    """The map's numbers as constant arrays of C."""
     lines = ["/* What every coil's relative change is multiplied with, then how they are mixed. */"]
     lines += _array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain))
     lines += _matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in found.mix])
@@ -243,6 +246,7 @@ def _matrix(kind: str, name: str, size: str, rows: Iterable[Iterable[str]]) -> l
 
 
 def _wrapped(values: Iterable[str], indent: str) -> list[str]:
+    """Values with commas, in indented lines of at most WIDTH letters."""
     lines, line = [], indent
     for value in values:
         if len(line) + len(value) + 2 > WIDTH and line.strip():

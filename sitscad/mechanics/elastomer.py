@@ -335,7 +335,7 @@ def force_for_strain(
 
 
 def _beyond(strain: float, face: Face, thickness: float) -> list[str]:
-    """Why the law is not within its range for a strain of a face; empty where it is."""
+    """Why the law is not within its range for a strain of a face on a pad (m); empty where it is."""
     reasons = []
     if strain > VALID_STRAIN:
         reasons.append(
@@ -356,7 +356,7 @@ def _beyond(strain: float, face: Face, thickness: float) -> list[str]:
 
 
 def _note(reasons: list[str]) -> str:
-    """What to think of the number."""
+    """What to think of the number, in words: no unit."""
     return "; ".join(reasons) if reasons else "bonded block, within the range of its law"
 
 

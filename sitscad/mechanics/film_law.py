@@ -69,7 +69,7 @@ class Film:
 
 
 def _shares(course: tuple[float, float, float, float], e: Array) -> Array:
-    """What is left at strains (n,) of what a film bears at rest, as fitted."""
+    """What is left at strains (n,) of what a film bears at rest, as fitted: no unit."""
     quick, one, two, three = course
     return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (one + e * (two + e * three)))
 

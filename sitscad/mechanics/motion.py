@@ -87,7 +87,7 @@ def cross(one: Array, other: Array) -> Array:
 
 
 def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
-    """Sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3."""
+    """Sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 of the length t of vectors (n, 3; rad)."""
     square = np.einsum("ni,ni->n", vectors, vectors)
     if float(square.max(initial=0.0)) < SERIES:
         return (

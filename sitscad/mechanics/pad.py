@@ -102,7 +102,7 @@ class Pad:
         return held
 
     def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
-        """Slopes of the energy by place (n, 3) and by turn (n, 3), over modulus times area (and thickness)."""
+        """Slopes (no unit) of the energy by place and by turn (n, 3 each), over modulus times area (and thickness)."""
         law = self.courses
         strain = 1.0 - place[:, 2]
         value, slope = law.at(strain)
@@ -154,8 +154,8 @@ class Pad:
         return found
 
     def _followed(self, poses: Array, wanted: Array, points: Array, free: slice) -> Array:
-        """What `_balanced` finds where shear, moments, turns and places beside the middle come little by little: a soft
-        pad cannot be leapt upon.
+        """Poses (m, rad) that `_balanced` finds where shear, moments, turns and places beside the middle come little by
+        little: a soft pad cannot be leapt upon.
         """
         whole, turns = np.zeros_like(wanted), poses[:, 3:].copy()
         whole[:, 2] = wanted[:, 2]
@@ -192,7 +192,7 @@ class Pad:
         return poses
 
     def _lack_and_slope(self, poses: Array, wanted: Array, points: Array) -> tuple[Array, Array]:
-        """What is lacking (n, 6) and how it changes with the pose (n, 6, 6)."""
+        """What is lacking (n, 6; N and N m) and how it changes with the pose (n, 6, 6; by m and rad)."""
         steps = np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
         aside = np.concatenate([np.zeros((1, 6)), np.diag(steps), -np.diag(steps)])
         stacked = (poses[:, None, :] + aside).reshape(-1, 6)

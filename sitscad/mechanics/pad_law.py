@@ -138,7 +138,7 @@ def rimmed(block: Block, most: float, power: float, reach: float) -> float:
 
 
 def _lindley(strain: Number) -> Number:
-    """(1 / lambda^2 - lambda) / 3 of the stretch lambda = 1 - strain, without cancellation (Lindley)."""
+    """(1 / lambda^2 - lambda) / 3, no unit, of the stretch lambda = 1 - strain, without cancellation (Lindley)."""
     left = 1.0 - strain
     return strain * (3.0 - 3.0 * strain + strain * strain) / (3.0 * left * left)
 

@@ -79,6 +79,7 @@ def printable(solid: Solid, process: str) -> Printable:
 
 
 def _faults(process: str, wall: float | None, hole: float | None, hollow: float) -> list[Fault]:
+    """What a printing process cannot make of walls (m), holes (m) and trapped volume (m3)."""
     found = []
     for what, measured, fix in (
         ("wall", wall, "a larger standoff, a thicker piece, or another mount.process"),

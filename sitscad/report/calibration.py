@@ -122,6 +122,7 @@ def _share(error: float) -> str:
 
 
 def _plan(found: Calibration) -> tuple[list[str], list[list[str]]]:
+    """Heading and rows of the points to take."""
     assert found.plan is not None
     axes = found.map.axes
     rows = [["tare", *["0"] * len(axes), *["as above"] * len(axes)]]

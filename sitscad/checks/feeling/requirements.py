@@ -38,6 +38,7 @@ def shear_resolution(found: QuickPerformance, design: Design) -> Iterator[Verdic
 def _resolution(
     found: QuickPerformance, design: Design, rule: str, key: str, axes: tuple[str, ...]
 ) -> Iterator[Verdict]:
+    """What the noise on some axes is against the resolution that `key` asks: too coarse, or too close to tell."""
     asked = getattr(design.spec.requirements, key)
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
     if most is not None:

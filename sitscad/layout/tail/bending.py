@@ -148,6 +148,7 @@ def unfit_for_bending(layout: Layout) -> list[Unfit]:
 
 
 def _askew(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:
+    """Places inside the zone (x from and to, m) where a track does not run straight along the tail."""
     middle, half = (zone[0] + zone[1]) / 2.0, (zone[1] - zone[0]) / 2.0
     for trace in layout.traces:
         for segment in trace.path:

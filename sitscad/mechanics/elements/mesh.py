@@ -122,7 +122,7 @@ def _beside(inner: list[np.ndarray], half: np.ndarray, layers: np.ndarray, axis:
 
 
 def _joined(blocks: list[tuple[np.ndarray, int]], near: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """All blocks' points, each once, and their elements, right-handed."""
+    """All blocks' points (m), each once, and their elements, right-handed."""
     places = np.concatenate([block.reshape(-1, 3) for block, _ in blocks])
     _, first, numbers = np.unique(np.round(places / near).astype(np.int64), axis=0, return_index=True,
                                   return_inverse=True)  # fmt: skip
@@ -155,6 +155,7 @@ SIDES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3,
 
 
 def _faces(points: np.ndarray, elements: np.ndarray, solid: Solid) -> dict[str, np.ndarray]:
+    """The outer faces (n, 4; numbers of points, no unit) by what they are: BOARD, PLATE, MIDDLE or FREE."""
     quads = elements[:, SIDES].reshape(-1, 4)
     _, first, count = np.unique(np.sort(quads, axis=1), axis=0, return_index=True, return_counts=True)
     outer = quads[first[count == 1]]

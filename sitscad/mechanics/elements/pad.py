@@ -123,7 +123,9 @@ class Pad:
             yield self.move(pose)
 
     def _settle(self, pose: np.ndarray) -> bool:
-        # Newton's method from the last state, the plate's step being carried down into the pad in proportion to height.
+        """Whether Newton's method finds the state at a pose (thicknesses, rad) from the last one, from where the
+        plate's step is carried down into the pad in proportion to height.
+        """
         ng, vec = self.ng, self.state.vec
         motion = _rigid(ng, pose) - _rigid(ng, self.pose)
         guess = ng.GridFunction(self.space)
@@ -156,6 +158,7 @@ class Pad:
         step.data += form.inner_solve * residual
 
     def _held(self) -> Held:
+        """What holds the plate now (N, N m), and how that changes with the pose, both of the whole pad."""
         ng, vec = self.ng, self.state.vec
         residual, product = vec.CreateVector(), vec.CreateVector()
         self.form.Apply(vec, residual)
@@ -192,20 +195,20 @@ class Pad:
 
 
 def _refusal() -> type[Exception]:
-    """What the solver raises at an element that is turned inside out."""
+    """What the solver raises at an element that is turned inside out: no unit."""
     from netgen.libngpy._meshing import NgException
 
     return NgException
 
 
 def _rigid(ng: Any, pose: np.ndarray) -> Any:
-    """How far a plate at a pose has moved each of its points from rest, lengths in thicknesses."""
+    """How far a plate at a pose has moved each of its points from rest, in thicknesses: no unit."""
     x, z, turn = (float(value) for value in pose)
     return ng.CoefficientFunction((x + (math.cos(turn) - 1.0) * ng.x, 0.0, z - math.sin(turn) * ng.x))
 
 
 def _netgen(mesh: Mesh, scale: float) -> Any:
-    """The mesh as the solver takes it."""
+    """The mesh as the solver takes it, in units of `scale` (m)."""
     import ngsolve as ng
     from netgen import meshing
 

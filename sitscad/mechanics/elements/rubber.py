@@ -41,7 +41,7 @@ def invariant_terms(exponent: float) -> Terms:
 
 
 def _states(exponent: float) -> tuple[Array, Array]:
-    """Stretches (n, 3) of constant volume, and the size (n) of their stresses over the modulus."""
+    """Stretches (n, 3) of constant volume, and the size (n) of their stresses over the modulus: no unit."""
     each = np.linspace(-FARTHEST, FARTHEST, GRID)
     one, two = (part.ravel() for part in np.meshgrid(each, each))
     logs = np.stack([one, two, -one - two], axis=1)
@@ -50,18 +50,20 @@ def _states(exponent: float) -> tuple[Array, Array]:
 
 
 def _stress(stretch: Array, exponent: float, side: int) -> Array:
-    """Difference of a principal stress and the third over the modulus: slope of W by the logarithm of that stretch."""
+    """Difference of a principal stress and the third over the modulus (no unit): slope of W by the logarithm of that
+    stretch (Ogden 1972).
+    """
     return np.asarray(2.0 / exponent * (stretch[:, side] ** exponent - stretch[:, 2] ** exponent))
 
 
 def _slopes(stretch: Array, side: int) -> tuple[Array, Array]:
-    """Slopes of I1 and I2 by the logarithm of a stretch, the third one giving way."""
+    """Slopes (no unit) of I1 and I2 by the logarithm of a stretch, the third one giving way."""
     square = stretch**2
     return 2.0 * (square[:, side] - square[:, 2]), 2.0 * (1.0 / square[:, 2] - 1.0 / square[:, side])
 
 
 def _columns(stretch: Array, slopes: tuple[Array, Array], powers: list[tuple[int, int]]) -> Array:
-    """Slopes (n, terms) of products of powers of I1 - 3 and I2 - 3."""
+    """Slopes (n, terms; no unit) of products of powers of I1 - 3 and I2 - 3."""
     x, y = np.sum(stretch**2, axis=1) - 3.0, np.sum(stretch**-2.0, axis=1) - 3.0
     found = []
     for i, j in powers:

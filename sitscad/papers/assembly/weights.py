@@ -35,6 +35,7 @@ def _balance(found: Balance) -> dict[str, Any]:
 
 
 def _piece(weight: Weight) -> dict[str, Any]:
+    """One piece as plain values for JSON, rounded."""
     return {
         "name": weight.name,
         "is_carrier": weight.is_carrier,

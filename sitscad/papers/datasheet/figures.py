@@ -81,6 +81,8 @@ def _rounded(values: Array) -> Array:
 
 
 def _coils(found: Curves) -> Draw:
+    """The plot of each coil over normal force and shear."""
+
     def draw(figure: Any) -> None:
         shown = [found.normal, *(curve for k, curve in enumerate(found.shears) if k % 3 == 1)]  # half the normal force
         for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
@@ -95,6 +97,8 @@ def _coils(found: Curves) -> Draw:
 
 
 def _combined(found: Curves) -> Draw:
+    """The plot of the sum over normal force, and of the differences over shear."""
+
     def draw(figure: Any) -> None:
         kinds = list(dict.fromkeys(curve.axis for curve in found.shears))
         all_axes = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
@@ -120,6 +124,8 @@ def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dash
 
 
 def _range(found: Curves) -> Draw:
+    """The plot of the sum over the differences: where in it the working range lies."""
+
     def draw(figure: Any) -> None:
         panels = figure.subplots(1, len(found.ranges), squeeze=False)[0]
         for axes, (kind, normal, shear, inductance) in zip(panels, found.ranges, strict=True):
@@ -139,6 +145,7 @@ def _range(found: Curves) -> Draw:
 
 
 def _errors(felt: Sequence[Performance]) -> Draw:
+    """The plot of every error by its cause, in per cent of full scale."""
     full = felt[-1]
 
     def draw(figure: Any) -> None:

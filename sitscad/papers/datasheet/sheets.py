@@ -130,6 +130,7 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 
 def _about(layout: Layout, felt: Sequence[Performance]) -> str:
+    """What the sensor is and tells, in two sentences."""
     full, coils = felt[-1], f"{len(layout.coils)} coil{'s' if len(layout.coils) > 1 else ''}"
     axes = " and ".join(name.replace("_", " along ") for name in full.axes)
     return (

@@ -49,6 +49,7 @@ def _unit(reader: Any) -> float | None:
 
 
 def _count(shape: Any) -> int:
+    """Number of faces of a shape."""
     from OCP.TopAbs import TopAbs_FACE
     from OCP.TopExp import TopExp_Explorer
 

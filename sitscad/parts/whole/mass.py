@@ -68,6 +68,7 @@ def density(material: str) -> tuple[float, str] | None:
 
 
 def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]]) -> Weight:
+    """What a solid weighs (kg) and where its centre lies (m); without a density no mass, and why."""
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(_centre_of_mass()))
     share = track_share(layout, solid) if solid.role is BodyRole.COPPER else 1.0
     found = own.get(solid.material) or density(solid.material)

@@ -169,7 +169,7 @@ class Box:
         return BoxClass(parity, self.lines, MU0 / (4.0 * math.pi) * inductance, numbers, used)
 
     def _of_faces(self, across: int, parity: Parity, gaussians: GaussianSum, own: Sequence[LineIntegrals]) -> Array:
-        """The two faces across an axis, each with itself and with the other."""
+        """The two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H)."""
         a, b = ACROSS[across]
         other = np.exp(-((2.0 * self.lines[across].half * gaussians.scales) ** 2))
         weights = 2.0 * gaussians.weights * (1.0 - parity[across] * other)

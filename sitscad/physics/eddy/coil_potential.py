@@ -178,7 +178,7 @@ def _spread_spectrum(track: PolylineTrack, count: int, spacing: float) -> Comple
 
 
 def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
-    """Gauss points of pieces no longer than the spacing, and current times length (x + i y) of each."""
+    """Gauss points (m) of pieces no longer than the spacing (m), and length (x + i y, m) of each."""
     sides = np.diff(corners, axis=0)
     counts = np.ceil(np.hypot(*sides.T) / spacing).astype(np.intp)
     owner = np.repeat(np.arange(len(sides)), counts)
@@ -202,7 +202,7 @@ def _spline(x: Array) -> tuple[Index, Array]:
 
 
 def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
-    """The potential at points (n, 2) and heights (n,), by cubic splines on the grids."""
+    """The potential at points (n, 2; m) and heights (n; m), by cubic splines on the grids and in their unit."""
     count = octave.values.shape[1]
     (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
     level = np.log2(height / octave.lowest) * LEVELS + 1.0
@@ -226,7 +226,7 @@ def _cubic(t: Array) -> Array:
 
 
 def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float, direct: bool) -> tuple[_Dipole, ...]:
-    """The coil as dipoles, and its image below the floor."""
+    """The coil as dipoles (areas in m2, ends in m), and its image below the floor."""
     areas, ends = [], []
     for track in tracks:
         x, y = track.corners.T

@@ -97,7 +97,7 @@ class DiscClass:
 
     @cached_property
     def _linkage(self) -> Array:
-        """What a potential at the points (points, 3, n) drives: along the radius, round the axis, and up the wall."""
+        """What a potential at the points (points, 3, n; m) drives: along the radius, round the axis, up the wall."""
         disc, shape = self.disc, self.disc.meridian
         on_face = shape.on_face
         radius, weight = shape.places[on_face, 0], shape.weights[on_face]
@@ -210,7 +210,7 @@ class Disc:
         return mass, (slopes * weight.sum(axis=1)[:, None]).T @ slopes + turning
 
     def _functions(self, order: int, parity: int) -> tuple[Array, Array]:
-        """Values and slopes along the meridian at its points."""
+        """Values (no unit) and slopes (1/m) along the meridian at its points."""
         face = self._radial(order)[1]
         wall = self.wall.values[parity][self.wall.nodes.size // 2 :][::-1]
         joined = face.shape[1] - 1
@@ -256,7 +256,8 @@ def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
 
 
 def _kernel(shape: Meridian, side: float, orders: int) -> Array:
-    """Integrals of cos(n phi) / distance for every pair of points, (orders + 1, points, points), weights included.
+    """Integrals (no unit) of cos(n phi) / distance for every pair of points, (orders + 1, points, points), with
+    weights.
 
     `side` -1 sees the mirror image below the middle plane. Near pieces: what is left of the integrand without the
     logarithm of the distance, and that in closed form or by graded points.

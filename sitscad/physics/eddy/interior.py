@@ -56,7 +56,7 @@ def of_vacuum(lines: Sequence[Grams], members: Sequence[Index]) -> Array:
 
 
 def _energies(lines: Sequence[Grams], rows: Sequence[Index], columns: Sequence[Index]) -> Array:
-    """Energies of products of functions: the sum over the axes of the stiffness along one times the others' masses."""
+    """Energies (m) of products of functions: over the axes, the stiffness along one times the others' masses."""
     found = np.zeros((rows[0].size, columns[0].size))
     for turn in range(len(lines)):
         part = np.ones_like(found)

@@ -47,7 +47,7 @@ class SolvedTarget:
         return changes_at([self], turns, places, coils, centres)[0]
 
     def _changes(self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int]) -> ComplexArray:
-        """From what the coils drive of every class, and what the image couples in every pose."""
+        """The change (H) from what the coils drive (Wb) of every class, and what the image couples in every pose."""
         total = np.zeros((*shape, shape[1]), dtype=complex)
         responses = []
         for drive, answer in zip(linked, self.answers, strict=True):

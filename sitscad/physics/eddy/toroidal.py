@@ -51,7 +51,7 @@ def _upwards(x: Array, lowest: Array, next_one: Array, order: int) -> Array:
 
 
 def _downwards(x: Array, lowest: Array, order: int) -> Array:
-    """Ratios of one order to the one below, from far beyond: no number grows too large."""
+    """All orders (no unit) by ratios of one to the one below, from far beyond: no number grows too large."""
     found, ratio = np.empty((order + 1, x.size)), np.zeros_like(x)
     for n in range(order + BEYOND, 0, -1):
         ratio = (n - 0.5) / (2 * n * x - (n + 0.5) * ratio)

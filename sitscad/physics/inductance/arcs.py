@@ -163,7 +163,7 @@ def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> f
 
 
 def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[NDArray[np.bool_], ...]:
-    """Which pairs are far, and to which one of METHODS the others go."""
+    """Whether each pair is far, and to which one of METHODS the others go."""
     a, b = one.arcs[pairs.first], other.arcs[pairs.second]
     apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
     low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))

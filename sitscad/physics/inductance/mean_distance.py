@@ -102,7 +102,7 @@ def _solved_clearance(squares: Array, share: Array, wanted: Array) -> Array:
 
 
 def _series(zeta: NDArray[np.complex128], w: tuple[float, float], t: tuple[float, float]) -> Array:
-    """<Re ln(zeta + xi)> with xi = x - x' + i (z - z'): only even moments of xi survive."""
+    """<Re ln(zeta + xi)> (lengths in m) with xi = x - x' + i (z - z'): only even moments of xi survive."""
     moments = _even_moments(w, t)
     inverse = 1.0 / (zeta * zeta)
     total = np.zeros_like(zeta)
@@ -122,7 +122,7 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
 
 @lru_cache(maxsize=64)
 def _difference_moments(a: float, b: float) -> tuple[float, ...]:
-    """Even moments of the difference of two uniform variables of widths a and b."""
+    """Even moments (m to the power of each) of the difference of two uniform variables of widths a and b (m)."""
 
     def uniform(width: float, n: int) -> float:
         return (width / 2) ** (2 * n) / (2 * n + 1)
@@ -133,7 +133,7 @@ def _difference_moments(a: float, b: float) -> tuple[float, ...]:
 
 
 def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:
-    """Mean logarithm of distance of two rectangles: closed across, Gauss points over the heights."""
+    """Mean logarithm of distance (m) of two rectangles: closed across, Gauss points over the heights."""
     heights, weights = _height_nodes(h, t)
     outer, inner = 0.5 * (w[0] + w[1]), 0.5 * abs(w[0] - w[1])
     x = d[..., None]
@@ -155,8 +155,8 @@ def _twice_integrated(x: Array, z: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
-    """Quadrature over the difference of two uniform heights: its density is a trapezium with corners at outer and
-    inner.
+    """Nodes (m) and weights (no unit) over the difference of two uniform heights: its density is a trapezium with
+    corners at outer and inner.
     """
     outer, inner = 0.5 * (t[0] + t[1]), 0.5 * abs(t[0] - t[1])
     if outer == 0.0:

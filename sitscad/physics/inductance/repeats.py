@@ -134,7 +134,7 @@ def distinct_pairs(
 def _counted(
     one: Kinds, other: Kinds, turns: Turns, layers: Sequence[tuple[int, int, float]]
 ) -> Iterator[tuple[Index, Index, Array]]:
-    """Numbers of pairs that differ, where one such pair stands in the table of all pairs, and how often it occurs."""
+    """Numbers (no unit) of pairs that differ, where each stands in the table of all pairs, and how often it occurs."""
     for first, second, times in layers:
         rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
         size = max(1, AT_ONCE // max(1, columns.size))
@@ -161,7 +161,7 @@ def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[
 
 
 def _tallied(codes: Index, space: int) -> tuple[Index, Index, Index]:
-    """What numbers there are, where one of each stands, and how many."""
+    """What numbers there are, where one of each stands, and how many (no unit)."""
     if space > SPACE:
         return np.unique(codes, return_index=True, return_counts=True)
     counts: Index = np.bincount(codes, minlength=space)

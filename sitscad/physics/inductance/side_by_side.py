@@ -281,7 +281,7 @@ class _Parts:
 
 
 def _parts(own: Pieces, other: _Outline) -> _Parts:
-    """Pieces halved until each is short and straight against its distance from the other winding."""
+    """Pieces (m) halved until each is short and straight against its distance from the other winding."""
     index = np.arange(len(own.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))
     kept, least = [], math.inf
@@ -316,7 +316,7 @@ def _strands(pieces: Pieces, away: Array) -> Index:
 
 
 def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
-    """The points of all strands."""
+    """The points (m) of all strands."""
     found = [
         _points(one, count, strands)
         for one in parts
@@ -327,7 +327,7 @@ def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
 
 
 def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Index]:
-    """Points (n, 2) of the parts that get so many, their elements (n, 2), and whose they are (n)."""
+    """Points (n, 2; m) of the parts that get so many, their elements (n, 2; m), and whose they are (n)."""
     chosen = (parts.counts == count) & (parts.strands == strands)
     index, low, step = parts.index[chosen], parts.low[chosen, None], parts.step[chosen, None]
     (nodes, weights), (across, shares) = gauss(count), gauss(strands)

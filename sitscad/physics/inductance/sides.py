@@ -99,7 +99,7 @@ def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smoo
 
 
 def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
-    """The same with one bundle of strands: parallel sides and inclined ones."""
+    """The same (m) with one bundle of strands: parallel sides and inclined ones."""
     t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
     sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
     parallel = np.abs(sine) < 1e-9

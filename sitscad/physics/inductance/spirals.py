@@ -119,7 +119,7 @@ def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, A
 
 
 def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple[Array, Array, Array]:
-    """Panels of [low, high]: each belongs to the nearest centre, ends at it, half-way to the next, or at a cut."""
+    """Panels (rad) of [low, high]: each belongs to the nearest centre, ends at it, half-way to the next or at a cut."""
     edges = {low, high, *(c for c in cuts if low < c < high)}
     halves = np.concatenate([centres, centres - math.pi, centres + math.pi])
     edges.update(float(e) for e in halves if low < e < high)
@@ -204,7 +204,7 @@ def _inverse_distance(squared: Array, levels_apart: float) -> Array:
 
 
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """The same of two spirals that wind against each other, and so cross."""
+    """The same (in units of length) of two spirals that wind against each other, and so cross."""
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
     span = max(spans)

@@ -105,7 +105,7 @@ class _Stack:
         return len(self.whole.arcs) > 0
 
     def pieces(self) -> Iterator[tuple[Track, Track, tuple[int, int]]]:
-        """For every relation all pieces at the heights of its layers, and their strands."""
+        """For every relation all pieces (m) at the heights of its layers, and their strands."""
         for one, other in self.examples:
             strands = self.strands
             if self.is_smooth and strands[0] > 1:
@@ -115,7 +115,7 @@ class _Stack:
 
 
 def _stack(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> _Stack:
-    """The relations of layers that are alike, each once, with the heights between them."""
+    """The relations of layers that are alike, each once, with the heights (m) between them."""
     found: dict[tuple[float, ...], list[Layers]] = {}
     for i, j, times in layers:
         one, other = tracks[i], tracks[j]
@@ -179,7 +179,7 @@ def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs,
 
 
 def _bent_strands(one: Track, other: Track) -> int:
-    """How many strands the tracks of two layers get where they bend."""
+    """How many strands (no unit) the tracks of two layers get where they bend."""
     pieces = len(one.starts) + len(one.arcs)
     if one.z == other.z:
         return next((strands for most, strands in OWN if one is other and pieces <= most), 2)

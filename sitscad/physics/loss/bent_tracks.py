@@ -127,7 +127,7 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
                   steps: int, end: int | None) -> list[ProximityLoss]:  # fmt: skip
-    """Losses and inductance of a group of sides; with an `end` (0 or 1) only that half of the sides is cut."""
+    """Losses (ohm) and inductance (H) of a group of sides; with an `end` (0 or 1) only that half of them is cut."""
     if sides.curvature[index[0]]:
         return losses([_cut_system(sides, index, 0.5, 1.0, conductivity, modes, None)], steps)
     spans = sides.end[index] - sides.start[index]
@@ -153,7 +153,7 @@ def _crowded(count: int, scale: float) -> tuple[Array, Array]:
 
 
 def _sides(tracks: Sequence[BentTrack]) -> _Sides:
-    """All tracks as sides with lengths, curvatures and groups of directions."""
+    """All tracks as sides with lengths (m), curvatures (1/m) and groups of directions."""
     rows, keys, block, few, number = [], [], [], [], 0
     known: list[tuple[float, int]] = []
     shapes: dict[bytes, list[Block]] = {}
@@ -204,7 +204,7 @@ def _blocks(track: BentTrack) -> Iterator[Block]:
 
 
 def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    """The blocks of a run of arcs; one arc alone is alike in every turn of a polygon."""
+    """The blocks (m) of a run of arcs; one arc alone is alike in every turn of a polygon."""
     if len(turns) > 1:
         yield from _curve(starts, ends, turns, width)
         return
@@ -279,7 +279,7 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
 
 def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
                 modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:  # fmt: skip
-    """The modes of the sides cut there, and the flux that bends and the rest of the path send through them."""
+    """The modes of the sides cut there, and the flux (Wb/m/A) that bends and the rest of the path send through them."""
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
     offset = 0.5 * cut.width[:, None] * field_nodes(modes)
@@ -290,7 +290,7 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
-    """Flux of arcs as parts of rings through the modes, instead of what straight tracks make."""
+    """Flux (Wb/m/A) of arcs as parts of rings through the modes, instead of what straight tracks make."""
     # mode_system weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a
     # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
     bend = cut.curvature[:, None]
@@ -412,7 +412,7 @@ def _field(filaments: _Straight, point: Array, level: float, ratio: Array, block
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
-    """What the other tracks of the cut make along each one as straight filaments (n, points)."""
+    """What the other tracks of the cut make along each one as straight filaments (n, points; Wb/m/A)."""
     across = cut.across[:, None, None] + offset[..., None] - cut.across
     square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2
     square = np.maximum(square / cut.unit**2, 1e-20)

@@ -166,7 +166,7 @@ def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], t
 
 
 def _rounded(track: BentTrack, bends: Sequence[_Bend], radius: float) -> BentTrack:
-    """The track with some of its bends rounded with another radius (widths)."""
+    """The track (m) with some of its bends rounded with another radius (widths)."""
     starts, ends = track.starts.copy(), track.ends.copy()
     for bend in bends:
         k, corner = bend.piece, np.array(bend.corner)
@@ -260,7 +260,7 @@ def _bends(track: BentTrack) -> list[_Bend]:
 
 
 def _corners(tracks: Sequence[BentTrack]) -> Corners:
-    """All tight bends of the tracks as loops of current."""
+    """All tight bends of the tracks (m) as loops of current."""
     rows, arms, first = [], [], 0
     for track in tracks:
         numbers = first + np.concatenate([[0], np.cumsum(_chords(track))])
@@ -351,7 +351,7 @@ def _distances(point: Array, filaments: Filaments) -> Array:
 
 
 def _from_near(filaments: Filaments, corners: Corners, i: Index, j: Index) -> Array:
-    """The mean over the loops i of the field of the sides j, which are as wide as they are."""
+    """The mean (T/A) over the loops i of the field of the sides j, which are as wide as they are."""
     total = np.zeros(i.size)
     incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
     within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
@@ -402,7 +402,7 @@ def _onwards(point: Array, end: Array, way: Array) -> Array:
 
 
 def _between(corners: Corners) -> float:
-    """Twice the mutual inductances of different loops: coaxial ones as the map has them, others as dipoles."""
+    """Twice the mutual inductances (H) of different loops: coaxial ones as the map has them, others as dipoles."""
     total = 0.0
     for k in range(corners.width.size - 1):
         rest = slice(k + 1, None)

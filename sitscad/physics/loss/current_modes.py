@@ -189,7 +189,9 @@ def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: M
 
 
 def _carrier(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
-    """Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of."""
+    """Of the modes P / sqrt(1 + curvature x), no unit: the current that each carries, and what an even density is made
+    of.
+    """
     nodes, weights = gauss(modes.across + 2)
     root = np.sqrt(1.0 + 0.5 * (cut.curvature * cut.width)[:, None] * nodes)
     values = legendre(modes.across, nodes)

@@ -107,7 +107,7 @@ def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAn
 
 
 def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
-    """The matrix of modes as blocks near each other and a coarse matrix of the rest."""
+    """The matrix of modes (s) as blocks near each other and a coarse matrix of the rest."""
     count = len(scale)
     size = np.hypot(cut.width, cut.thickness)
     apart = np.hypot(cut.across[:, None] - cut.across, cut.height[:, None] - cut.height)
@@ -148,7 +148,7 @@ def _neighbours(cut: Cut, modes: ModeSet, near: NDArray[np.bool_]) -> tuple[Inde
 
 
 def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
-    """How pairs of tracks lie: the number of one pair of each kind, and which kind every pair is of."""
+    """How pairs of tracks lie (numbers, no unit): that of one pair of each kind, and which kind every pair is of."""
     size = float(cut.width.min())
     sections = np.round(np.stack([cut.width, cut.thickness]) / size, SAME)
     _, section = np.unique(sections, axis=1, return_inverse=True)
@@ -186,7 +186,7 @@ def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | Non
 
 
 def _own_logs(cut: Cut, modes: ModeSet) -> Array:
-    """The same of every track with itself (n, modes, modes)."""
+    """The same (no unit) of every track with itself (n, modes, modes)."""
     found = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
         block = log_block(thickness / width, replace(modes, points=(1, 1))).copy()

@@ -121,7 +121,7 @@ def at_all_points(values: Array, modes: ModeSet) -> Array:
 
 @lru_cache(maxsize=16)
 def _interpolation(modes: ModeSet) -> Array:
-    """Values at the many points of a track from those at few ones (many, few), by their polynomials."""
+    """Values at the many points of a track from those at few ones (many, few), no unit, by their polynomials."""
     few = few_points(modes)
     across, through = (
         np.linalg.solve(legendre(few.points[k] - 1, gauss(few.points[k])[0]).T,

@@ -121,7 +121,7 @@ def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
 
 
 def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> ComplexArray:
-    """Harmonics of one layer across and along the waves, (2, highest + 1, k)."""
+    """Harmonics (m) of one layer across and along the waves, (2, highest + 1, k)."""
     r, values, slopes = radial_part.radii, radial_part.values, radial_part.slopes
     angle = layer.angle + layer.sense * 2.0 * math.pi * (layer.radius - r) / layer.pitch
     m = np.arange(len(values))[:, None]

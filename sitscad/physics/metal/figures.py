@@ -120,8 +120,8 @@ def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
 
 
 def _row_ratio(quarter: Array, count: Array) -> Array:
-    """Sum of exp(-i n x) over a row of `count` places about its middle, sin(count x / 2) / sin(x / 2), of quarters of
-    the phase x from place to place: by tangents, which cost a tenth of sines.
+    """Sum (no unit) of exp(-i n x) over a row of `count` places about its middle, sin(count x / 2) / sin(x / 2), of
+    quarters of the phase x from place to place: by tangents, which cost a tenth of sines.
     """
     one = np.where(quarter == 0.0, 1e-20, quarter)
     all_of_them = np.tan(count * one)

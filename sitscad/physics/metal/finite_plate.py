@@ -246,7 +246,7 @@ def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool
 def _field_on(
     plate: Plate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
 ) -> Array:
-    """The part of the squared field that falls on the plate: along its plane with J1, through it with J0."""
+    """The share (no unit) of the squared field that falls on the plate: along its plane with J1, through it with J0."""
     k, weights, spectrum = source
     panels = min(6, 1 + math.ceil(float(half.max()) / (6.0 * detail)))
     nodes, share = (np.tile(values, panels) / panels for values in gauss(16))
@@ -376,7 +376,7 @@ def _transforms(count: int) -> tuple[Array, Array, Array]:
 
 
 def _disc(radius: float, offsets: Array, source: Source, detail: float, room: float, poles: bool = False) -> Array:
-    """Size of the change by a disc at every place, one angular order after another."""
+    """Size of the change by a disc (m; times mu0 pi H) at every place, one angular order after another."""
     # Functions exp(i m phi) with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., whose energies are 1 / (2l + 1)
     # apart from the mirror's echo: every angular order stands alone. Poles have j_l (k R), l = m, m + 2 ... but not 0,
     # the same energies, and an echo of the other sign.

@@ -75,7 +75,7 @@ def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Arra
 
 
 def _image(of: int, source: Array, target: Array) -> Image | None:
-    """How corners (n, 2) follow from those of track `of`, walked either way, turned or mirrored; None where they do
+    """How corners (n, 2; m) follow from those of track `of`, walked either way, turned or mirrored; None where they do
     not.
     """
     if source.shape != target.shape:
@@ -89,7 +89,7 @@ def _image(of: int, source: Array, target: Array) -> Image | None:
 
 
 def _fitted(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
-    """The turn, or the mirror, and the shift that take points (n, 2) nearest to others."""
+    """The turn, or the mirror (no unit), and the shift (m) that take points (n, 2; m) nearest to others."""
     middles = source.mean(axis=0), target.mean(axis=0)
     x, y = (source - middles[0]).T
     u, v = (target - middles[1]).T

@@ -50,12 +50,12 @@ class _ReflectedCut:
     table: NDArray[np.float32]
 
     def waves(self, vectors: Array) -> tuple[Array, Array]:
-        """Waves (k, ...) up and down of currents (modes, ...)."""
+        """Waves (k, ...) up and down of currents (modes, ...), in the table's unit times theirs."""
         found = (self.table @ vectors.astype(np.float32)).astype(np.float64)
         return found[: len(found) // 2], found[len(found) // 2 :]
 
     def seen(self, up: Array, down: Array) -> Array:
-        """What waves (k, ...) are to the modes (modes, ...)."""
+        """What waves (k, ...) are to the modes (modes, ...), in the table's unit times theirs."""
         return np.asarray(self.table.T @ np.concatenate([up, down]).astype(np.float32), dtype=np.float64)
 
 
@@ -141,7 +141,9 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
                 modes: ModeSet) -> NDArray[np.float32]:  # fmt: skip
-    """Amplitudes (2 k, modes) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay upwards."""
+    """Amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay
+    upwards.
+    """
     across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))
     modes = replace(modes, points=(min(across, 64), max(modes.points[1], modes.through + 1)))
     x, z = (table.reshape(-1, *modes.points) for table in points_of(cut, modes))
@@ -175,7 +177,9 @@ class _Reduced:
     down: Array
 
     def changes(self, frequencies: Array, waves: Sequence[Array]) -> ComplexArray:
-        """The waves' weights: real parts at all frequencies, then imaginary ones (2 frequencies, k), as in `_Waves`."""
+        """Change of the inductance (H, complex) at frequencies (Hz), from the waves' weights: real parts at all
+        frequencies, then imaginary ones (2 frequencies, k), as in `_Waves`.
+        """
         both, mixed, other = (part[:, None, :] for part in waves)
         across = (mixed * self.up.T) @ self.down
         parts = (both * self.up.T) @ self.up + across + np.swapaxes(across, 1, 2) + (other * self.down.T) @ self.down
@@ -191,7 +195,7 @@ class _Reduced:
 
 
 def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool) -> _Reduced:
-    """The modes of a cut near metal on a small subspace: relaxation values and couplings."""
+    """The modes of a cut near metal on a small subspace: relaxation times (s) and couplings."""
     system = cut.system
     up, down = waves.returned(cut.waves(system.source))
     image = cut.seen(up.real, down.real), cut.seen(up.imag, down.imag)

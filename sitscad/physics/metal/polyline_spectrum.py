@@ -116,7 +116,7 @@ def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[Image | None], numbe
 
 
 def _distinct(tracks: Sequence[PolylineTrack]) -> tuple[list[PolylineTrack], list[int]]:
-    """Paths that differ, and which of them each one is: every other layer repeats."""
+    """Paths (m) that differ, and which of them each one is: every other layer repeats."""
     shapes: list[PolylineTrack] = []
     owner = []
     for track in tracks:

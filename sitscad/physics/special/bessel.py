@@ -38,7 +38,7 @@ def j1(x: ArrayLike) -> Array:
 
 
 def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
-    """Modulus times cosine of the phase at every x, those below 3 taken as 3; in place, for tables are large."""
+    """Modulus times cosine of the phase (no unit) at every x, those below 3 taken as 3; in place: tables are large."""
     high = np.asarray(np.maximum(x, 3.0))
     inverse = 3.0 / high
     found = np.asarray(_polynomial(phase, inverse))
@@ -71,7 +71,7 @@ def spherical_bessel_orders(x: Array, highest: int) -> Array:
 
 
 def _downward(x: Array, highest: int, shift: float) -> Array:
-    """Bessel functions of all orders by recurrence from far above, made right by the sum rule they obey."""
+    """Bessel functions (no unit) of all orders by recurrence from far above, made right by the sum rule they obey."""
     # f_(n-1) = 2 (n + shift) / x f_n - f_(n+1) from far above, made right by J0^2 + 2 sum J_n^2 = 1 or by
     # sum (2n + 1) j_n^2 = 1. All start positive, as the functions are for orders beyond x.
     x = np.maximum(x, 1e-6)
