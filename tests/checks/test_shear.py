@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -11,9 +13,11 @@ from sitscad.checks import RULES
 from sitscad.checks.reading.response import FEWEST_STEPS
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
+from sitscad.estimates.performance.quick import quick_performance
 from sitscad.estimates.states.moved_target import moved_changes
 from sitscad.finding import Severity
 
+TEMPLATES = Path(__file__).parents[2] / "templates"
 (SHEAR,) = (rule for rule in RULES if rule.id == "SIT218")
 
 FOUR = """
@@ -42,6 +46,23 @@ def test_a_target_over_the_whole_array_feels_no_shear():
 
 def test_a_target_that_ends_over_the_coils_feels_it():
     assert judged(FOUR.replace("TARGET", "7")) == ([], [])
+
+
+def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
+    """Between both nothing was said, though a degree of tilt was read as 3.6 N where 3 N were to be felt."""
+    pad = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
+    assert apply_rule(SHEAR, Design(pad)) == ([], [])
+    wide = pad.replace({"target.size": 14, "elastomer.size": 14})
+    found = [one for one in sitscad.check(wide).findings if one.rule == "SIT218"]
+    assert [one.key for one in found] == ["target.size"] * 2
+    felt = quick_performance(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
+    for finding, other, axis in zip(found, "xy", (2, 1), strict=True):
+        assert f"one degree about {other}" in finding.message and "(tried)" in finding.hint
+        assert finding.measured == pytest.approx(felt.tilt_errors(math.radians(1.0))[axis].max(), rel=0.2)
+        assert finding.limit == 3.0 < finding.measured
+    mended = wide.replace({edit.key: edit.new for edit in found[0].fixes[0].edits})
+    assert mended.target.size[0] < 0.014
+    assert apply_rule(SHEAR, Design(mended)) == ([], [])
 
 
 def test_only_the_axes_along_which_coils_stand_apart_are_judged():

@@ -1,4 +1,6 @@
-"""SIT218: whether the array feels the required shear force, by which the target's edges move over the coils."""
+"""SIT218: whether the array feels the required shear force, by which the target's edges move over the coils, and not a
+slight tilt as more than that.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +9,14 @@ from collections.abc import Iterator
 
 from sitscad.checks.cases import Case
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.rules import Advice, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
+from sitscad.remedy.arrays import smaller_targets, wider_arrays
+from sitscad.remedy.search import Left, in_vain, named, ways
 from sitscad.scene.state import REST
-from sitscad.spec.places import footprint
+from sitscad.spec.places import footprint, shared_middles
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -37,7 +41,8 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         yield Undecided(BESIDE_PAD)
         return
     # held level and not pressed: the least that the force moves it
-    poses, _ = pushed(spec, np.array([(0.0, force, 0.0), (0.0, 0.0, force)]))
+    normal = spec.requirements.normal_force or 0.0
+    poses, _ = pushed(spec, np.array([(0.0, force, 0.0), (0.0, 0.0, force), (normal, 0.0, 0.0)]))
     travels = float(poses[0, 0]), float(poses[1, 1])
     rest = [coil.states[REST] for coil in design.estimates.coils if REST in coil.states]
     steps = [state.quantum for state in rest if state.quantum]
@@ -47,7 +52,9 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     changes = moved_changes(design.layout, [(travels[0], 0.0), (0.0, travels[1])], rest[0].frequency)
     for axis in axes:
         moved = [change[axis] for change in changes.values()]
-        yield from _judged(design, axis, travels[axis], max(moved) - min(moved), max(steps))
+        apart = max(moved) - min(moved)
+        hardly = list(_judged(design, axis, travels[axis], apart, max(steps)))
+        yield from hardly or _tilted(design, axis, apart, -float(poses[2, 2]))
 
 
 def _axes(spec: SensorSpec) -> list[int]:
@@ -80,6 +87,39 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     )
 
 
+def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator[Verdict]:
+    """What is said where one degree of tilt parts the coils' inductances by more than the shear force (`apart`; H).
+
+    A tilted target counts for every coil as a level one at the height that it has over the middle of what both share,
+    and inductances follow the height as they do while the normal force presses by `pressed` (m): the same within a
+    fifth as the data sheet's error by tilt.
+    """
+    force, found = design.spec.requirements.shear_force or 0.0, responses(design)
+    if not found or pressed <= 0.0 or apart <= 0.0:
+        return
+    places = [(middle.x, middle.y)[axis] for middle in shared_middles(design.spec)]
+    per_metre = max(abs(response.change) for response in found) / pressed
+    read = force * per_metre * (max(places) - min(places)) * math.tan(DEGREE) / apart
+    if read <= force:
+        return
+    yield TILT_OVER_SHEAR.found("target.size", read, force, "N", axis_name=AXES[axis], other=AXES[1 - axis],
+                                advice=_nearer_edges(design.spec, axis))  # fmt: skip
+
+
+def _nearer_edges(spec: SensorSpec, axis: int) -> Advice:
+    """A hint with targets that end nearer to the middles of the coils, and with coils farther apart."""
+
+    def advice(left: Left) -> str:
+        families = [list(smaller_targets(spec)), list(wider_arrays(spec))]
+        found = ways(families, left)
+        if found:
+            return f"{named(found)} (tried)"
+        vain = in_vain((fix for family in families for fix in family), left)
+        return f"{_edges_over_coils(spec, axis)}{f'; tried in vain: {vain}' if vain else ''}"
+
+    return advice
+
+
 def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
     """Where the target's edges would have to lie."""
     target, least = spec.target, min(spec.coil.size)
@@ -106,16 +146,28 @@ HARDLY_SHEAR = Case(
 )
 
 
+TILT_OVER_SHEAR = Case(
+    "the target covers so much of the coils that a tilt of one degree about {other} is read as {measured:N,2} of shear "
+    "along {axis_name}, where {limit:N} are to be felt: what moves it sideways hardly counts beside how it lies",
+)
+
+DEGREE = math.radians(1.0)
+
 SHEAR_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT218", "shear-response", Severity.WARNING,
         "Along every axis on which coils stand apart, the required shear force makes their inductances differ by at "
         f"least {FEWEST_STEPS:.0f} steps of the converter more than at rest, and by at least "
-        f"{100.0 * LEAST_SHARE:.0f} % of what the required normal force changes.",
+        f"{100.0 * LEAST_SHARE:.0f} % of what the required normal force changes; and a tilt of one degree makes them "
+        "differ by no more than that force does.",
         "Shear shows only where the target's edges move over the coils. Under a target that covers the whole array and "
-        "more, nothing changes when it moves, and no later computation finds what was not measured.",
-        "A target that ends over the outer coils, as long as their middles are apart; a softer or thicker elastomer.",
-        "the limits of SIT215; the travel by the pad's law, held level and not pressed",
+        "more, nothing changes when it moves, and no later computation finds what was not measured. Under one that "
+        "ends at their rims little changes, and the slightest tilt, which lowers it over one coil and lifts it over "
+        "another, is more.",
+        "A target that ends over the outer coils, as long as their middles are apart; coils farther apart; a softer or "
+        "thicker elastomer.",
+        "the limits of SIT215; the travel by the pad's law, held level and not pressed; one degree: derived (a face "
+        "held by hand or by a jaw is not level to less)",
         ("target", "elastomer", "shear force"), shear_response,
     ),
 )  # fmt: skip

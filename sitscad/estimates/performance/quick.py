@@ -30,6 +30,7 @@ from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_STRAIN
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
+from sitscad.spec.places import shared_middles
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
@@ -82,19 +83,7 @@ def chart(layout: Layout, estimates: Estimates) -> Chart:
     change = effect[1:, 1:] - effect[0, 0]
     share = change.reshape(HEIGHTS, PLACES, PLACES, -1).transpose(1, 2, 0, 3) / inductance
     values = -0.5 * np.log1p(np.maximum(share, -0.9)) * _pull(estimates)
-    return Chart((sides, sides, heights), values, _shared(spec), rest)
-
-
-def _shared(spec: SensorSpec) -> Array:
-    """Middles (coils, 2; m) of the boxes that coils and target have in common, from the array's middle."""
-    target = spec.target
-    assert target is not None
-    centres = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
-    half, coil = 0.5 * np.array(target.size), 0.5 * np.array(spec.coil.size)
-    place = np.array(target.offset)
-    low = np.clip(centres - coil, place - half, place + half)
-    high = np.clip(centres + coil, place - half, place + half)
-    return np.asarray(0.5 * (low + high))
+    return Chart((sides, sides, heights), values, np.array([(at.x, at.y) for at in shared_middles(spec)]), rest)
 
 
 def _pull(estimates: Estimates) -> Array:
