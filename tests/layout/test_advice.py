@@ -13,7 +13,7 @@ from sitscad.design import Design
 from sitscad.finding import Missing
 from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
-from sitscad.layout.routing.patience import Patience
+from sitscad.layout.routing.patience import BUDGET, Patience
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget
 from sitscad.remedy.fix import Fix
@@ -132,3 +132,16 @@ def test_a_layout_tries_no_other_board(sensor, monkeypatch):
     tried = []
     monkeypatch.setattr("sitscad.layout.arrangement._attempt", lambda *given: tried.append(given) or _attempt(*given))
     assert lay_out(sensor(pitch=4.09e-3, coils=3)).shortfalls and len(tried) == 1
+
+
+def test_an_exit_that_no_lead_can_take_is_one_trial():
+    """All ways of a coil to each of its exits were tried, though none of them passed the track of the other coil."""
+    patience = Patience()
+    text = (
+        "sitscad: 1\nname: narrow\narray: {pattern: line, count: 2, pitch: 4.47}\n"
+        "coil: {shape: square, outer_diameter: 3.97, turns: 4.75, layers: 4, trace_width: 120 um,"
+        " trace_spacing: 76 um, start_angle: 45 deg}\n"
+        "fpc: {rules: huayue, tail: {length: 30, connector: zif-0.3mm, layers: 1}}"
+    )
+    assert _attempt(load_text(text), patience).routing is None
+    assert patience.left > BUDGET - 100

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from sitscad.geometry.path import TWO_PI, Point, polyline
-from sitscad.layout.clearance import Hole, Obstacles
+from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.routing.branch_table import BranchTable, branch_table
 from sitscad.layout.routing.branches import Branch, Leg, OuterEnd, Surroundings
 from sitscad.layout.routing.closing import closing_cost, closing_turns, counted, least_closing
@@ -114,6 +114,8 @@ def escape(
     best: Escape | None = None
     hard: list[list[BranchTable]] = []
     for exits in choices:
+        if not all(search.lets_out(around, out) for out in exits):
+            continue
         leads = _admitted_leads(search, _lead_options(around, ends, exits, places))
         if leads is None:
             continue
@@ -202,7 +204,7 @@ class _Search:
     def _goes_on(self) -> bool:
         """Counts a trial; whether the search may go on."""
         self._spend(1)
-        self.gave_up = self._left < 0 or self._patience.left < 0
+        self.gave_up = self._left < 0 or self._patience.is_overdrawn
         return not self.gave_up
 
     def _combine(
@@ -253,6 +255,16 @@ class _Search:
         self._left -= trials
         self._total -= trials
         self._patience.left -= trials
+
+    def lets_out(self, around: Surroundings, out: Exit) -> bool:
+        """Whether the way from the ring to the tail, which all leads by that exit share, keeps its distances: if not,
+        none of them does, which is one trial instead of one each.
+        """
+        way = polyline([around.ring.at(out.angle), *out.way])
+        is_free = not way.segments or self._obstacles.admits([Track(way, around.bus.width, out.layer)])
+        if not is_free:
+            self._spend(1)
+        return is_free
 
     def admits(self, branch: Branch) -> bool:
         """Whether a branch's legs keep their distance from what is on the board; its via is at a place that does."""

@@ -106,6 +106,7 @@ def route_in_line(
     so, pairs may leave beside the corner too, and a coil that finds no way chooses before the others. Where leads run
     farther round their coils than they must, the other side and wider boards are tried too, as far as the jaw allows.
     """
+    patience.begin(len(wound))
     begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
     first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(wound)]
     # the first try; pairs leave beside the corner; and coils choose in another order
@@ -220,6 +221,7 @@ class _Lanes:
             for branch in found.branches:
                 laid.add(branch.tracks, branch.holes)
             escapes[index] = found
+            board.patience.led_out(len(escapes), len(board.wound))
         return escapes
 
     def _way_out(self, index: int, turned: bool, laid: Obstacles, there: tuple[Escape, ...]) -> Escape | None:
@@ -263,6 +265,7 @@ def route_freely(
     board has room so, a coil that finds no way chooses before the others. Where leads run farther round their coils
     than they must, the boards that come next are tried too, as far as the jaw allows.
     """
+    patience.begin(len(wound))
     return _least_round(_free_ways(spec, bus, wound, front, patience), widest(spec), patience)
 
 
@@ -354,6 +357,7 @@ class _Rows:
             if isinstance(found, Stuck):
                 return found
             escapes[index] = found
+            patience.led_out(len(escapes), len(board.wound))
         return escapes
 
     def _way_out(self, index: int, there: Iterable[Escape]) -> Escape | Stuck:
