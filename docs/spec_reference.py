@@ -96,12 +96,12 @@ def _title(section: type[Section], places: Places) -> str:
     paths = places[section]
     if len(paths) == 1:
         return paths[0] or "Top level"
-    name = section.__name__.removesuffix("Document").lower()
+    name = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", section.__name__.removesuffix("Document")).lower()
     return f"{'An' if name[0] in 'aeiou' else 'A'} {name} written out"
 
 
 def _about(section: type[Section], paths: list[str]) -> str:
-    about = (section.__doc__ or "").strip()
+    about = " ".join((section.__doc__ or "").split())
     return about if len(paths) == 1 else f"{about} For {', '.join(f'`{path}`' for path in paths)}."
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from sitscad.data import UNVERIFIED
 from sitscad.spec.design_rules import DesignRules, FoilLines
-from sitscad.spec.format.documents.fabricator import RulesDocument, TracksDocument
+from sitscad.spec.format.documents.fabricator import RulesDocument, TrackRowDocument
 from sitscad.spec.format.kinds.figure import Figure
 from sitscad.spec.format.kinds.preset import is_profile_file
 from sitscad.spec.format.reading import read_section
@@ -210,7 +210,7 @@ def _lines(
 ) -> tuple[FoilLines, ...]:
     """Widths and spacings by foil, from the thinnest; what contradicts itself is a flaw."""
     key = _TABLES[kind][0]
-    written: list[TracksDocument] | None = getattr(document, key)
+    written: list[TrackRowDocument] | None = getattr(document, key)
     older = [each for each in document.by_foil if each.rpartition("_")[0] in (f"{kind}_width", f"{kind}_spacing")]
     like = (
         key
@@ -235,7 +235,7 @@ def _lines(
 
 
 def _rows(
-    key: str, written: list[TracksDocument], document: RulesDocument, name: str, place: Origin, remarks: Remarks
+    key: str, written: list[TrackRowDocument], document: RulesDocument, name: str, place: Origin, remarks: Remarks
 ) -> Iterator[FoilLines]:
     """The rows of a table."""
     seen: set[float] = set()

@@ -24,7 +24,7 @@ Sides = Sourced(Pair(Quantity("length", "1 mm", "1000 mm")))
 Written = Figure | None
 
 
-class TracksDocument(Section):
+class TrackRowDocument(Section):
     """Smallest width and gap of tracks in copper foil up to one thickness, before plating."""
 
     copper: float = key(Foil, "the foil, like 9 um")
@@ -47,16 +47,16 @@ class RulesDocument(Section):
     source: str = key(Label, "where the figures come from", "the spec")
     trace_width: Written = key(Feature, "smallest, whatever the copper", None)
     trace_spacing: Written = key(Feature, "smallest, whatever the copper", None)
-    tracks: list[TracksDocument] | None = key(
-        ListOf(Part(TracksDocument)), "by the thickness of the copper: the whole table, like "
+    tracks: list[TrackRowDocument] | None = key(
+        ListOf(Part(TrackRowDocument)), "by the thickness of the copper: the whole table, like "
         "[{copper: 18 um, width: 80 um, spacing: 80 um}]", None,
     )  # fmt: skip
     via_drill: Written = key(Feature, "smallest finished hole", None)
     annular_ring: Written = key(Feature, "smallest copper ring around a hole", None)
     coil_trace_width: Written = key(Feature, "smallest width of coil (loop) lines", None)
     coil_trace_spacing: Written = key(Feature, "smallest gap of coil (loop) lines", None)
-    coil_tracks: list[TracksDocument] | None = key(
-        ListOf(Part(TracksDocument)), "of coil (loop) lines by the thickness of the copper", None
+    coil_tracks: list[TrackRowDocument] | None = key(
+        ListOf(Part(TrackRowDocument)), "of coil (loop) lines by the thickness of the copper", None
     )
     coil_rule_binding: Written = key(
         Sourced(Truth()), "whether the coil lines are an error and not a warning; true where they are written", None

@@ -155,7 +155,9 @@ class MountDocument(Section):
         "the pieces are put together all the same)",
         "grasper-pad",
     )
-    jaw: str | JawDocument | None = key(JawChoice, "a jaw preset (with its metal), or written out", None)
+    jaw: str | JawDocument | None = key(
+        JawChoice, "a jaw preset (with its metal), or written out; generic-5mm if left out", None
+    )
     standoff: float | None = key(
         Gap,
         "height of the board over the metal: from the jaw's upper face to the board's bottom face, a shield between "
@@ -170,7 +172,9 @@ class MountDocument(Section):
     holes: str | list[HoleDocument] | None = key(
         HolesChoice, "of a bench plate: a breadboard's, a load cell's, or written out; corners-m2 if left out", None
     )
-    finger: FingerDocument | None = key(Part(FingerDocument), "what a fingertip's cap slips over", None)
+    finger: FingerDocument | None = key(
+        Part(FingerDocument), "what a fingertip's cap slips over; a usual finger if left out: measure yours", None
+    )
     step: str | None = key(StepName, "of a custom mount: a STEP file in the spec's folder; none if left out", None)
     datum: str | tuple[float, ...] | None = key(
         Datum,

@@ -143,18 +143,29 @@ class CoilDocument(Section):
 class ArrayDocument(Section):
     """The coils of the sensor, x along the jaw; C1 is the far one, the tail leaves at +x."""
 
-    pattern: str | None = key(Choice(("single", "line", "triangle", "grid", "explicit")), "how the coils stand", None)
-    count: tuple[int, ...] | None = key(
-        Count, "line: a number; grid: [nx, ny], numbered up each column, the far column first", None
+    pattern: str | None = key(
+        Choice(("single", "line", "triangle", "grid", "explicit")),
+        "how the coils stand; if left out, after the other keys: explicit with centres, grid with a count of [nx, ny], "
+        "line with a count or a pitch, else single",
+        None,
     )
-    pitch: float | None = key(Pitch, "distance of neighbouring centres", None)
+    count: tuple[int, ...] | None = key(
+        Count,
+        "line: a number; grid: [nx, ny], numbered up each column, the far column first; 2 or [2, 2] if left out",
+        None,
+    )
+    pitch: float | None = key(
+        Pitch, "distance of neighbouring centres; 0.5 mm more than the coils need if left out", None
+    )
     centres: list[tuple[float, float]] | None = key(
         ListOf(Centre),
         "explicit: [x, y] of every coil, in the order of the converter's channels; the tail leaves at their mean's y",
         None,
     )
     rotations: list[float] | None = key(
-        ListOf(Angle), "explicit: every coil's, counter-clockwise, in the same order, like [0 deg, 90 deg]", None
+        ListOf(Angle),
+        "explicit: every coil's, counter-clockwise, in the same order, like [0 deg, 90 deg]; 0 if left out",
+        None,
     )
 
 
@@ -187,7 +198,9 @@ class TailDocument(Section):
         "thickness with its adhesive, under contacts that are plugged in: the best of the stock ones if left out",
         None,
     )
-    layers: int | None = key(Number(1, 8, whole=True), "copper layers that run down it", None)
+    layers: int | None = key(
+        Number(1, 8, whole=True), "copper layers that run down it; 2 if left out, or the board's one", None
+    )
     bend: str | BendDocument = key(
         BendChoice, "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle",
         "static",
@@ -205,7 +218,9 @@ class LayerDocument(Section):
     coverlay: float | None = key(Quantity("length", "1 um", "2 mm"), "thickness", None)
     copper: float | None = key(Quantity("length", "1 um", "1 mm"), "finished thickness", None)
     dielectric: float | None = key(Quantity("length", "1 um", "5 mm"), "thickness", None)
-    material: str | None = key(Preset("dielectric"), "of a dielectric or coverlay", None)
+    material: str | None = key(
+        Preset("dielectric"), "of a dielectric or coverlay; polyimide and polyimide-coverlay if left out", None
+    )
     permittivity: float | None = key(Number(1, 100), "relative, if not the material's", None)
 
 
@@ -229,7 +244,12 @@ PanelChoice = NameOr(Choice(("auto", "none")), Part(PanelDocument))
 class FpcDocument(Section):
     """The flexible printed circuit."""
 
-    stackup: str | list[LayerDocument] | None = key(StackupChoice, "a preset, or the layers from top to bottom", None)
+    stackup: str | list[LayerDocument] | None = key(
+        StackupChoice,
+        "a preset, or the layers from top to bottom; flex-2l-18um, flex-4l, flex-6l or flex-8l, after the coil's "
+        "layers, if left out",
+        None,
+    )
     plating: float | None = key(
         Quantity("length", "1 um", "100 um"),
         "in the holes of a stackup that is written out, part of its outer copper (and off the foil): 12 um if left out",
@@ -261,8 +281,14 @@ class FpcDocument(Section):
 class TargetDocument(Section):
     """The conducting plate over the coils."""
 
-    shape: str | None = key(Choice(tuple(PLATES)), "outline", None)
-    size: tuple[float, float] | None = key(PlateSize, "side or diameter; rectangle: [x, y]", None)
+    shape: str | None = key(
+        Choice(tuple(PLATES)), "outline; square, or rectangle for a size of [x, y], if left out", None
+    )
+    size: tuple[float, float] | None = key(
+        PlateSize,
+        "side or diameter; rectangle: [x, y]; as wide as the coils are far apart, and one coil at least, if left out",
+        None,
+    )
     thickness: float = key(Thickness, "of the plate", 0.2)
     material: str | ConductorDocument = key(ConductorChoice, "a conductor, or written out", "copper")
     kerf: float = key(Kerf, "width of the cut; 0: drawn as it is", 0)
@@ -276,8 +302,12 @@ class ElastomerPadDocument(Section):
     """The soft pad between board and target."""
 
     material: str | ElastomerDocument = key(ElastomerChoice, "a silicone, or written out", "dragon-skin-10")
-    shape: str | None = key(Choice(tuple(PLATES)), "outline", None)
-    size: tuple[float, float] | None = key(PlateSize, "side or diameter; rectangle: [x, y]", None)
+    shape: str | None = key(
+        Choice(tuple(PLATES)), "outline; square, or rectangle for a size of [x, y], if left out", None
+    )
+    size: tuple[float, float] | None = key(
+        PlateSize, "side or diameter; rectangle: [x, y]; as large as it must be to carry the target if left out", None
+    )
     thickness: float = key(Thickness, "unloaded", 1)
     kerf: float = key(Kerf, "width of the laser's cut", 0.15)
     offset: tuple[float, float] = key(
@@ -295,7 +325,9 @@ class EncapsulationDocument(Section):
 class ShieldDocument(Section):
     """A sheet between coil and jaw."""
 
-    material: str | ConductorDocument = key(ConductorChoice, "copper or ferrite, or written out", "copper")
+    material: str | ConductorDocument = key(
+        ConductorChoice, "copper, ferrite or another conductor, or written out", "copper"
+    )
     thickness: float = key(Thickness, "of the sheet", 0.1)
     gap: float = key(Gap, "from the board's bottom face down to the sheet; inside mount.standoff", 0.6)
 
@@ -328,7 +360,9 @@ class AssemblyDocument(Section):
     shaft_bore: float | None = key(
         Size, "inside the tube behind the jaws; what is usual for the port if left out", None
     )
-    hinge_pin: float | None = key(Size, "diameter of the pin that the jaws turn about; as the bore", None)
+    hinge_pin: float | None = key(
+        Size, "diameter of the pin that the jaws turn about; what is usual for the port if left out", None
+    )
     tolerances: TolerancesDocument = key(
         Part(TolerancesDocument), "half the band of a part's size, where it is not its process's", {}
     )
@@ -347,9 +381,15 @@ class CableDocument(Section):
     """The wires between tail and converter, per conductor pair and for the whole length."""
 
     length: float = key(Run, "of the cable", 300)
-    inductance: float | None = key(Inductance, "of one pair, whole length, like 180 nH", None)
-    capacitance: float | None = key(Capacitance, "of one pair, whole length, like 30 pF", None)
-    resistance: float | None = key(Resistance, "of one pair, there and back, like 0.3 ohm", None)
+    inductance: float | None = key(
+        Inductance, "of one pair, whole length, like 180 nH; 600 nH a metre if left out: measure yours", None
+    )
+    capacitance: float | None = key(
+        Capacitance, "of one pair, whole length, like 30 pF; 100 pF a metre if left out: measure yours", None
+    )
+    resistance: float | None = key(
+        Resistance, "of one pair, there and back, like 0.3 ohm; 1 ohm a metre if left out: measure yours", None
+    )
 
 
 class ReadoutDocument(Section):
