@@ -48,8 +48,8 @@ class Writer:
 
 
 def is_cut(spec: SensorSpec) -> bool:
-    """Whether a sheet of elastomer or metal is cut for the sensor."""
-    return spec.elastomer is not None or spec.target is not None
+    """Whether a sheet of elastomer, metal or ferrite is cut for the sensor."""
+    return any(part is not None for part in (spec.elastomer, spec.target, spec.shield))
 
 
 def is_mounted(spec: SensorSpec) -> bool:

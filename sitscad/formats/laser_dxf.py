@@ -10,9 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
+from sitscad.drawing.frame import FORCED
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
+from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet
+from sitscad.scene.stack import sheets
 from sitscad.units import decimal
 
 _MILLIMETRES = 4
@@ -27,13 +29,14 @@ _BY_BLOCK, _BY_LAYER, _CONTINUOUS, _STANDARD_STYLE, _ACTIVE, _ACAD, _STANDARD_DI
 _FIRST_LAYER, _FIRST_ENTITY = 0x30, 0x100
 
 
-def render(layout: Layout) -> dict[str, bytes]:
-    """``laser/NAME-elastomer.dxf`` and ``laser/NAME-target.dxf``, of those parts that the spec has.
+def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
+    """``laser/NAME-elastomer.dxf``, the same of the target and of the shield, of those parts that the spec has; with a
+    note that says so where ``forced`` is not empty.
 
     Raises ValueError for a kerf that cannot be compensated.
     """
-    name = layout.spec.name
-    return {f"laser/{name}-{sheet.name}.dxf": drawing(sheet).encode("ascii") for sheet in laser_sheets(layout)}
+    name, found = layout.spec.name, sheets(layout, FORCED if forced else "")
+    return {f"laser/{name}-{sheet.name}.dxf": drawing(sheet).encode("ascii") for sheet in found}
 
 
 def drawing(sheet: LaserSheet) -> str:

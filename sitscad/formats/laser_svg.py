@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from sitscad.drawing.frame import FORCED
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, circle
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet, laser_sheets
+from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet
+from sitscad.scene.stack import sheets
 
 MM = 1e3
 HAIRLINE = 0.01
 """Width (mm) of a line that drivers take for a vector to follow and not for an area to raster: below 0.001 inch."""
 
 
-def render(layout: Layout) -> dict[str, bytes]:
-    """``laser/NAME-elastomer.svg`` and ``laser/NAME-target.svg``, of those parts that the spec has.
+def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
+    """``laser/NAME-elastomer.svg``, the same of the target and of the shield, of those parts that the spec has; with a
+    note that says so where ``forced`` is not empty.
 
     Raises ValueError for a kerf that cannot be compensated.
     """
-    name = layout.spec.name
-    return {f"laser/{name}-{sheet.name}.svg": drawing(sheet, name).encode("utf-8") for sheet in laser_sheets(layout)}
+    name, found = layout.spec.name, sheets(layout, FORCED if forced else "")
+    return {f"laser/{name}-{sheet.name}.svg": drawing(sheet, name).encode("utf-8") for sheet in found}
 
 
 def drawing(cut: LaserSheet, name: str) -> str:

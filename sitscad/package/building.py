@@ -123,7 +123,7 @@ def _build(asked: Asked, spec: SensorSpec | Design, report: Progress) -> BuildRe
         return BuildResult(directory, contents.checked, written=False)
     with opened_for_building(directory.parent, directory.name) as staged:
         old = _require_ours(directory)
-        made = stages.make_all(contents, directory, old, asked.wanted, report)
+        made = stages.make_all(contents, directory, old, asked.wanted, report, asked.force)
         contents = made.contents
         if not contents.checked.ok and not asked.force:  # what the solids have shown
             return BuildResult(directory, contents.checked, written=False)
@@ -161,7 +161,7 @@ def stale(
     from sitscad.package import stages
 
     contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
-    made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None)
+    made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force)
     differing = _differing(asked.directory, old, made.files)
     return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=differing)
 

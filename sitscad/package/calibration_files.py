@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from sitscad.calibration.calibrate import Calibration, foretell
 from sitscad.design import Design
+from sitscad.drawing.frame import FORCED
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.formats.calibration_header import header
 from sitscad.formats.calibration_program import program
@@ -35,9 +37,10 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
     return files
 
 
-def drawn_calibration(design: Design) -> dict[str, bytes]:
+def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
     """The files of a package: the plan of a calibration, and the map of the sensor as it is drawn, in the folder
-    ``calibration``, of a target that is kept level as in the data sheet; none where there is nothing to calibrate.
+    ``calibration``, of a target that is kept level as in the data sheet; none where there is nothing to calibrate. All
+    but the table to fill in and the program say so where the package is ``forced``.
     """
     if not is_felt(design.spec):
         return {}
@@ -45,6 +48,8 @@ def drawn_calibration(design: Design) -> dict[str, bytes]:
         found = foretell(design.response, is_held=True)
     except NoResponse:
         return {}
+    if forced:
+        found = replace(found, remarks=(FORCED, *found.remarks))
     return {f"calibration/{name}": content for name, content in calibration_files(found).items()}
 
 

@@ -76,8 +76,27 @@ def _configuration(contents: Contents) -> dict[str, Any]:
     return {**said, **({"plugins": dict(marks())} if marks() else {})}
 
 
-def make_all(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
-    """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others."""
+def make_all(
+    contents: Contents,
+    directory: Path,
+    old: Manifest,
+    wanted: frozenset[str],
+    progress: Progress,
+    force: bool = False,
+) -> Made:
+    """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others.
+
+    With `force` all is made once more where only the solids have shown errors: what came before them has no mark.
+    """
+    made = _made(contents, directory, old, wanted, progress)
+    if not force or made.contents.checked.is_orderable == contents.checked.is_orderable:
+        return made
+    known = dataclasses.replace(contents, measured=made.contents.measured)
+    return _made(known, directory, old, wanted, lambda *_: None)
+
+
+def _made(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
+    """Every stage, once."""
     results: list[StageResult] = []
     files: dict[str, bytes] = {}
     entries: dict[str, Entry] = {}
@@ -116,17 +135,21 @@ def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], fail
         return (*text, read, failures, any(name.startswith("fpc/") for name in entries), felt)
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
+    kernels = {package: version_of(package) for package in KERNELS} if stage in SOLID_STAGES else {}
+    if stage == "mesh":
+        return *read_of_board(stage, contents.layout), kernels
+    if stage == "kicad":
+        return read_by(stage, contents.spec)
+    forced = bool(contents.forced)  # papers carry the mark of a forced package
     if stage in BESIDE_TAIL:
-        return *read_of_board(stage, contents.layout), {package: version_of(package) for package in KERNELS}
+        return *read_of_board(stage, contents.layout), kernels, forced
     if stage in SOLID_STAGES:
-        return *read_by(stage, contents.spec), {package: version_of(package) for package in KERNELS}
+        return *read_by(stage, contents.spec), kernels, forced
     if stage == "datasheet":
-        return *read_by(stage, contents.spec), contents.forced, version_of("matplotlib")
+        return *read_by(stage, contents.spec), forced, version_of("matplotlib")
     if stage == "gerber":
         return contents.spec, contents.forced
-    if stage == "laser":  # its drawing carries the mark of a forced package
-        return *read_by(stage, contents.spec), contents.forced
-    return read_by(stage, contents.spec)
+    return *read_by(stage, contents.spec), forced
 
 
 def _for_plugins(contents: Contents) -> tuple[object, ...]:
@@ -155,7 +178,7 @@ def _render(contents: Contents, stage: str, files: dict[str, bytes], failures: l
     if stage == "calibration":
         from sitscad.package.calibration_files import drawn_calibration
 
-        new |= drawn_calibration(contents.design.bare)
+        new |= drawn_calibration(contents.design.bare, bool(contents.forced))
     if stage == "report":
         new |= _report(contents, files | new)
     return new

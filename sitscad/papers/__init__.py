@@ -22,20 +22,20 @@ PAPERS: tuple[Writer, ...] = (
     Writer("panel drawing", "papers.drawings.panel", "gerber", ("panel", "coupon_estimates", "forced", "files")),
     Writer("order archive", "papers.order.archive", "gerber", ("layout", "panel", "forced", "files")),
     Writer("assembly drawing", "papers.drawings.assembly", "laser", ("layout", "forced"), is_cut),
-    Writer("laser notes", "papers.order.laser_notes", "laser", ("layout",), is_cut),
+    Writer("laser notes", "papers.order.laser_notes", "laser", ("layout", "forced"), is_cut),
     Writer("fit proof", "papers.assembly.fit_proof", "assembly", ("layout", "whole"), is_mounted),
     Writer("weights", "papers.assembly.weights", "assembly", ("layout", "whole"), is_mounted),
     Writer(
         "assembly notes",
         "papers.assembly.notes",
         "assembly",
-        ("layout", "estimates", "bench_estimates", "files"),
+        ("layout", "estimates", "bench_estimates", "forced", "files"),
         is_mounted,
     ),
     Writer("print report", "papers.assembly.print_report", "mount", ("solids", "aids", "spec"), is_mounted),
     Writer("jaw drawing", "papers.drawings.jaw", "mount", ("layout", "forced"), is_mounted),
     Writer("assembly picture", "papers.assembly.picture", "assembly", ("solids", "spec"), is_mounted),
-    Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates")),
+    Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates", "forced")),
     Writer(
         "data sheet",
         "papers.datasheet.sheets",
@@ -43,6 +43,6 @@ PAPERS: tuple[Writer, ...] = (
         ("layout", "estimates", "response", "performance", "forced"),
         is_felt,
     ),
-    Writer("bom", "papers.order.bom", "report", ("layout", "estimates")),
+    Writer("bom", "papers.order.bom", "report", ("layout", "estimates", "forced")),
 )
 """Every paper, in the order in which a package is made, after the formats: they name, archive and hash the files."""

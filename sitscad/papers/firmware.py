@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from sitscad.drawing.frame import FORCED
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.papers.firmware_macros import addr_pin, force_document, force_macros, result_macros
 from sitscad.readout import FAMILIES
@@ -37,8 +38,9 @@ class Device:
     registers: tuple[Register, ...]
 
 
-def render(spec: SensorSpec, estimates: Estimates) -> dict[str, bytes]:
-    """Header and JSON, with the registers in the order in which they must be written.
+def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
+    """Header and JSON, with the registers in the order in which they must be written; both say so where ``forced`` is
+    not empty.
 
     Where a setting is unknown or does not fit its field the sensor cannot be read out: then the header is an ``#error``
     and the JSON a ``refused`` with the reason, so that a forced build carries no settings that look right.
@@ -50,8 +52,8 @@ def render(spec: SensorSpec, estimates: Estimates) -> dict[str, bytes]:
         files = refusal(spec, str(error))
     else:
         files = {
-            header_path(converter): header(spec, estimates, found),
-            table_path(converter): table(spec, estimates, found),
+            header_path(converter): header(spec, estimates, found, bool(forced)),
+            table_path(converter): table(spec, estimates, found, bool(forced)),
         }
     return {path: text.encode("utf-8") for path, text in files.items()}
 
@@ -113,11 +115,12 @@ def _known(name: str, value: int | None) -> int:
     return value
 
 
-def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device]) -> str:
+def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
     """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
     converter = spec.readout.device
     identity = FAMILIES[converter.family].identity()
     value: dict[str, Any] = {
+        **({"warning": FORCED} if forced else {}),
         "name": spec.name,
         **{name.lower().replace(" ", "_"): text for name, text in spec.issue.rows},
         "device": converter.name,
@@ -176,12 +179,13 @@ def _device_document(converter: Converter, device: Device) -> dict[str, Any]:
     }
 
 
-def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device]) -> str:
+def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
     """The C header (C99 and C++): one constant table of writes a converter."""
     readout, converter = estimates.readout, spec.readout.device
     identity, macro, name = FAMILIES[converter.family].identity(), converter.part, converter.name
     lines = [
         "/*",
+        *([f" * {FORCED}."] if forced else []),
         f" * Register settings of the {converter.part} for the sensor {_comment(spec.name)}.",
         *([f" * {spec.issue.words[0].upper()}{spec.issue.words[1:]}."] if spec.issue.rows else []),
         " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",

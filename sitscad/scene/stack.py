@@ -6,9 +6,11 @@ import math
 from collections.abc import Iterator
 
 from sitscad.geometry.convex import within_box
-from sitscad.geometry.path import Path, rectangle
+from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.path import Path, Point, bounding_box, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
+from sitscad.layout.cutting.laser_sheet import CutPart, LaserSheet, laser_sheets
 from sitscad.layout.tail.thickness import tail_layers
 from sitscad.scene.bodies import (
     Body,
@@ -20,6 +22,7 @@ from sitscad.scene.bodies import (
     top_height,
 )
 from sitscad.scene.grasper.jaws import axis, fitted_jaw, half_width, jaw_range, section, shield_that_fits
+from sitscad.units import in_mm
 
 
 def stack(layout: Layout) -> tuple[Body, ...]:
@@ -62,6 +65,28 @@ def shield(layout: Layout) -> Body | None:
     (x0, _, x1, _), y, half = layout.body, axis(layout).y, half_width(layout, levels[0])
     plan = Region(rectangle(x0, y - half, x1, y + half))
     return Body(BodyRole.SHIELD, plan, *levels, sheet.material.name, sheet.material)
+
+
+def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
+    """The laser's sheets of elastomer, target and shield, of those that the spec has; as
+    `sitscad.layout.cutting.laser_sheet.laser_sheets` otherwise. Raises `PartsError` where the shield does not fit.
+    """
+    return laser_sheets(layout, shield_part(layout), stop)
+
+
+def shield_part(layout: Layout) -> tuple[CutPart, ...]:
+    """The shield as a part to be cut; nothing without one. Raises `PartsError` where it does not fit."""
+    sheet, body = layout.spec.shield, shield(layout)
+    if sheet is None or body is None:
+        return ()
+    x0, y0, x1, y1 = bounding_box((body.outline(),))
+    place = Footprint(False, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
+    words = f"goes under the board, {in_mm(sheet.gap)} mm below its lower face"
+    return (
+        CutPart(
+            body.name, body.material, "rectangle", place.size, sheet.thickness, sheet.kerf, place, words,
+        ),
+    )  # fmt: skip
 
 
 def encapsulation(layout: Layout) -> Body | None:

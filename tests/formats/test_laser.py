@@ -13,15 +13,20 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
+import handmade
 import layouts
 import pytest
 
+from sitscad.checks import check
 from sitscad.drawing.svg import path_data
 from sitscad.formats import laser_dxf, laser_svg
 from sitscad.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
 from sitscad.layout.cutting.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, Contour, CutLayer, laser_sheets
+from sitscad.papers.order import laser_notes
+from sitscad.scene.stack import sheets, shield
+from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.sensor import ElastomerPad, Target
+from sitscad.spec.sensor import ElastomerPad, Shield, Target
 
 MM = 1e-3
 RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")
@@ -415,3 +420,26 @@ def test_the_shop_is_told_which_laser_cuts_what():
     for word in ("Etched", "Punched", "two liquids", "#ff0000 layer CUT_INNER", "Cut the coupon first"):
         assert word in said, word
     assert "4.9 x 4.1 mm, finished" in said
+
+
+@pytest.mark.parametrize("kerf", [0.0, 0.1 * MM])
+def test_a_shield_has_a_sheet_as_wide_as_the_port_leaves_it(kerf):
+    """The size of the body that the parts have, which is narrower than the board; marks lie under the coils."""
+    layout = handmade.jaw_sensor(shield=Shield(COPPER, 0.1 * MM, 0.5 * MM, kerf))
+    (sheet,) = [sheet for sheet in sheets(layout) if sheet.part == "shield"]
+    x0, y0, x1, y1 = bounding_box((shield(layout).outline(),))
+    assert sheet.size == pytest.approx((x1 - x0, y1 - y0)) and y1 - y0 < layout.body_size[1]
+    assert sheet.cut.area == pytest.approx((x1 - x0 + kerf) * (y1 - y0 + kerf))
+    assert f"laser/{layout.spec.name}-shield.dxf" in laser_dxf.render(layout)
+    assert "goes under the board, 0.5 mm below its lower face" in [text for _, text in sheet.notes]
+    readme = laser_notes.render(layout)["laser/readme.txt"].decode()
+    assert "-shield.dxf" in readme and "ferrite breaks" in readme
+
+
+def test_a_shield_too_large_for_its_sheet_is_found():
+    text = (
+        "sitscad: 1\nname: s\ncoil: {shape: circle, outer_diameter: 20, turns: 14, layers: 2, trace_width: 100 um, "
+        "trace_spacing: 100 um}\nfpc: {boards: 4}\nshield: {}\ncutting: {sheet: [30, 30]}\n"
+    )
+    said = [each for each in check(load_text(text, "s.yaml"), hints="none").findings if each.rule == "SIT317"]
+    assert [each.message.split(" with ")[0] for each in said] == ["the shield"]

@@ -65,7 +65,7 @@ def test_a_bench_plate_has_no_jaw_to_glue_into():
 
 def test_without_a_mount_there_is_no_page_and_without_a_pad_no_mould():
     bare = handmade.bare()
-    assert render(bare, SENSOR.estimates, SENSOR.bench_estimates, {}) == {}
+    assert render(bare, SENSOR.estimates, SENSOR.bench_estimates, "", {}) == {}
     none = replace(GRASPER, spec=replace(GRASPER.spec, elastomer=None))
     assert "mould-" not in text(none) and "jig-elastomer" not in text(none)
 
@@ -164,5 +164,5 @@ def test_a_forced_package_without_an_assembly_has_its_steps():
     """Where pieces cannot be put together nothing is weighed, and a build with --force ended in a KeyError."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_3p5mm")))
     estimates = sitscad.estimate(layout)
-    (text,) = render(layout, estimates, estimates, {}).values()
+    (text,) = render(layout, estimates, estimates, "", {}).values()
     assert b" 1. " in text and b"weighs" not in text

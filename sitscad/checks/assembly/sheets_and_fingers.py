@@ -9,24 +9,32 @@ from sitscad.checks.cases import Case
 from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.layout.cutting.laser_sheet import sheet_needed
+from sitscad.layout.cutting.laser_sheet import CutPart, cut_parts, sheet_needed
+from sitscad.scene.grasper.jaws import PartsError
+from sitscad.scene.stack import shield_part
 from sitscad.spec.pieces.plates import Cutting
 
 
 def laser_sheet(design: Design) -> Iterator[Verdict]:
-    """Elastomer and target, each with its kerf and the coupon beside it, on the sheet."""
+    """Elastomer, target and shield, each with its kerf and the coupon beside it, on the sheet."""
     spec = design.spec
     if (spec.fpc.boards or 1) == 1 and spec.cutting == Cutting():
         return  # one part is its own drawing, and nothing is said of sheets
-    for name, plate in (("elastomer", spec.elastomer), ("target", spec.target)):
-        if plate is None:
-            continue
+    for plate in _cut(design):
         needed = sheet_needed(plate.size, plate.kerf)
         for needs, has in zip(needed, spec.cutting.sheet, strict=True):
             if needs > has + ROUNDING:
                 wanted = [max(pair) * 1e3 for pair in zip(needed, spec.cutting.sheet, strict=True)]
-                yield SHEET_TOO_SMALL.found("cutting.sheet", needs, has, "m", name=name, x=wanted[0], y=wanted[1])
+                yield SHEET_TOO_SMALL.found("cutting.sheet", needs, has, "m", name=plate.part, x=wanted[0], y=wanted[1])
                 break
+
+
+def _cut(design: Design) -> tuple[CutPart, ...]:
+    """What is cut out of sheets; without a shield that does not fit, which is said by another rule."""
+    try:
+        return (*cut_parts(design.spec), *shield_part(design.layout))
+    except PartsError:
+        return cut_parts(design.spec)
 
 
 def finger_carries(design: Design) -> Iterator[Verdict]:
@@ -62,8 +70,8 @@ WIDER_THAN_FINGER = Case(
 SHEET_AND_FINGER_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT317", "laser-sheet", Severity.ERROR,
-        "Elastomer and target, each with its kerf, the coupon and the margins, lie on the sheet that they are cut "
-        "from.",
+        "Elastomer, target and shield, each with its kerf, the coupon and the margins, lie on the sheet that they are "
+        "cut from.",
         "A shop that is sent a drawing larger than its sheet sends it back.",
         "The size of your sheets, or smaller parts.",
         "geometry: cutting.sheet", apply=laser_sheet,

@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterator
 from enum import StrEnum
 
+from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, rectangle
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.spec.pieces.plates import Cutting, ElastomerPad, Target
+from sitscad.spec.pieces.plates import Cutting
 from sitscad.spec.places import footprint, place_in_words
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm
 
 MARGIN = 5e-3
@@ -125,18 +127,45 @@ class LaserSheet:
         return self.on(CutLayer.CUT_OUTER)[0]
 
 
-def laser_sheets(layout: Layout) -> tuple[LaserSheet, ...]:
-    """The sheets of the elastomer and of the target, of those that the spec has.
+@record
+class CutPart:
+    """A part that is cut out of a sheet: its name, material, shape and nominal size [x, y], thickness and kerf (m), the
+    place where it lies over or under the coils, and what is said of that.
+    """
+
+    part: str
+    material: str
+    shape: str
+    size: tuple[float, float]
+    thickness: float
+    kerf: float
+    place: Footprint
+    words: str = ""
+
+
+def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
+    """Elastomer and target, those that the spec has."""
+    return tuple(
+        CutPart(
+            name, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, footprint(spec, plate),
+            place_in_words(plate),
+        )
+        for name, plate in (("elastomer", spec.elastomer), ("target", spec.target))
+        if plate is not None
+    )  # fmt: skip
+
+
+def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "") -> tuple[LaserSheet, ...]:
+    """The sheets of the elastomer and of the target, of those that the spec has, and of `more` parts
+    (`sitscad.scene.stack.sheets` has the shield among them); `stop` is the first of their notes.
 
     Raises ValueError for a kerf that is negative or as wide as the coupon's hole.
     """
     spec = layout.spec
-    plates = (("elastomer", spec.elastomer), ("target", spec.target))
     return tuple(
-        _sheet(layout, part, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, nest)
-        for part, plate in plates
-        if plate is not None
-        for nest in nests(plate.size, plate.kerf, spec.cutting, spec.fpc.boards or 1)
+        _sheet(layout, part, nest, stop)
+        for part in (*cut_parts(spec), *more)
+        for nest in nests(part.size, part.kerf, spec.cutting, spec.fpc.boards or 1)
     )
 
 
@@ -179,17 +208,9 @@ def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point)
     return Contour(layer, rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y))
 
 
-def _sheet(
-    layout: Layout,
-    part: str,
-    material: str,
-    shape: str,
-    size: tuple[float, float],
-    thickness: float,
-    kerf: float,
-    nest: Nest,
-) -> LaserSheet:
+def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
     """One plate's sheet: its contours with the kerf allowed for, the coupon beside them, and the notes above."""
+    shape, size, kerf = part.shape, part.size, part.kerf
     if not 0.0 <= kerf < COUPON_HOLE:
         raise ValueError(
             f"a kerf of {kerf * 1e3:g} mm cannot be compensated: it must be from 0 to {COUPON_HOLE * 1e3:g} mm"
@@ -200,7 +221,7 @@ def _sheet(
     centres = [centre.shifted(*_place(index, nest.columns, step)) for index in range(nest.count)]
     right = centre.x + (nest.columns - 1) * step[0]
     coupon = Point(right + size[0] / 2 + kerf + MARGIN + COUPON_SIZE / 2, floor + COUPON_SIZE / 2)
-    texts = (*_texts(layout, part, material, shape, size, thickness, kerf), *_counted(nest))
+    texts = (*([stop] if stop else []), *_texts(layout, part), *_counted(nest))
     top = floor + max(size[1] + (nest.rows - 1) * step[1], COUPON_SIZE) + kerf / 2
     notes = tuple((Point(MARGIN, top + _LINE_STEP * (len(texts) - i)), text) for i, text in enumerate(texts))
     height = top + _LINE_STEP * (len(texts) + 1) + MARGIN
@@ -213,9 +234,9 @@ def _sheet(
         *(plate(CutLayer.CUT_OUTER, shape, (size[0] + kerf, size[1] + kerf), each) for each in centres),
         plate(CutLayer.CUT_OUTER, "square", (COUPON_SIZE + kerf,) * 2, coupon),
         plate(CutLayer.REF, shape, size, centre),
-        *_marks(layout, part, centre, width, height),
+        *_marks(layout, part.place, centre, width, height),
     )
-    return LaserSheet(part, material, shape, size, thickness, kerf, width, height, contours, notes, nest)
+    return LaserSheet(part.part, part.material, shape, size, part.thickness, kerf, width, height, contours, notes, nest)
 
 
 def _place(index: int, columns: int, step: tuple[float, ...]) -> tuple[float, float]:
@@ -232,11 +253,9 @@ def _counted(nest: Nest) -> Iterator[str]:
         yield f"cut this sheet {nest.times} times"
 
 
-def _texts(
-    layout: Layout, part: str, material: str, shape: str, size: tuple[float, float], thickness: float, kerf: float
-) -> tuple[str, ...]:
+def _texts(layout: Layout, part: CutPart) -> tuple[str, ...]:
     """The lines of text on a sheet."""
-    sizes = PLATES[shape].size_in_words(size)
+    kerf, sizes = part.kerf, PLATES[part.shape].size_in_words(part.size)
     half = in_mm(kerf / 2)
     compensation = (
         (
@@ -251,11 +270,11 @@ def _texts(
         )
     )
     return (
-        f"{layout.spec.name} {part}",
+        f"{layout.spec.name} {part.part}",
         *([layout.spec.issue.words] if layout.spec.issue.rows else []),
-        f"{shape} {sizes} mm, {in_mm(thickness)} mm thick",
-        material,
-        *([place] if (place := place_in_words(_plate_of(layout, part))) else []),
+        f"{part.shape} {sizes} mm, {in_mm(part.thickness)} mm thick",
+        part.material,
+        *([part.words] if part.words else []),
         *compensation,
         *_order(kerf > 0.0),
         f"{LOOKS[CutLayer.REF].colour} (layer REF) is not cut",
@@ -269,17 +288,10 @@ def _order(is_engraved: bool) -> Iterator[str]:
         yield f"{i}. {LOOKS[layer].colour}: {LOOKS[layer].work} (layer {layer})"
 
 
-def _plate_of(layout: Layout, part: str) -> Target | ElastomerPad:
-    found = layout.spec.target if part == "target" else layout.spec.elastomer
-    assert found is not None
-    return found
-
-
-def _marks(layout: Layout, part: str, centre: Point, width: float, height: float) -> Iterator[Contour]:
+def _marks(layout: Layout, here: Footprint, centre: Point, width: float, height: float) -> Iterator[Contour]:
     """Crosses on REF: the part's centre, the coils under it where it lies, and two corners of the sheet to register it
     by.
     """
-    here = footprint(layout.spec, _plate_of(layout, part))
     beside = (here.place_of(Point(*p.centre)) for p in layout.spec.array.placements)
     marks = (centre.shifted(x, y) for x, y in beside)
     under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]

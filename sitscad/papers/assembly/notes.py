@@ -6,6 +6,7 @@ import json
 import textwrap
 from collections.abc import Iterator
 
+from sitscad.drawing.frame import FORCED
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.papers.assembly.bench_steps import assembled, bare_board, plugged
@@ -20,13 +21,18 @@ from sitscad.units import in_mm
 WIDTH = 96
 
 
-def render(layout: Layout, estimates: Estimates, bench: Estimates, files: dict[str, bytes]) -> dict[str, bytes]:
-    """The text, numbered, and what the pieces weigh (out of ``mount/assembly.json``); nothing without a mount."""
+def render(
+    layout: Layout, estimates: Estimates, bench: Estimates, forced: str, files: dict[str, bytes]
+) -> dict[str, bytes]:
+    """The text, numbered, and what the pieces weigh (out of ``mount/assembly.json``); nothing without a mount. It
+    begins with a warning where ``forced`` is not empty.
+    """
     if layout.spec.mount is None:
         return {}
     content = files.get("mount/assembly.json")  # not there where pieces of a forced package cannot be put together
     weighed = "\n".join(["", *_weights(content), ""]) if content is not None else ""
-    return {"mount/assembly.txt": (text(layout, estimates, bench) + weighed).encode("utf-8")}
+    stop = f"{FORCED}\n\n" if forced else ""
+    return {"mount/assembly.txt": (stop + text(layout, estimates, bench) + weighed).encode("utf-8")}
 
 
 def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:

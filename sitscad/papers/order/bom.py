@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import astuple, fields, replace
 
 from sitscad.data import is_unverified
+from sitscad.drawing.frame import FORCED
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication.notes import contact_text, stiffener_text
 from sitscad.geometry.path import bounding_box
@@ -50,12 +51,16 @@ class Item:
     for_boards: int = 0
 
 
-def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
-    """``bom.csv``: UTF-8, comma separated, one header row, quantities for one sensor and for all."""
+def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
+    """``bom.csv``: UTF-8, comma separated, one header row, quantities for one sensor and for all; the first row is a
+    warning, of quantity 0, where ``forced`` is not empty.
+    """
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow([field.name for field in fields(Item)])
-    rows.writerows([[_inert(str(cell)) for cell in astuple(item)] for item in items(layout, estimates)])
+    stop = (Item("warning", 0, layout.spec.name, "", "", FORCED),) if forced else ()
+    found = (*stop, *items(layout, estimates))
+    rows.writerows([[_inert(str(cell)) for cell in astuple(item)] for item in found])
     return {"bom.csv": text.getvalue().encode("utf-8")}
 
 
@@ -211,6 +216,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         size = f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(spec.shield.thickness)} mm"
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
         note = f"{in_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
+        note += f"; cut with laser/{spec.name}-shield.dxf"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
     yield from _glue(layout)
     if spec.mount is None:

@@ -7,30 +7,37 @@ from collections.abc import Iterator
 from functools import cache
 
 from sitscad.data import rows
+from sitscad.drawing.frame import FORCED
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.laser_sheet import LOOKS, CutLayer, LaserSheet, laser_sheets
+from sitscad.layout.cutting.laser_sheet import LOOKS, CutLayer, LaserSheet
 from sitscad.papers.order.codes import order_of
+from sitscad.scene.stack import sheets
 from sitscad.units import in_mm, parse_quantity
 
 WIDTH = 96
 SILICONE = "silicone"
 
 
-def render(layout: Layout) -> dict[str, bytes]:
-    """The text; raises ValueError where a sheet cannot be laid out."""
-    sheets = laser_sheets(layout)
-    return {"laser/readme.txt": text(layout, sheets).encode("utf-8")} if sheets else {}
+def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
+    """The text; it begins with a warning where ``forced`` is not empty. Raises ValueError where a sheet cannot be laid
+    out.
+    """
+    found = sheets(layout)
+    return {"laser/readme.txt": text(layout, found, bool(forced)).encode("utf-8")} if found else {}
 
 
-def text(layout: Layout, sheets: tuple[LaserSheet, ...]) -> str:
+def text(layout: Layout, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
     """The whole page."""
     boards = layout.spec.fpc.boards or 1
-    lines = [f"{layout.spec.name}: parts to be cut, for {boards} sensor{'s' if boards > 1 else ''}", ""]
+    lines = [FORCED, ""] if forced else []
+    lines += [f"{layout.spec.name}: parts to be cut, for {boards} sensor{'s' if boards > 1 else ''}", ""]
     for sheet in sheets:
         lines += [*_sheet(layout, sheet), ""]
     lines += [*_wrapped("Colours and order", ""), *_order(), ""]
     for material in dict.fromkeys(_kind(sheet) for sheet in sheets):
         lines += [*_lasers(material), ""]
+    if any(sheet.part == "shield" for sheet in sheets):
+        lines += [*_wrapped(SHIELD), ""]
     if any(sheet.part == "target" for sheet in sheets):
         lines += [*_wrapped(WITHOUT_LASER.format(name=layout.spec.name)), ""]
     if (bought := _bought(layout)) is not None:
@@ -46,10 +53,16 @@ WITHOUT_LASER = (
     "cut with a scalpel along a printed copy, and rub the edge flat. (Unverified, from memory: ask the shop.)"
 )
 
+SHIELD = (
+    "The shield lies hidden under the board, so its edges need not be fine. A flexible ferrite sheet is cut with a "
+    "scalpel along a printed copy, its carrier foil still on; foil of metal by scissors, and pressed flat. Sintered "
+    "ferrite breaks: buy it in its size. (Unverified, from memory: ask the maker of the sheet.)"
+)
+
 KERF = (
     "The kerf. Outlines are drawn half a kerf outside the part, holes half a kerf inside, so that the beam runs along "
-    "the line and no tool compensation is to be set. Cut the coupon first, measure it, and mend elastomer.kerf or "
-    "target.kerf as the sheet's notes say, where it is not as wide as it should be."
+    "the line and no tool compensation is to be set. Cut the coupon first, measure it, and mend elastomer.kerf, "
+    "target.kerf or shield.kerf as the sheet's notes say, where it is not as wide as it should be."
 )
 
 

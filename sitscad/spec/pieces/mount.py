@@ -27,8 +27,11 @@ class Assembly:
 
 @record
 class Shield:
-    """A sheet between coil and jaw: ``gap`` is from the board's bottom face to the sheet (m)."""
+    """A sheet between coil and jaw: ``gap`` is from the board's bottom face to the sheet, ``kerf`` what a laser takes
+    (0: drawn as it is; all m).
+    """
 
     material: Conductor
     thickness: float
     gap: float
+    kerf: float = 0.0

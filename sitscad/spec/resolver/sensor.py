@@ -143,7 +143,7 @@ def resolve_encapsulation(document: SpecDocument) -> Encapsulation | None:
 def resolve_shield(document: SpecDocument) -> Shield | None:
     """The shield behind the board."""
     part = document.shield
-    return None if part is None else Shield(resolve_conductor(part.material), part.thickness, part.gap)
+    return None if part is None else Shield(resolve_conductor(part.material), part.thickness, part.gap, part.kerf)
 
 
 def resolve_assembly(document: SpecDocument, remarks: Remarks) -> Assembly:

@@ -330,6 +330,7 @@ class ShieldDocument(Section):
     )
     thickness: float = key(Thickness, "of the sheet", 0.1)
     gap: float = key(Gap, "from the board's bottom face down to the sheet; inside mount.standoff", 0.6)
+    kerf: float = key(Kerf, "width of the cut; 0: drawn as it is", 0)
 
 
 class TolerancesDocument(Section):
