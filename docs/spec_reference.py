@@ -10,15 +10,17 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.documents.spec import SpecDocument
 from sitscad.spec.format.kinds.figure import Sourced
 from sitscad.spec.format.kinds.kind import Either, Kind, Special
-from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList, Truth
+from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList, Several, Truth
 from sitscad.spec.format.kinds.preset import Preset, ProfileName
 from sitscad.spec.format.kinds.quantity import Pair, Quantity
 from sitscad.spec.format.kinds.word import Choice, Text
 from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
 from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.stackup import LayerKind, Stackup
 from sitscad.units import show
 
@@ -59,6 +61,15 @@ def _presets_in_figures() -> Iterator[str]:
         [(s.name, _thicknesses(s, LayerKind.COPPER), _thicknesses(s, LayerKind.DIELECTRIC), show(s.thickness, "m", 4))
          for s in stackups],
     )  # fmt: skip
+    houses = [installed_rules(name) for name in presets.names("rules")]
+    yield _figures(
+        "Fabricators with a profile",
+        "Read on the pages named, on that day; ask before you order. Least track and gap are for the thinnest copper "
+        "listed; what a house does not state comes from generic-flex. SIT131 judges what is offered where that is "
+        "stated; every finding names the source of its figure. For `fpc.rules`.",
+        ("name", "who", "made in", "track / gap", "copper layers", "copper", "cover, stiffener, finish", "read on"),
+        [_house(rules) for rules in houses],
+    )  # fmt: skip
     jaws = [presets.jaw(name) for name in presets.names("jaw")]
     yield _figures(
         "Jaws with a preset",
@@ -67,6 +78,19 @@ def _presets_in_figures() -> Iterator[str]:
         [(j.name, *(show(size, "m") for size in (j.width, j.length, j.height, j.port_diameter)), j.material.name)
          for j in jaws],
     )  # fmt: skip
+
+
+def _house(rules: DesignRules) -> tuple[str, ...]:
+    """One fabricator's row; a dash for what is not stated."""
+    lines = f"{show(rules.trace_width, 'm', 3)} / {show(rules.trace_spacing, 'm', 3)}"
+    counts, foils = rules.layer_counts, rules.foils
+    layers = "-" if counts is None else f"{counts[0]} to {counts[-1]}" if len(counts) > 1 else f"{counts[0]}"
+    copper = "-" if foils is None else ", ".join(f"{foil * 1e6:g}" for foil in foils) + " um"
+    listed = (rules.covers, rules.stiffeners, rules.finishes)
+    said = ["no stiffener" if each == () else " or ".join(each) for each in listed if each is not None]
+    who = rules.house or "no house: figures that several of them publish"
+    where = f"{rules.sources['house'] if rules.house else 'each its own'}, {rules.checked_on}"
+    return rules.name, who, rules.country or "-", lines, layers, copper, "; ".join(said) or "-", where
 
 
 def _figures(title: str, about: str, heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
@@ -134,6 +158,8 @@ def _value(kind: Kind, places: Places) -> str:
         return f"{'whole ' if kind.whole else ''}number, {kind.low:g} to {kind.high:g}"
     if isinstance(kind, NumberOrList):
         return f"{_value(kind.number, places)}, or a list of them, one a layer"
+    if isinstance(kind, Several):
+        return f"{_value(kind.one, places)}, or a list of them"
     if isinstance(kind, Text):
         return f"text, at most {kind.longest} characters" + (f": {kind.like}" if kind.like else "")
     if isinstance(kind, Choice):

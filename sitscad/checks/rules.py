@@ -77,6 +77,7 @@ SEVERITIES: dict[str, str] = {
     "SIT127": "note where contacts lead nowhere or their number is written, error",
     "SIT128": "warning, error where the contacts are too far from the edge for plating bars",
     "SIT129": "note where its thickness is written, warning",
+    "SIT131": "warning for the number of boards, error",
     "SIT201": "note within two sigma, warning within one or where the tank is driven, error",
     "SIT202": "note within two sigma, warning within one, error",
     "SIT203": "note within two sigma, warning, error below the strongest drive or without oscillation",

@@ -9,7 +9,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.tail.thickness import has_tail_coverlay, tail_copper
 from sitscad.record import record
 from sitscad.spec.issue import UNNUMBERED, creation_date
-from sitscad.spec.stackup import LayerKind, Stackup
+from sitscad.spec.stackup import MASK, LayerKind, Stackup
 from sitscad.units import show
 from sitscad.version import __version__
 
@@ -220,7 +220,8 @@ def stack_names(layout: Layout) -> list[str]:
             copper += 1
             names.append(f"copper {copper} ({layer_name(copper, layout.copper_layers)})")
         else:
-            names.append("coverlay" if layer.kind is LayerKind.COVERLAY else "dielectric")
+            name = layer.material if layer.material == MASK else "coverlay"
+            names.append(name if layer.kind is LayerKind.COVERLAY else "dielectric")
     return names
 
 

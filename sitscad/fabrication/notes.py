@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from sitscad.geometry.path import bounding_box
@@ -32,11 +32,15 @@ def finish_name(layout: Layout) -> str:
 
 
 def finish_text(layout: Layout) -> str:
-    """Finish of the bare contacts with what it takes to plate them, foil and plating."""
+    """Finish of the bare contacts with what it takes to plate them, foil and plating; of a fabricator who makes every
+    board in one way the finish alone, since nothing else can be asked for.
+    """
     chosen, stackup = finish(layout.spec.fpc.finish), layout.spec.fpc.stackup
     is_plated = layout.vias and stackup.plating_thickness
     plating = f", holes plated {show(stackup.plating_thickness, 'm')} nominal" if is_plated else ""
     bars = f" {plating_bar_text(layout)}" if chosen.is_electrolytic and layout.pads else ""
+    if layout.spec.fpc.rules.one_process:
+        return f"Finish on bare contacts: {chosen.words}.{bars}"
     return f"Finish on bare contacts: {chosen.words}.{bars} Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
 
 
@@ -294,13 +298,29 @@ def outline_text(layout: Layout) -> str:
     return f"+/- {show(rules.outline_tolerance, 'm')}{other}"
 
 
-def quantity_text(boards: int | None, panel_parts: int | None) -> str:
-    """How many boards are wanted and, where they come in panels of so many, how many panels; empty if not said."""
+def questions(layout: Layout) -> Iterator[tuple[str, str]]:
+    """What a fabricator who makes every board in one way lists nothing of: asked before ordering, and not ordered."""
+    rules, foil = layout.spec.fpc.rules, FOILS[layout.spec.fpc.copper]
+    if not rules.one_process:
+        return
+    name = rules.house or rules.name
+    yield "To know", f"{name} makes every board in one way. What follows is not ordered: ask where it matters to you."
+    yield "Copper", f"which foil it is, and how thick the plating of the holes (the design counts on {foil})"
+    yield "Class", "which class of IPC-6013 the boards keep"
+    yield "Test", "whether every board is tested for continuity and isolation"
+    yield "Marks", "whether date codes and maker's marks can be left off"
+
+
+def quantity_text(boards: int | None, panel_parts: int | None, multiple: int = 1) -> str:
+    """How many boards are wanted and, where they come in panels of so many, how many panels; how many are ordered where
+    they are sold in a multiple; empty if not said.
+    """
     if boards is None:
         return ""
     wanted = f"{boards} board{'s' * (boards > 1)}"
     if panel_parts is None:
-        return wanted
+        sold = math.ceil(boards / multiple) * multiple
+        return wanted if sold == boards else f"{wanted}: order {sold}, they are sold in multiples of {multiple}"
     panels = math.ceil(boards / panel_parts)
     spare = panels * panel_parts - boards
     more = f", {spare} more than wanted" if spare else ""
@@ -309,8 +329,10 @@ def quantity_text(boards: int | None, panel_parts: int | None) -> str:
 
 _LAMINATES = {
     "polyimide": "copper on polyimide without adhesive (as Pyralux AP)",
+    "felios": "copper on polyimide without adhesive (Panasonic Felios R-F775)",
     "bondply": "polyimide film with adhesive on both faces",
     "polyimide-coverlay": "polyimide film with adhesive on one face",
+    "solder-mask": "solder mask, printed",
 }
 
 

@@ -38,6 +38,9 @@ class DesignRules:
     Where the tail has fewer layers than the body its own coverlay laps into the body by ``coverlay_lap``, and holes
     keep ``hole_to_step`` from the body's end. A plug's fingers go on under the coverlay by ``finger_lap``; it covers
     the rims of solder pads by ``pad_lap``.
+    ``layer_counts``, ``foils`` and ``cores`` (m), ``covers``, ``stiffeners`` and ``finishes`` are all that is offered
+    of each (None: not stated, so not judged), and boards are sold in an ``order_multiple``; with ``one_process``
+    every board is made in one way. ``house`` and ``country`` are who makes it and where, empty where not stated.
     ``beyond`` names the figures that are taken for a thicker foil than any that they are stated for, and that thickness
     (m); ``unbound`` those minimums of coils that only warn although `coil_rule_binding` makes the others errors.
     """
@@ -79,6 +82,16 @@ class DesignRules:
         default_factory=lambda: {"polyimide": 50e-6, "fr4": 100e-6}, hash=False
     )
     file_naming: str = "protel"
+    layer_counts: tuple[int, ...] | None = None
+    foils: tuple[float, ...] | None = None
+    cores: tuple[float, ...] | None = None
+    covers: tuple[str, ...] | None = None
+    stiffeners: tuple[str, ...] | None = None
+    finishes: tuple[str, ...] | None = None
+    order_multiple: int = 1
+    one_process: bool = False
+    house: str = ""
+    country: str = ""
     holders: Mapping[str, str] = field(default_factory=dict, hash=False)
     beyond: Mapping[str, float] = field(default_factory=dict, hash=False)
     unbound: tuple[str, ...] = ()

@@ -17,6 +17,10 @@ class LayerKind(StrEnum):
     DIELECTRIC = "dielectric"
 
 
+MASK = "solder-mask"
+"""The material of a coverlay that is printed and no film."""
+
+
 @record
 class StackLayer:
     """One layer: its thickness in metres and its material (a row of the materials data).

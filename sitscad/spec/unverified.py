@@ -43,12 +43,15 @@ def _of_rules(rules: DesignRules) -> Iterator[UnverifiedFigure]:
     for field, source in rules.sources.items():
         if data.is_unverified(source) and not _OF_A_FOIL.search(field):
             value = getattr(rules, field, None)
-            text = show(value, "m") if isinstance(value, float) else _sides(value)
+            text = show(value, "m") if isinstance(value, float) else _sides(field, value)
             yield UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(data.UNVERIFIED))
 
 
-def _sides(value: object) -> str:
-    return " x ".join(show(side, "m") for side in value) if isinstance(value, tuple) else str(value or "")
+def _sides(field: str, value: object) -> str:
+    if not isinstance(value, tuple):
+        return str(value or "")
+    between = " x " if field in ("part_size", "panel_size") else ", "
+    return between.join(show(each, "m") if isinstance(each, float) else str(each) for each in value)
 
 
 def _glue(spec: SensorSpec) -> Adhesive | None:

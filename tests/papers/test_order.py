@@ -522,6 +522,22 @@ def test_a_tolerance_that_the_fabricator_does_not_state_is_said_to_be_anothers(r
     assert said.removeprefix("outline ").removesuffix(", layers") in words(panel_drawing.readme(panel, None))
 
 
+def test_a_house_that_makes_every_board_in_one_way_is_asked_and_not_ordered_what_it_does_not_list():
+    asked = ("IPC-6013 class 2", "rolled annealed (RA)", "film and adhesive", "100 % continuity", "date code or maker")
+    own = "panel: none, boards: 10, rules: osh-park-flex, stackup: flex-2l-osh-park, tail: {length: 30, connector: "
+    layout = load_text(
+        "sitscad: 1\nname: ordered\ncoil: {shape: circle, outer_diameter: 8, turns: 8, layers: 2, trace_width: 6 mil, "
+        f"trace_spacing: 6 mil}}\nfpc: {{{own}solder-pads}}}}\n"
+    )
+    readme = words(fabrication_notes.readme(lay_out(layout)))
+    order, _, questions = readme.partition("Questions ---------")
+    assert not [text for text in asked if text in order] and "10 boards: order 12, they are sold in mult" in order
+    assert "OSH Park makes every board in one way" in questions and "which class of IPC-6013" in questions
+    assert "25.4 um solder-mask, solder mask, printed" not in order and "25.4 um solder-mask" in order
+    other = words(fabrication_notes.readme(ordered("stackup: flex-2l-18um, panel: none, boards: 10")))
+    assert not [text for text in asked if text not in other] and "Questions" not in other
+
+
 @pytest.mark.parametrize(
     ("fpc", "quantity"),
     [

@@ -18,7 +18,7 @@ from sitscad.fabrication.notes import finish_name
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.spec.issue import UNNUMBERED, creation_date
-from sitscad.spec.stackup import LayerKind, StackLayer
+from sitscad.spec.stackup import MASK, LayerKind, StackLayer
 from sitscad.version import __version__
 
 
@@ -85,7 +85,7 @@ def _stackup(layout: Layout) -> Iterator[dict[str, Any]]:
         elif layer.kind is LayerKind.COVERLAY:
             coverlay += 1
             side = "Bottom" if copper else "Top"
-            notes = "Flexible coverlay, polyimide film and adhesive together"
+            notes = "" if layer.material == MASK else "Flexible coverlay, polyimide film and adhesive together"
             yield _row("SolderMask", layer, f"{side} coverlay", notes)
         else:
             yield _row("Dielectric", layer, f"{layer_name(copper, count)}/{layer_name(copper + 1, count)}")

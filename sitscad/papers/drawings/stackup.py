@@ -14,7 +14,7 @@ from sitscad.fabrication.notes import bend_text, bond_texts, finish_text, lamina
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.thickness import has_tail_coverlay, is_opened, tail_layers
-from sitscad.spec.stackup import LayerKind
+from sitscad.spec.stackup import MASK, LayerKind
 from sitscad.units import show
 
 COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}
@@ -129,7 +129,9 @@ def _barrel(sheet: Sheet, top: float, height: float) -> None:
 def _notes(layout: Layout) -> Iterator[str]:
     """What the films are and what their thicknesses count."""
     stackup = layout.spec.fpc.stackup
-    yield f"Thicknesses are finished ones; coverlay with its adhesive. Laminates: {laminate_text(layout)}."
+    is_film = any(layer.kind is LayerKind.COVERLAY and layer.material != MASK for layer in stackup.layers)
+    glued = "; coverlay with its adhesive" if is_film else ""
+    yield f"Thicknesses are finished ones{glued}. Laminates: {laminate_text(layout)}."
     yield from (f"Bond, {where}: {text}." for where, text in bond_texts(layout).items())
     if stackup.plating_thickness:
         yield f"Plating, {show(stackup.plating_thickness, 'm')}, is part of the outer copper's thickness."

@@ -29,6 +29,7 @@ from sitscad.fabrication.notes import (
     outline_text,
     plug_text,
     quantity_text,
+    questions,
     step_text,
     stiffener_text,
     thickness_text,
@@ -42,6 +43,7 @@ from sitscad.layout.tail.contacts import contacts, head
 from sitscad.layout.tail.thickness import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.spec.profiles.presets import unverified_rows
+from sitscad.spec.stackup import MASK, LayerKind
 from sitscad.spec.unverified import is_unverified
 from sitscad.units import show
 
@@ -66,6 +68,7 @@ def readme(
         section("Stack-up, from the top", _layers(layout)),
         section("What the sensor depends on", _care(layout)),
         section("Test", _test(layout)),
+        *([section("Questions", questions(layout))] if layout.spec.fpc.rules.one_process else ()),
         _contact_table(layout),
         section("Files", _files(layout, panel)),
         _fingerprint(layout, panel, files) if files else [],
@@ -126,7 +129,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield from layout.spec.issue.rows
     yield "Type", f"flexible circuit, {len(copper)} copper layer{'s' * (len(copper) > 1)}"
     yield "Size", f"{show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} over all (outline file, middle of the line)"
-    if quantity := quantity_text(fpc.boards, len(panel.parts) if panel is not None else None):
+    if quantity := quantity_text(fpc.boards, len(panel.parts) if panel is not None else None, fpc.rules.order_multiple):
         yield "Quantity", quantity
     yield "Delivery", _delivery(layout, panel)
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished, without stiffener"
@@ -140,9 +143,10 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     )
     yield "Holes", _holes(layout)
     yield "Finish", finish_text(layout).removeprefix("Finish on bare contacts: ")
-    yield "Legend", "none, and no date code or maker's mark on the boards"
+    yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
     yield "Laminates", laminate_text(layout)
-    yield "Class", "IPC-6013 class 2 unless the order says otherwise"
+    if not fpc.rules.one_process:
+        yield "Class", "IPC-6013 class 2 unless the order says otherwise"
     if layout.stiffener is not None:
         yield "Stiffener", _stiffener(layout)
     if fpc.tail is not None and fpc.tail.connector.insertion_thickness > 0.0:
@@ -283,12 +287,20 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
         yield "Plating", f"{show(stackup.plating_thickness, 'm')}, contained in the outer copper's thickness above"
     for field, value, source in dict.fromkeys(unverified_rows("stackup", stackup.name)):
         yield "To confirm", f"{field}, {value}: {source}" if field != "note" else source
-    top, bottom = has_coverlay(stackup)
-    if top or bottom:
+    if any(has_coverlay(stackup)):
+        masks = {layer.material == MASK for layer in stackup.layers if layer.kind is LayerKind.COVERLAY}
         yield (
             "Coverlay",
-            "film and adhesive together; a file without any opening means that this side is closed throughout",
+            f"{_COVERS[frozenset(masks)]}; a file without any opening means that this side is closed throughout",
         )
+
+
+_COVERS = {
+    frozenset({False}): "film and adhesive together",
+    frozenset({True}): "solder mask",
+    frozenset({False, True}): "film (with its adhesive) on one side, solder mask on the other",
+}
+"""What covers the copper, by whether it is a mask."""
 
 
 def _care(layout: Layout) -> Iterator[tuple[str, str]]:
@@ -316,7 +328,8 @@ def _test(layout: Layout) -> Iterator[tuple[str, str]]:
         f"{net}: {', '.join(str(pad.number) for pad in layout.pads if pad.net == net) or 'no contact'}"
         for net in layout.nets
     )
-    yield "Bare board", "100 % continuity and isolation by the IPC-D-356A netlist"
+    if not layout.spec.fpc.rules.one_process:
+        yield "Bare board", "100 % continuity and isolation by the IPC-D-356A netlist"
     yield "Nets", f"{len(layout.nets)}, one a coil; the contacts of one coil are joined through its winding ({pins})"
 
 

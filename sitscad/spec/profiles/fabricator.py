@@ -82,7 +82,8 @@ _PLAIN = (
     "trace_width", "trace_spacing", "via_drill", "annular_ring", "coil_trace_width", "coil_trace_spacing",
     "hole_to_hole", "drill_to_copper", "copper_to_edge", "coverlay_web", "coverlay_opening_to_trace",
     "outline_tolerance", "registration", "inside_radius", "finger_lap", "pad_lap", "coverlay_lap", "hole_to_step",
-    "part_size", "panel_size", "file_naming",
+    "part_size", "panel_size", "file_naming", "layer_counts", "foils", "cores", "covers", "stiffeners", "finishes",
+    "order_multiple", "one_process", "house", "country",
 )  # fmt: skip
 
 _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {

@@ -7,10 +7,10 @@ from __future__ import annotations
 import re
 
 from sitscad.spec.format.kinds.figure import Figure, Sourced
-from sitscad.spec.format.kinds.number import Number, Truth
+from sitscad.spec.format.kinds.number import Number, Several, Truth
 from sitscad.spec.format.kinds.preset import Preset, ProfileName
 from sitscad.spec.format.kinds.quantity import Pair, Quantity
-from sitscad.spec.format.kinds.word import Text
+from sitscad.spec.format.kinds.word import Choice, Text
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key, keys_like
 
 Label = Text(64)
@@ -19,6 +19,12 @@ Feature = Sourced(Quantity("length", "5 um", "10 mm"))
 Foil = Quantity("length", "1 um", "500 um")
 Tolerance = Sourced(Quantity("length", "1 um", "1 mm"))
 BendRatio = Sourced(Number(1, 1000))
+COVERS = ("film", "solder-mask")
+"""What covers the copper: a film bonded on with adhesive, or a mask that is printed."""
+FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")
+STIFFENERS = ("polyimide", "fr4")
+
+Words = Sourced(Text(100))
 Sides = Sourced(Pair(Quantity("length", "1 mm", "1000 mm")))
 
 Written = Figure | None
@@ -87,6 +93,24 @@ class RulesDocument(Section):
     part_size: Written = key(Sides, "smallest part that is handled singly", None)
     panel_size: Written = key(Sides, "what a panel is filled up to", None)
     file_naming: Written = key(Sourced(Preset("file naming")), "how files are called in the archive", None)
+    layer_counts: Written = key(
+        Sourced(Several(Number(1, 32, whole=True))), "how many copper layers they offer, like [1, 2, 4]; what of this "
+        "and the next six is not written is not judged", None,
+    )  # fmt: skip
+    foils: Written = key(Sourced(Several(Foil)), "copper that they offer, like [18 um, 35 um]", None)
+    cores: Written = key(
+        Sourced(Several(Quantity("length", "5 um", "1 mm"))), "polyimide between copper that they offer", None
+    )
+    covers: Written = key(Sourced(Several(Choice(COVERS))), "what they cover the copper with", None)
+    stiffeners: Written = key(Sourced(Several(Choice(STIFFENERS))), "what stiffeners are made of; []: none", None)
+    finishes: Written = key(Sourced(Several(Choice(FINISHES))), "finishes that they offer", None)
+    order_multiple: Written = key(Sourced(Number(1, 1000, whole=True)), "boards are sold in so many at a time", None)
+    one_process: Written = key(
+        Sourced(Truth()), "whether every board is made in one way: what else the papers would ask for becomes a list "
+        "of questions in the order notes", None,
+    )  # fmt: skip
+    house: Written = key(Words, "who that is", None)
+    country: Written = key(Words, "where the boards are made", None)
     checked_on: Written = key(Sourced(Date), "when that was read", None)
     by_foil: dict[str, Figure] = keys_like(
         BY_FOIL, "trace_width_18um", Feature,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from sitscad.geometry.shapes import PLATES, SHAPES
-from sitscad.spec.format.documents.fabricator import RulesChoice, RulesDocument
+from sitscad.spec.format.documents.fabricator import FINISHES, RulesChoice, RulesDocument
 from sitscad.spec.format.documents.loads import LoadsDocument
 from sitscad.spec.format.documents.materials import (
     ConductorChoice,
@@ -27,7 +27,6 @@ from sitscad.spec.format.kinds.word import Choice, Text
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 
 VERSION = 1
-FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")
 
 
 def _version(value: Any) -> int:

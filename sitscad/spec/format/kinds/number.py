@@ -62,6 +62,27 @@ class NumberOrList(Scalar):
 
 
 @record
+class Several(Scalar):
+    """One or several values of a kind, or none of them (an empty list); read as a tuple."""
+
+    one: Scalar
+    most: int = 16
+
+    def read(self, value: Any) -> tuple[Any, ...]:
+        """The values, each as its kind reads it."""
+        written = value if isinstance(value, list) else [value]
+        if len(written) > self.most:
+            refuse("SIT006", f"{len(written)} are out of range: at most {self.most}", "")
+        return tuple(self.one.read(each) for each in written)
+
+    def schema(self) -> dict[str, Any]:
+        """One of them, or a list."""
+        one = self.one.schema()
+        many = {"type": "array", "items": one, "maxItems": self.most}
+        return {"anyOf": [*one.get("anyOf", [one]), many]}
+
+
+@record
 class Layers(Scalar):
     """Copper layers: a count from the top, or a list of layer numbers from the top down."""
 

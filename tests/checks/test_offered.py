@@ -1,0 +1,71 @@
+"""SIT131: what a fabricator does not offer is refused, and what nobody states is not judged."""
+
+from __future__ import annotations
+
+import pytest
+
+from sitscad.spec.load import load_text
+from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import installed_rules
+
+OWN = "stackup: flex-2l-osh-park, rules: osh-park-flex"
+PADS = "tail: {length: 30, connector: solder-pads}"
+PLUG = "tail: {length: 30, connector: zif-0.5mm}"
+THIN, THICK = (f"stackup: {name}, rules: osh-park-flex, {PADS}" for name in ("flex-2l-18um", "flex-2l-35um"))
+
+
+def spec(fpc):
+    coil = "{shape: circle, outer_diameter: 8, turns: 5, layers: 2, trace_width: 6 mil, trace_spacing: 6 mil}"
+    return load_text(f"sitscad: 1\nname: offered\ncoil: {coil}\nfpc: {{{fpc}}}\n", "offered.yaml")
+
+
+def said(judge, fpc):
+    return [(f.severity.value, f.key, f.message) for f in judge("SIT131", spec(fpc))]
+
+
+def test_what_osh_park_lists_passes(judge):
+    assert said(judge, f"{OWN}, boards: 9, {PADS}") == []
+
+
+@pytest.mark.parametrize(
+    ("fpc", "key", "message"),
+    [
+        (THIN, "fpc.stackup", "copper: 18 um; osh-park-flex offers 35 um"),
+        (THICK, "fpc.stackup", "film between copper: 25 um; osh-park-flex offers 101.6 um"),
+        (THICK, "fpc.stackup", "cover: film; osh-park-flex offers solder-mask"),
+        (f"stackup: flex-4l, rules: osh-park-flex, {PADS}", "fpc.stackup", "copper layers: 4; osh-park-flex offers 2"),
+        (f"{OWN}, finish: osp, {PADS}", "fpc.finish", "contacts: osp; osh-park-flex offers enig"),
+        (f"{OWN}, {PLUG}", "fpc.tail", "stiffener: polyimide; osh-park-flex offers none"),
+        (f"stackup: flex-4l, rules: rehan-2l, {PADS}", "fpc.stackup", "copper layers: 4; rehan-2l offers 1, 2"),
+        (f"stackup: flex-2l-18um, rules: rehan-4l, {PADS}", "fpc.stackup",
+         "copper layers: 2; rehan-4l offers 3, 4, 5, 6, 7, 8"),
+        (f"stackup: flex-2l-18um, rules: {{based_on: shipco, foils: 35 um}}, {PADS}", "fpc.stackup",
+         "copper: 18 um; the spec (line 4) offers 35 um"),
+    ],
+)  # fmt: skip
+def test_what_is_not_offered_is_an_error_at_its_key(judge, fpc, key, message):
+    assert ("error", key, message) in said(judge, fpc)
+
+
+def test_an_odd_number_of_boards_warns_and_says_how_many_to_order(judge):
+    (found,) = judge("SIT131", spec(f"{OWN}, boards: 10, {PADS}"))
+    assert (found.severity.value, found.key, found.hint, found.limit) == ("warning", "fpc.boards", "fpc.boards: 12", 12)
+    assert "multiples of three" in found.source
+
+
+def test_the_hint_names_the_stack_up_that_is_offered(judge):
+    hints = {f.hint for f in judge("SIT131", spec(THIN))}
+    assert all(hint.startswith("fpc.stackup: flex-2l-osh-park is offered") for hint in hints)
+
+
+@pytest.mark.parametrize("name", presets.names("stackup"))
+def test_a_profile_that_states_nothing_judges_nothing(verdicts, name):
+    assert "layer_counts" not in installed_rules("generic-flex").sources
+    asked = spec(f"stackup: {name}, rules: generic-flex, boards: 7, {PLUG}")
+    findings, undecided = verdicts("SIT131", asked)
+    assert findings == [] and "generic-flex does not state" in str(undecided)
+
+
+def test_a_profile_of_ones_own_overrides_what_the_house_lists(judge):
+    own = "rules: {based_on: osh-park-flex, stiffeners: [polyimide], order_multiple: 1}"
+    assert said(judge, f"stackup: flex-2l-osh-park, {own}, boards: 10, {PLUG}") == []
