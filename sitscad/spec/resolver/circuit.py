@@ -9,6 +9,7 @@ from pathlib import Path
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.documents.spec import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
 from sitscad.spec.format.remarks import Remarks
+from sitscad.spec.pieces.mounting import Jaw
 from sitscad.spec.profiles import presets
 from sitscad.spec.profiles.fabricator import resolve_rules
 from sitscad.spec.profiles.origin import spec_origin
@@ -26,9 +27,11 @@ _TURN_RADIUS = 2e-3
 
 
 def resolve_fpc(
-    document: FpcDocument, coil: CoilSpec, remarks: Remarks, source: SpecSource, folder: Path | None
+    document: FpcDocument, coil: CoilSpec, jaw: Jaw | None, remarks: Remarks, source: SpecSource, folder: Path | None
 ) -> FpcSpec:
-    """The flexible circuit; a stack-up that lacks the coil's layers is a flaw. `folder` is where profile files are."""
+    """The flexible circuit of a sensor in a jaw or in none; a stack-up that lacks the coil's layers is a flaw.
+    `folder` is where profile files are.
+    """
     stackup = _stackup(document, coil, remarks)
     copper = len(stackup.copper)
     if max(coil.layers) > copper:
@@ -42,7 +45,7 @@ def resolve_fpc(
     return FpcSpec(
         stackup=stackup,
         rules=rules,
-        tail=_tail(document, copper, rules, remarks),
+        tail=_tail(document, copper, rules, jaw, remarks),
         panel=_panel(document.panel, remarks),
         finish=document.finish,
         copper=document.copper,
@@ -148,7 +151,9 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
     return StackLayer(kind, thickness, material, permittivity)
 
 
-def _tail(document: FpcDocument, copper: int, rules: DesignRules, remarks: Remarks) -> Tail | None:
+def _tail(
+    document: FpcDocument, copper: int, rules: DesignRules, jaw: Jaw | None, remarks: Remarks
+) -> Tail | None:
     """The tail with all defaults; None where none is wanted."""
     written = document.tail
     if written is None:
@@ -166,20 +171,30 @@ def _tail(document: FpcDocument, copper: int, rules: DesignRules, remarks: Remar
         written.length, connector, layers, "none", written.turn, written.offset, radius,
         contacts=written.contacts, stiffener=written.stiffener,
     )  # fmt: skip
-    return _bent(tail, written.bend, remarks)
+    return _bent(tail, written.bend, jaw, remarks)
 
 
-def _bent(tail: Tail, written: str | BendDocument, remarks: Remarks) -> Tail:
-    """The tail with its bend; of one that is only called static or dynamic, angle and direction are defaults."""
+def _bent(tail: Tail, written: str | BendDocument, jaw: Jaw | None, remarks: Remarks) -> Tail:
+    """The tail with its bend; angle and direction are defaults where the spec does not say them.
+
+    Through the hinge of a jaw it leads into the shaft: both jaws open alike, each by half of the angle between them.
+    """
+    if written == "none":
+        return replace(tail, bend="none")
+    angle, why = tail.bend_angle, "the default of a bend whose angle is not said"
+    if jaw is not None and jaw.hinge is not None and jaw.opening:
+        angle, why = jaw.opening / 2, "into the shaft when the jaws are wide open: half of their opening"
     if isinstance(written, BendDocument):
-        return replace(
-            tail, bend=written.kind, bend_at=written.at, bend_direction=written.direction, bend_angle=written.angle,
-            bend_radius=written.radius,
-        )  # fmt: skip
-    if written != "none":
-        angle = f"{math.degrees(tail.bend_angle):g} deg {tail.bend_direction}"
-        remarks.default("fpc.tail.bend", angle, "the default of a bend that is only called so")
-    return replace(tail, bend=written)
+        tail = replace(
+            tail, bend=written.kind, bend_at=written.at, bend_direction=written.direction, bend_radius=written.radius
+        )
+        if written.angle is not None:
+            return replace(tail, bend_angle=written.angle)
+    else:
+        tail = replace(tail, bend=written)
+    key = "fpc.tail.bend" + (".angle" if isinstance(written, BendDocument) else "")
+    remarks.default(key, f"{math.degrees(angle):.4g} deg {tail.bend_direction}", why)
+    return replace(tail, bend_angle=angle)
 
 
 def _turn_radius(tail: TailDocument, rules: DesignRules, remarks: Remarks) -> float:

@@ -52,12 +52,12 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
     check_amount(coil, len(array.placements), remarks)
-    fpc = resolve_fpc(document.fpc, coil, remarks, source, folder)
+    shield = resolve_shield(document)
+    mount = resolve_mount(document.mount, shield, remarks, spec_origin(source, folder))
+    fpc = resolve_fpc(document.fpc, coil, None if mount is None else mount.jaw, remarks, source, folder)
     _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
     side = max(coil.outer_diameter, array.pitch or 0.0)
     target = resolve_target(document, side, remarks)
-    shield = resolve_shield(document)
-    mount = resolve_mount(document.mount, shield, remarks, spec_origin(source, folder))
     spec = SensorSpec(
         name=document.name,
         coil=coil,

@@ -177,7 +177,9 @@ class BendDocument(Section):
         "bend has room there, else the middle of the stretch that may be bent", None,
     )  # fmt: skip
     direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
-    angle: float = key(BendAngle, "out of the plane", "90 deg")
+    angle: float | None = key(
+        BendAngle, "out of the plane; if left out, half of the jaw's opening where it has a hinge, else 90 deg", None
+    )
     radius: float | None = key(TurnRadius, "inside; the fabricator's least if left out", None)
 
 
