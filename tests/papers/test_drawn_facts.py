@@ -389,3 +389,20 @@ def test_a_pivot_without_room_for_the_bend_leaves_it_in_the_middle():
     text = templates.read("grasper_4layer").replace("length: 30", "length: 14")
     layout = lay_out(load_text(text))
     assert bend_of(layout).line == pytest.approx(sum(bend_stretch(layout)) / 2)
+
+
+def test_a_tail_through_a_hinge_is_bent_by_half_of_the_jaw_s_opening():
+    """Both jaws open alike, so each by half of the 60 degrees between them; a free tail, or one whose spec says so,
+    by what is usual or written.
+    """
+    jaw = "mount: {kind: grasper-pad, jaw: toothless-5mm, standoff: 0.6}\n"
+    for bend, mount, angle in (
+        ("static", jaw, 30.0),
+        ("static", "", 90.0),
+        ("{kind: static}", jaw, 30.0),
+        ("{kind: static, angle: 45 deg}", jaw, 45.0),
+    ):
+        spec = load_text(BENT.format(bend=bend) + mount)
+        assert math.degrees(spec.fpc.tail.bend_angle) == pytest.approx(angle)
+        told = [default for default in spec.source.defaults if "fpc.tail.bend" in default and f"{angle:g} deg" in default]
+        assert bool(told) == (angle != 45.0)

@@ -30,7 +30,8 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         lines.append(f"{coil.name} ({_contacts(layout, coil.name)}): {inductance}, {direct}, {frequency}")
     said = (
         f"Test the bare board before any glue, at 20 degC, far from metal. Between the contacts of each coil: {READ}, "
-        "resistance to direct current, frequency with the tank's capacitor; +- is one sigma of manufacture: a coil "
+        f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}; "
+        "+- is one sigma of manufacture: a coil "
         f"three and more off is not worth gluing.{_drive(layout, estimates, bench)}"
     )
     return "\n".join([said, *lines])

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from sitscad.fabrication.notes import bend_words
 from sitscad.layout.board import Layout
+from sitscad.layout.tail.bending import bend_of
 from sitscad.parts.mounts.screws import adapter_needed
 from sitscad.parts.tooling.mould import LEAST_MIX, Pour
 from sitscad.parts.tooling.skin_mould import skin_pour
 from sitscad.scene.grasper.seating import joint_clearance, relief, retention, tongue_across
 from sitscad.spec.sensor import Encapsulation
 from sitscad.units import in_mm
+
+LEAST_FIXED = 3e-3
+"""How much of a tail (m) is glued to the jaw where nothing else holds it."""
 
 
 def jaw_cut(layout: Layout) -> Iterator[str]:
@@ -34,13 +39,32 @@ def jaw_cut(layout: Layout) -> Iterator[str]:
 
 def tail_held(layout: Layout, glue: str) -> str:
     """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw."""
-    bend = "Bend the tail only where the drawing of the board has its bend zone"
+    said = _bend(layout)
     if relief(layout) is None:
-        return f"{bend}, and fix it to the jaw behind the body, so that a pull on it does not reach the glue."
+        return (
+            f"{said} Fix the tail with {glue} to the jaw's metal behind the body, over at least {in_mm(LEAST_FIXED)} mm, "
+            "so that a pull on it does not reach the glue of the sensor (the mount has no tongue for it: between body "
+            "and heel of the jaw is no room)."
+        )
     return (
         f"Glue the tail down with {glue} on the mount's tongue behind the body, over the tongue's whole length: a pull "
-        f"on it ends there. {bend}."
+        f"on it ends there. {said}"
     )
+
+
+def _bend(layout: Layout) -> str:
+    """Where, how far and how sharply the tail is bent."""
+    bend, mount = bend_of(layout), layout.spec.mount
+    if bend is None:
+        return "Do not bend the tail."
+    radius = "" if bend.radius is None else f", inside radius {in_mm(bend.radius)} mm or more"
+    said = (
+        f"Bend the tail by {bend_words(bend)}{radius}, about the line {in_mm(bend.line - layout.body[2], 2)} mm behind the "
+        "body, and only where the drawing of the board has its bend zone."
+    )
+    if mount is None or mount.jaw is None or mount.jaw.hinge is None or bend.is_dynamic:
+        return said
+    return f"{said} In a jaw that moves against the shaft it bends at every grasp: that wants fpc.tail.bend: dynamic."
 
 
 def fastened(layout: Layout) -> Iterator[str]:

@@ -27,6 +27,10 @@ LONGEST_RELIEF, LEAST_RELIEF = 4.0e-3, 1.0e-3
 """How far the tongue under the tail may reach behind the body, and the least that is worth the plastic (m)."""
 
 
+SAME = 1e-5
+"""Widths of the tail that differ by less (m) are the same: its arcs are taken as chords."""
+
+
 @record
 class Relief:
     """The tongue under the tail that takes a pull off the body: from where to where along the jaw, its sides, the
@@ -91,13 +95,19 @@ def relief(layout: Layout) -> Relief | None:
 
 
 def _straight_from(layout: Layout, tail: tuple[float, float], start: float, end: float) -> float:
-    """From where on (m) the tail is no wider than at a place further on."""
-    wider = [
-        point.x
-        for point in layout.outline.flattened(1e-5)
-        if start <= point.x <= end and not tail[0] - 1e-5 <= point.y <= tail[1] + 1e-5
-    ]
-    return max(wider, default=start)
+    """From where on (m) the tail is no wider than it is at the end: the last place at which an edge of the board, its
+    taper too, stands beyond those sides.
+    """
+    points = layout.outline.flattened(1e-5)
+    beyond = [start]
+    for a, b in pairwise([*points, points[0]]):
+        for side, limit in ((-1.0, tail[0] - SAME), (1.0, tail[1] + SAME)):
+            low, high = sorted((a, b), key=lambda point: side * point.y)
+            if side * (high.y - limit) <= 0.0 or max(a.x, b.x) < start or min(a.x, b.x) > end:
+                continue
+            inner = low.x if side * (low.y - limit) >= 0.0 else a.x + (b.x - a.x) * (limit - a.y) / (b.y - a.y)
+            beyond.append(min(max(inner, high.x), end))
+    return max(beyond)
 
 
 def _before_stiffener(layout: Layout) -> float:
