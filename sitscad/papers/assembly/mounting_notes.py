@@ -42,9 +42,9 @@ def tail_held(layout: Layout, glue: str) -> str:
     said = _bend(layout)
     if relief(layout) is None:
         return (
-            f"{said} Fix the tail with {glue} to the jaw's metal behind the body, over at least {in_mm(LEAST_FIXED)} mm, "
-            "so that a pull on it does not reach the glue of the sensor (the mount has no tongue for it: between body "
-            "and heel of the jaw is no room)."
+            f"{said} Fix the tail with {glue} to the jaw's metal behind the body, over at least "
+            f"{in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the sensor (the mount has no tongue "
+            "for it: between body and heel of the jaw is no room)."
         )
     return (
         f"Glue the tail down with {glue} on the mount's tongue behind the body, over the tongue's whole length: a pull "
@@ -58,9 +58,10 @@ def _bend(layout: Layout) -> str:
     if bend is None:
         return "Do not bend the tail."
     radius = "" if bend.radius is None else f", inside radius {in_mm(bend.radius)} mm or more"
+    away = in_mm(bend.line - layout.body[2], 2)
     said = (
-        f"Bend the tail by {bend_words(bend)}{radius}, about the line {in_mm(bend.line - layout.body[2], 2)} mm behind the "
-        "body, and only where the drawing of the board has its bend zone."
+        f"Bend the tail by {bend_words(bend)}{radius}, about the line {away} mm behind the body, and "
+        "only where the drawing of the board has its bend zone."
     )
     if mount is None or mount.jaw is None or mount.jaw.hinge is None or bend.is_dynamic:
         return said

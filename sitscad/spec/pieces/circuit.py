@@ -64,9 +64,9 @@ class Tail:
     or ``right`` (by 90 degrees); ``offset`` (m, to the left) how far it is led aside instead; ``turn_radius`` (m) that
     of its inner edge. It bends about a line across it, whose distance from the body is ``bend_at`` (m; None: the pivot
     of the jaw's hinge, or the middle of the stretch that may be bent), ``down`` (away from the face with the coils) or
-    ``up``, by an angle (rad; half of the jaw's opening leads it into the shaft) at an inside radius (m; None: the fabricator's least). ``contacts`` is how many the
-    connector has, None where it is the fewest that are enough; ``stiffener`` (m, with its adhesive) is None where the
-    stock one is taken that fits best.
+    ``up``, by an angle (rad; half of the jaw's opening leads it into the shaft) at an inside radius (m; None: the
+    fabricator's least). ``contacts`` is how many the connector has, None where it is the fewest that are enough;
+    ``stiffener`` (m, with its adhesive) is None where the stock one is taken that fits best.
     """
 
     length: float

@@ -151,9 +151,7 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
     return StackLayer(kind, thickness, material, permittivity)
 
 
-def _tail(
-    document: FpcDocument, copper: int, rules: DesignRules, jaw: Jaw | None, remarks: Remarks
-) -> Tail | None:
+def _tail(document: FpcDocument, copper: int, rules: DesignRules, jaw: Jaw | None, remarks: Remarks) -> Tail | None:
     """The tail with all defaults; None where none is wanted."""
     written = document.tail
     if written is None:
