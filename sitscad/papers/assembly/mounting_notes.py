@@ -43,8 +43,8 @@ def tail_held(layout: Layout, glue: str) -> str:
     if relief(layout) is None:
         return (
             f"{said} Fix the tail with {glue} to the jaw's metal behind the body, over at least "
-            f"{in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the sensor (the mount has no tongue "
-            "for it: between body and heel of the jaw is no room)."
+            f"{in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the sensor (the mount has no "
+            "tongue for it: between body and heel of the jaw is no room)."
         )
     return (
         f"Glue the tail down with {glue} on the mount's tongue behind the body, over the tongue's whole length: a pull "
