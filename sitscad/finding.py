@@ -116,13 +116,13 @@ class Edit:
 
     @property
     def is_safe(self) -> bool:
-        """Whether it leaves alone what the sensor is: its turns, size, layers and materials."""
+        """Whether it leaves alone what the sensor is: its turns, size, layers and materials, and how often it reads."""
         is_settled = any(f"{self.key}.".startswith(f"{key}.") for key in SETTLED) or "material" in self.key.split(".")
         return self.what == "name" or not is_settled
 
 
-SETTLED = ("coil.turns", "coil.outer_diameter", "coil.layers", "fpc.tail.layers", "fpc.stackup")
-"""Keys that, like materials, decide what a sensor is: only who designed it changes them."""
+SETTLED = ("coil.turns", "coil.outer_diameter", "coil.layers", "fpc.tail.layers", "fpc.stackup", "readout.scan_rate")
+"""Keys that, like materials, decide what a sensor is and gives: only who designed it changes them."""
 
 
 @record

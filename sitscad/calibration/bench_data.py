@@ -207,7 +207,8 @@ def _require_enough(table: Table, moved: Array, at_rest: NDArray[np.bool_], moti
             f"{end} no point is at rest: a row with all {'loads' if motion == LOAD else 'poses'} 0 is the tare"
         )
     if len({tuple(row) for row in moved[~at_rest]}) < FEWEST:
-        raise BenchError(f"{end} {int((~at_rest).sum())} points beside the tare: {FEWEST} different ones at least, "
+        count = int((~at_rest).sum())
+        raise BenchError(f"{end} {count} point{'s' * (count != 1)} beside the tare: {FEWEST} different ones at least, "
                          "five to ten serve well")  # fmt: skip
     place = table.named("normal")
     if motion == LOAD and place is not None and np.any(moved[:, 0] < 0.0):

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @click.option("--picture", type=click.Path(), help="Draw why it does not fit: FILE.svg, of several specs a folder.")
 @click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
 @click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
-@click.option("--unsafe-fixes", is_flag=True, help="With these: turns, sizes, layers and materials, too.")
+@click.option("--unsafe-fixes", is_flag=True, help="With these: turns, sizes, layers, materials and scan rate, too.")
 def check(
     specs: tuple[str, ...],
     format_name: str,

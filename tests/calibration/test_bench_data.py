@@ -76,13 +76,22 @@ def _few(head, rows):
     return head, rows[:3]
 
 
+def _one(head, rows):
+    return head, rows[:2]
+
+
 def _pull(head, rows):
     return head, [*rows[:-1], ["-1", *rows[-1][1:]]]
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
-    [(_without_rest, "the tare"), (_few, "different ones at least"), (_pull, "presses are positive")],
+    [
+        (_without_rest, "the tare"),
+        (_few, "2 points beside the tare: 3 different ones at least"),
+        (_one, "1 point beside the tare"),
+        (_pull, "presses are positive"),
+    ],
 )
 def test_too_little_is_refused(table, sensors, change, words):
     with pytest.raises(BenchError, match=words):

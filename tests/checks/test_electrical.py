@@ -417,3 +417,21 @@ def test_what_takes_less_of_rp_away_is_not_there_already(judge, design, estimate
         assert all(words in found.hint for words in said), found.hint
         assert ("a copper shield" in found.hint) is (spec.shield is None)
         assert ("shield.gap" in found.hint) is ("a larger shield.gap" in said)
+
+
+@pytest.mark.parametrize("rule", ["SIT201", "SIT203", "SIT204"])
+def test_hints_speak_of_no_metal_that_a_spec_does_not_have(rule, judge, design, estimates) -> None:
+    """They spoke of a jaw to a coil on the bench, and of a target to one without."""
+    poor = {"inductance": 0.1e-6} if rule == "SIT201" else {}
+    numbers = {"resistances": {"free": 450.0, "rest": 400.0}, "drive_code": 31, **poor}
+    for more, there in (
+        ({}, {"target", "shield"}),
+        ({"shield": None}, {"target", "jaw"}),
+        ({"shield": None, "mount": {"kind": "bench-plate", "standoff": 0.7}}, {"target"}),
+        ({"shield": None, "mount": None, "target": None, "elastomer": None, "requirements": None}, set()),
+    ):
+        spec = design(**more)
+        for found in judge(rule, spec, None, estimates(spec, **numbers)):
+            said = {word for word in ("target", "jaw", "shield") if f"the {word}" in found.hint}
+            assert said <= there, found.hint
+            assert "over the metal" not in found.hint or spec.mount.metal is not None, found.hint

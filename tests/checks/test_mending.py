@@ -167,11 +167,25 @@ SAFE = {
         document("circle", 6, 12, 2, 100, 100, "generic-flex", readout={"capacitance": "47 pF"}),
         {"readout.capacitance"},
     ),
-    "too slow a scan": (
-        document("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}),
-        {"readout.scan_rate"},
-    ),
 }
+
+FOR_THE_DESIGNER = {
+    "too slow a scan": document("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}),
+    "too fast a scan": document("circle", 6, 12, 2, 100, 100, "generic-flex", array={"pattern": "line", "pitch": 7},
+                                readout={"scan_rate": "3 kHz"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FOR_THE_DESIGNER)
+def test_how_often_a_sensor_reads_is_changed_by_who_asks_for_it(name):
+    """A slower scan, which is less than was asked for, was written without asking."""
+    text = json.dumps(FOR_THE_DESIGNER[name], indent=1)
+    assert "readout.scan_rate" not in keys_of(mended_text(text, judged, only_safe, verdict))
+    assert "readout.scan_rate" in keys_of(mended_text(text, judged, always, verdict))
+
+
+def keys_of(found):
+    return {edit.key for one in found.applied for edit in one.remedy.edits}
 
 
 @pytest.mark.parametrize("name", SAFE)
@@ -179,7 +193,7 @@ def test_what_a_check_finds_is_mended_in_the_keys_that_the_fix_names(name):
     asked, keys = SAFE[name]
     text = json.dumps(asked, indent=1)
     found = mended_text(text, judged, only_safe, verdict)
-    assert {edit.key for one in found.applied for edit in one.remedy.edits} == keys
+    assert keys_of(found) == keys
     again = mended_text(found.text, judged, only_safe, verdict)
     assert again.text == found.text and not again.applied
     before, after = judged(text, "none"), judged(found.text, "none")

@@ -124,6 +124,8 @@ def test_a_signal_that_warmth_would_hide_is_warned_of(material, small):
         (one,) = found
         assert one.severity is Severity.WARNING and one.measured == pytest.approx(abs(signal.share))
         assert "of full scale" in one.message and "steps of the converter" in one.message
+        # a target over the whole coil and a mount without metal: neither makes the signal larger
+        assert "a softer elastomer" in one.hint and "larger target" not in one.hint and "metal" not in one.hint
 
 
 def test_json_gives_every_coils_signal():

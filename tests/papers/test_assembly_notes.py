@@ -10,6 +10,7 @@ import pytest
 
 import sitscad
 from sitscad.design import Design
+from sitscad.papers.assembly import bench_steps
 from sitscad.papers.assembly import notes as assembly_notes
 from sitscad.papers.assembly.notes import WIDTH, render
 from sitscad.scene.fit import closed_section
@@ -128,6 +129,14 @@ def test_the_bare_board_has_the_drive_code_of_the_check():
     notes = " ".join(getattr(each, "hint", "") for each in drive_amplitude(SENSOR))
     (checked,) = re.findall(r"to test a bare board, use drive code (\d+)", notes)
     assert f"use drive code {checked} for the bare board" in in_one_line(GRASPER)
+
+
+def test_a_drive_code_that_serves_bare_and_assembled_boards_is_named_once(monkeypatch):
+    """Use drive code 25 for the bare board; the assembled sensor has 25, it said."""
+    used = str(SENSOR.estimates.readout.drive_code)
+    monkeypatch.setattr(bench_steps, "bare_board_code", lambda *_: int(used))
+    said = bench_steps._drive(SENSOR.layout, SENSOR.estimates, SENSOR.bench_estimates)
+    assert said.endswith(f"use drive code {used} for the bare board as for the assembled sensor.")
 
 
 def test_raw_resin_is_sealed_before_it_is_cast_in_and_filament_need_not_be():

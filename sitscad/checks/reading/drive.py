@@ -10,6 +10,7 @@ from sitscad.checks.reading.readings import (
     Reading,
     in_sigmas,
     is_assembled,
+    more_distance,
     near_limit,
     readings_of,
     sigmas_between,
@@ -205,7 +206,8 @@ def _weak_advice(design: Design, smallest: Reading) -> str:
     """Why a coil swings too little: its own states differ, the coils do, or its R_P is low for any drive."""
     if design.spec.readout.drive_code is not None:
         return "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
-    distance = "more distance from target and jaw, or more turns"
+    away = more_distance(design)
+    distance = f"{away}, or more turns" if away else "more turns"
     values = readings_of(design, "parallel_resistance", True)
     own = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)

@@ -11,6 +11,7 @@ from sitscad.checks.reading.readings import (
     Reading,
     failed_states,
     in_sigmas,
+    more_distance,
     near_limit,
     nothing_estimated,
     other_states,
@@ -48,7 +49,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         )
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
-    refused = _cannot_be_driven(design, worst)
+    refused, away = _cannot_be_driven(design, worst), more_distance(design) if worst.state != FREE else ""
     yield (TOO_SMALL if refused else SMALL_BUT_DRIVEN).found(
         "coil.turns",
         worst.value,
@@ -59,9 +60,10 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
             design.spec,
             growth**0.5,
             left,
-            "inductance grows with the square of turns and layers: {}; more distance from target and jaw takes less of "
-            "it away",
+            "inductance grows with the square of turns and layers: {}"
+            + (f"; {away} takes less of it away" if away else ""),
         ),
+        or_away=f", or {away}" if away else "",
         where=where(worst),
         other_states=other_states(design, worst, "inductance", "H", 4),
         in_sigmas=in_sigmas(worst, floor, "H"),
@@ -127,9 +129,11 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     strong = floor_name == "parallel_resistance_high_current"
     floor, specified = design.family.limit(floor_name), design.family.limit("parallel_resistance_min")
     if worst.value >= specified:
-        hint = (
-            "measure the first boards; a little more distance from target and jaw makes it safe, or more turns where "
-            "the coil has room for them"
+        away = more_distance(design) if worst.state != FREE else ""
+        hint = "measure the first boards; " + (
+            f"a little {away} makes it safe, or more turns where the coil has room for them"
+            if away
+            else "a few more turns make it safe, where the coil has room for them"
         )
         yield from near_limit(worst, specified, "ohm", "parallel resistance", hint, "coil.layers")
         return
@@ -228,13 +232,16 @@ def _distance_advice(design: Design, worst: Reading) -> str:
     if worst.state == FREE:
         return "a higher sensor frequency (smaller capacitor) raises it too"
     spec = design.spec
-    ways = ["a larger mount.standoff (board higher over the metal)"] if spec.mount is not None else []
-    if spec.shield is None and spec.mount is not None:
+    has_metal = spec.mount is not None and spec.mount.metal is not None
+    ways = ["a larger mount.standoff (board higher over the metal)"] if has_metal else []
+    if spec.shield is None and has_metal:
         ways.append("a copper shield")
     elif spec.shield is not None and spec.shield.material.relative_permeability < DRAWS_IN:
         ways.append("a larger shield.gap")
     if spec.target is not None:
         ways.append("a thicker elastomer")
+    if not ways:
+        return "a higher sensor frequency (smaller capacitor) raises it too"
     return f"{', '.join(ways[:-1])}{' or ' * (len(ways) > 1)}{ways[-1]} takes less of it away"
 
 
@@ -242,11 +249,7 @@ DRAWS_IN = 1.5
 """Relative permeability from which on a shield draws the field in: nearer, it adds inductance."""
 
 
-MORE_INDUCTANCE = (
-    "inductance grows with the square of turns and layers: more of them, a larger coil, or more distance from "
-    "target and "
-    "jaw"
-)
+MORE_INDUCTANCE = "inductance grows with the square of turns and layers: more of them, or a larger coil{or_away}"
 
 TOO_SMALL = Case(
     "the inductance of {where} is {measured:H}{other_states}; below {limit:H} the converter cannot measure "

@@ -170,7 +170,21 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         drift=drift,
         scale=scale,
         back_over_the_coils=_back_over_the_coils(design.spec),
+        more_signal=_more_signal(design.spec),
     )
+
+
+def _more_signal(spec: SensorSpec) -> str:
+    """What makes the change over the force larger, of that which the spec leaves to be done."""
+    target, coils = spec.target, [p.centre for p in spec.array.placements]
+    ways = [_MORE_CHANGE]
+    if target is not None:
+        whole = [max(c[k] for c in coils) - min(c[k] for c in coils) + max(spec.coil.size) for k in (0, 1)]
+        if min(target.size) < min(whole) or max(target.size) < max(whole):
+            ways.append("a larger target")
+    if spec.shield is not None or (spec.mount is not None and spec.mount.metal is not None):
+        ways.append("more distance from the metal behind the coils")
+    return ", or ".join(ways)
 
 
 HARDLY_FELT = Case(
@@ -185,9 +199,7 @@ SMALL_SIGNAL = Case(
     "{frequency_share:%+.2g} %). Ten degrees of warming move it by {drift:%.2g} % by the copper alone, {scale}; "
     "silicone adds to that (response --performance has all of it)",
     hint=(
-        "{back_over_the_coils}a softer elastomer, or one of another thickness (a thinner one "
-        "brings the target nearer, but a wide pad then gives way less), a larger target, or more "
-        "distance from metal behind the coils; else plan for temperature: a reference coil "
+        "{back_over_the_coils}{more_signal}; else plan for temperature: a reference coil "
         "without a target, or a tare before each grasp"
     ),
 )
@@ -202,8 +214,8 @@ RESPONSE_RULES: tuple[Rule, ...] = (
         "shear or the place of a force cannot be told from it. TI asks a change of 30 sigma, 9 steps by quantisation "
         "alone; real noise is a few times that. Below a few per cent of the best coil's change the estimate's own "
         "error, the coupling of the neighbours and a target glued aside weigh as much.",
-        "A target (and pad) that covers every coil, or coils nearer together; where no coil feels enough, a softer or "
-        "thinner elastomer, or fewer scans a second.",
+        "A target (and pad) that covers every coil, or coils nearer together; where no coil feels enough, a softer "
+        "elastomer or one of another thickness, or fewer scans a second.",
         "TI SNOAA04A: change over 3 sigma of at least 10; the limits of 30 steps and 5 % are derived here from it and "
         "from the error of finite targets (unverified by measurement)",
         ("target", "elastomer", "normal force"), coil_response,
@@ -215,8 +227,9 @@ RESPONSE_RULES: tuple[Rule, ...] = (
         "The converter resolves far less, but everything else that moves the tank is read as force: ten degrees of "
         f"warming move it by about {100.0 * own_limits()['drift_of_ten_kelvin'].value:g} %, by the copper's "
         "resistance and the capacitor.",
-        "A softer or thinner elastomer, a nearer or larger target, more distance from metal behind the coils; or a "
-        "reference coil and a tare.",
+        "A softer elastomer, or one of another thickness (a thinner one brings the target nearer, but a wide pad then "
+        "gives way less); a target over all of the coils; more distance from metal behind them; or a reference coil "
+        "and a tare.",
         own_limits()["least_signal"].source, ("target", "elastomer", "normal force"), small_signal,
     ),
 )  # fmt: skip

@@ -107,6 +107,8 @@ def _drive(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     code = bare_board_code(bench.coils, FAMILIES[device.family])
     if code is None or not used:
         return ""
+    if used == str(code):
+        return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
     return f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}."
 
 

@@ -43,7 +43,9 @@ class ProfileName(Scalar):
             return Choice(self._names).read(value)
         except PydanticCustomError as error:
             context = dict(error.context or {})
-            context["hint"] = f"{context.get('hint', '')}; or a profile file beside the spec, like ourshop.yaml"
+            word = value if isinstance(value, str) and value.isidentifier() else "ourshop"
+            own = f"a profile of your own: write the name of its file beside the spec with the ending, like {word}.yaml"
+            context["hint"] = f"{context.get('hint', '')}; or {own}"
             raise PydanticCustomError(error.type, error.message_template, context) from None
 
     def schema(self) -> dict[str, Any]:
