@@ -98,3 +98,21 @@ def test_without_a_jaw_there_is_still_an_assembly():
     assert {solid.role for solid in found.values()} >= {BodyRole.COPPER, BodyRole.GLUE, BodyRole.BOARD}
     lift = found["target"].shape.bounding_box().min.Z - found["elastomer"].shape.bounding_box().size.Z
     assert lift == pytest.approx(2e3 * spec.assembly.glue_line)
+
+
+def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
+    """Against the exact union of all copper on each layer (shapely): joints are counted twice, by 3 % at most."""
+    from sitscad.parts.whole.mass import balance, weigh
+
+    found = weigh(layout, tuple(pieces.values()))
+    rings = sum(w.volume * w.share for w in found if w.material == "copper" and w.name.startswith("copper-"))
+    leads = {w.name: w.copper for w in found if w.copper}
+    thickness = [layer.thickness for layer in layout.spec.fpc.stackup.copper]
+    exact = sum(a.polygon.area * thickness[a.layer - 1] for a in sitscad.areas(layout) if a.what == "copper")
+    assert exact < rings + sum(leads.values()) < 1.03 * exact
+    assert sum(volume for name, volume in leads.items() if name.startswith("tail-")) > 0.5e-9
+    weight = next(w for w in found if w.name == "tail-2-fill")
+    assert weight.mass == pytest.approx(weight.volume * 1250.0 + weight.copper * (8960.0 - 1250.0))
+    without = [w.volume * w.share * w.density for w in found if not w.is_carrier]
+    sensor = balance(tuple(w for w in found if not w.is_carrier))
+    assert sensor.mass - sum(without) == pytest.approx(sum(leads.values()) * (8960.0 - 1250.0))

@@ -42,6 +42,7 @@ def _piece(weight: Weight) -> dict[str, Any]:
         "material": weight.material,
         "volume_m3": _rounded(weight.volume, 16),
         "share_of_volume": _rounded(weight.share, 6),
+        "copper_m3": _rounded(weight.copper, 16),
         "density_kg_per_m3": weight.density,
         "mass_kg": None if weight.mass is None else _rounded(weight.mass, 12),
         "centre_m": [_rounded(value, 9) for value in weight.centre],

@@ -2,7 +2,7 @@
 
 Copper is drawn as a ring for every coil on every layer, from its outermost to its innermost track; between and beside
 the rings is what fills the gaps, the coverlay's or the bonding sheet's adhesive. Leads and contacts are too fine to be
-drawn, and their copper is not weighed: `sitscad.parts.whole.mass` has that of the windings.
+drawn; `sitscad.parts.whole.mass` weighs their copper with the film that it lies in.
 """
 
 from __future__ import annotations

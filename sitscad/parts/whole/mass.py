@@ -9,6 +9,7 @@ from sitscad.data import cited, rows
 from sitscad.layout.board import Layout
 from sitscad.parts.solid import Solid
 from sitscad.record import record
+from sitscad.parts.whole.leads import copper_in_films
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.materials import ElastomerMaterial
 
@@ -21,7 +22,8 @@ CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
 @record
 class Weight:
     """A piece's volume (m3), density (kg/m3), mass (kg) and centre of mass (m); mass and density None where no density
-    is known. ``share`` is how much of the volume is the material: a coil's ring is tracks and gaps.
+    is known. ``share`` is how much of the volume is the material: a coil's ring is tracks and gaps. ``copper`` (m3) is
+    what of it is copper in a film of another material, leads and contacts; it is in the mass.
     """
 
     name: str
@@ -33,6 +35,7 @@ class Weight:
     source: str
     share: float = 1.0
     is_carrier: bool = False
+    copper: float = 0.0
 
 
 @record
@@ -46,8 +49,9 @@ class Balance:
 
 def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
     """Every piece of the whole assembly, in its order."""
-    known = _own_densities(layout)
-    return tuple(_weight(layout, solid, known) for solid in solids)
+    known, drawn = _own_densities(layout), frozenset(s.name for s in solids if s.role is BodyRole.COPPER)
+    leads = copper_in_films(layout, drawn)
+    return tuple(_weight(layout, solid, known, leads.get(solid.name, 0.0)) for solid in solids)
 
 
 def balance(weights: tuple[Weight, ...]) -> Balance:
@@ -67,15 +71,22 @@ def density(material: str) -> tuple[float, str] | None:
     return float(row["density"]), source
 
 
-def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]]) -> Weight:
-    """What a solid weighs (kg) and where its centre lies (m); without a density no mass, and why."""
+def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]], copper: float) -> Weight:
+    """What a solid with so much copper (m3) in it weighs (kg) and where its centre lies (m); without a density no mass, and why."""
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(_centre_of_mass()))
     share = track_share(layout, solid) if solid.role is BodyRole.COPPER else 1.0
     found = own.get(solid.material) or density(solid.material)
-    mass = None if found is None else solid.volume * share * found[0]
+    mass = None if found is None else (solid.volume * share - copper) * found[0] + copper * _copper_density()
     value, source = found or (None, "no density is known: weigh it")
     is_carrier = solid.role in CARRIERS
-    return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, share, is_carrier)
+    return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, share, is_carrier, copper)
+
+
+def _copper_density() -> float:
+    """Copper's density (kg/m3)."""
+    found = density("copper")
+    assert found is not None
+    return found[0]
 
 
 def track_share(layout: Layout, solid: Solid) -> float:
