@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 
@@ -43,9 +44,38 @@ def test_steps_are_numbered_and_fit_a_page():
 
 
 def test_every_layer_is_listed_and_they_add_up_to_the_pair():
-    rows = re.findall(r"^  ([a-z -]+?) +([\d.]+) \+-([\d.]+) mm$", text(GRASPER), re.M)
+    rows = re.findall(r"^  ([a-z -]+?) +([\d.]+) \+-([\d.]+) mm(?:  unverified)?$", text(GRASPER), re.M)
     assert len(rows) == 13
     assert sum(float(size) for _, size, _ in rows) == pytest.approx(closed_section(GRASPER).height * 1e3, abs=1e-6)
+
+
+def test_what_hangs_on_an_unverified_jaw_metal_or_density_says_so():
+    said = text(GRASPER)
+    marked = re.findall(r"^  ([a-z -]+?) +[\d.]+ \+-[\d.]+ mm  unverified$", said, re.M)
+    assert marked == ["jaw", "opposing-jaw"]
+    assert "the port has 5 mm (the jaw's figures are unverified: measure yours)" in in_one_line(GRASPER)
+    assert "lean on unverified" not in in_one_line(GRASPER), "copper and 304 are"
+    brass = GRASPER.spec.replace("target.material", "brass").replace(
+        "mount.jaw", {"based_on": "generic-5mm", "height": 1.3}
+    )
+    measured = sitscad.lay_out(brass)
+    assert "They lean on unverified figures of metals near the coils: brass." in in_one_line(measured)
+    assert not re.findall(r"^  jaw .*unverified$", text(measured), re.M)
+
+
+def test_the_heaviest_pieces_are_named_and_their_densities_marked():
+    pieces = [
+        {"name": "mount", "is_carrier": False, "material": "resin", "mass_kg": 6e-5, "copper_m3": 0.0,
+         "density_source": "unverified: from memory"},
+        {"name": "tail-2-fill", "is_carrier": False, "material": "adhesive", "mass_kg": 7e-6, "copper_m3": 1e-10,
+         "density_source": "the maker's data sheet"},
+    ]  # fmt: skip
+    sensor = {"mass_kg": 6.7e-5, "centre_m": [0, 0, 0], "not_weighed": []}
+    files = {"mount/assembly.json": json.dumps({"sensor": sensor, "pieces": pieces}).encode()}
+    (content,) = render(GRASPER, SENSOR.estimates, SENSOR.bench_estimates, "", files).values()
+    rows = content.decode().splitlines()[-3:]
+    assert rows[0].split() == ["mount", "resin", "60", "mg", "*"] and rows[1].endswith("adhesive, copper         7 mg")
+    assert rows[2].strip() == "* by a density that is unverified"
 
 
 def test_every_piece_of_the_jig_that_is_named_is_made():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from dataclasses import replace
 
 import handmade
@@ -213,6 +214,7 @@ def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
     volume, names = red_of(clash)
     whole_post = 1e9 * fit.shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
     assert volume == pytest.approx(whole_post / 2, rel=1e-6) and names == {"elastomer", "too much"}
+    assert clash.figure == f"both take {whole_post:.3g} mm3"
 
 
 def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
@@ -223,6 +225,12 @@ def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
     assert volume == pytest.approx(0.01, rel=1e-6), "half of the post, which lies outside as a whole"
     text = clash_svg("s", [clash])
     assert text == clash_svg("s", [clash]) and "the closed pair and its port" in text and "#d00000" in text
+    words = re.findall(r"<text[^>]*>([^<]*)<", text)
+    assert words[0] == "s: what does not fit, the solids cut open" and {"x", "y", "z"} <= set(words)
+    assert any(re.fullmatch(r"post reaches [\d.]+ mm from the axis, [\d.]+ um farther than the port \(2.75 mm\)", w)
+               for w in words), words  # fmt: skip
+    scale = next(float(w.split(" mm")[0]) for w in words if w.endswith("along each axis"))
+    assert scale in (0.2, 0.5, 1.0, 2.0, 5.0)
 
 
 def test_opened_jaws_and_loaded_pads_are_shown_as_they_are_then(hinged, pieces):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from sitscad.data import is_unverified
 from sitscad.estimates.circuit.drive import bare_board_code
@@ -37,16 +38,25 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     return "\n".join([said, *lines])
 
 
-def assembled(bench: Estimates, closes: str) -> str:
-    """What the finished sensor shows at rest at 20 degrees Celsius, a line a coil."""
+def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
+    """What the finished sensor shows at rest at 20 degrees Celsius, a line a coil; with the names of the metals about
+    it whose figures are unverified.
+    """
     lines = [f"{coil.name}: {', '.join(_readings(coil, REST))}" for coil in bench.coils if REST in coil.states]
     if not lines:
         return f"{closes}Measure each coil again."
     said = (
         f"{closes}Measure each coil again at 20 degC, with nothing on it. At rest: {READ}, frequency with the tank's "
-        "capacitor; +- is one sigma of manufacture."
+        f"capacitor; +- is one sigma of manufacture.{_leaning(unseen)}"
     )
     return "\n".join([said, *lines])
+
+
+def _leaning(unseen: Sequence[str]) -> str:
+    """That the figures at rest lean on metals that nobody has verified; empty where they do not."""
+    if not unseen:
+        return ""
+    return f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}."
 
 
 def plugged(layout: Layout) -> str:

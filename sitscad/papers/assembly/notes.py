@@ -6,6 +6,7 @@ import json
 import textwrap
 from collections.abc import Iterator
 
+from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
@@ -16,6 +17,7 @@ from sitscad.parts.tooling.skin_mould import skin_pour
 from sitscad.scene.column import Levels, column, levels, plate_thickness
 from sitscad.scene.fit import measures
 from sitscad.scene.toleranced import Toleranced
+from sitscad.spec.unverified import unverified_figures
 from sitscad.units import in_mm
 
 WIDTH = 96
@@ -73,7 +75,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     yield from _sealed(layout)
     if said := plugged(layout):
         yield said
-    yield assembled(bench, _closing(layout))
+    yield assembled(bench, _closing(layout), _unseen_metals(layout))
 
 
 def _prepared(layout: Layout) -> Iterator[str]:
@@ -170,6 +172,20 @@ def _closing(layout: Layout) -> str:
     return "Close the jaws: they must close without force, and pass a gauge as wide as the port. Open them. "
 
 
+def _unseen_metals(layout: Layout) -> list[str]:
+    """The metals of the sensor whose figures nobody has verified."""
+    return [f.what.split()[1] for f in unverified_figures(layout.spec) if f.what.startswith("conductor ")]
+
+
+def _unseen_of_jaw(layout: Layout) -> set[str]:
+    """The jaw's figures that nobody has verified, by their keys."""
+    return {f.what.split()[-1] for f in unverified_figures(layout.spec) if f.what.startswith("jaw ")}
+
+
+OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
+"""The pieces of the closed pair that are the instrument's, and the key of the jaw that says how thick each is."""
+
+
 def _checks(layout: Layout) -> list[str]:
     """What the finished sensor measures."""
     pair = next(iter(measures(layout)), None)
@@ -177,10 +193,15 @@ def _checks(layout: Layout) -> list[str]:
         return []
     words = (
         f"Closed without force, the pair needs a circle of {pair.nominal * 1e3:.3f} mm as drawn, of "
-        f"{pair.worst * 1e3:.3f} mm with every tolerance against you; the port has {in_mm(pair.limit)} mm. Measure "
+        f"{pair.worst * 1e3:.3f} mm with every tolerance against you; the port has {in_mm(pair.limit)} mm{{}}. Measure "
         "back to back before you order many."
     )
-    rows = [f"  {layer.part:<28}{_length(layer.thickness)}" for layer in column(layout)]
+    unseen = _unseen_of_jaw(layout)
+    words = words.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
+    rows = [
+        f"  {layer.part:<28}{_length(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
+        for layer in column(layout)
+    ]
     return [*_wrapped("", words), "", "From the jaw's back to the other jaw's:", *rows]
 
 
@@ -206,8 +227,13 @@ def _weights(content: bytes) -> list[str]:
         f"The sensor without what carries it weighs {_grams(found['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f},",
         f"z {z:.2f} (mm, axes of mount/assembly.step). Its {HEAVIEST} heaviest pieces (all: mount/assembly.json):",
     ]
-    for each in sorted(pieces, key=lambda piece: (-(piece["mass_kg"] or 0.0), piece["name"]))[:HEAVIEST]:
-        lines.append(f"   {each['name']:<18} {each['material']:<18} {_grams(each['mass_kg'] or 0.0):>10}")
+    heaviest = sorted(pieces, key=lambda piece: (-(piece["mass_kg"] or 0.0), piece["name"]))[:HEAVIEST]
+    for each in heaviest:
+        material = each["material"] + (", copper" if each["copper_m3"] else "")
+        unseen = "  *" if is_unverified(each["density_source"]) else ""
+        lines.append(f"   {each['name']:<18} {material:<18} {_grams(each['mass_kg'] or 0.0):>10}{unseen}")
+    if any(is_unverified(each["density_source"]) for each in heaviest):
+        lines.append("   * by a density that is unverified")
     if found["not_weighed"]:
         lines.append(f"Not weighed, no density being known: {', '.join(found['not_weighed'])}.")
     return lines

@@ -22,6 +22,7 @@ from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
 from sitscad.scene.grasper.hinge import PinGap
 from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
+from sitscad.units import show
 
 RED = "#d00000"
 """What is too much."""
@@ -49,14 +50,16 @@ class Shown:
 
 @record(eq=False)
 class Clash:
-    """A clash in words, the bodies to be drawn, cut open along a plane with the `normal`, and the port's circle there
-    (x, y, z of its middle and its radius in mm), where the port is what is too narrow.
+    """A clash in words, the bodies to be drawn, cut open along a plane with the `normal`, the port's circle there
+    (x, y, z of its middle and its radius in mm), where the port is what is too narrow, and by how much it fails in
+    words with figures.
     """
 
     words: str
     bodies: tuple[Shown, ...]
     normal: tuple[float, float, float]
     port: tuple[float, float, float, float] | None = None
+    figure: str = ""
 
 
 @record(eq=False)
@@ -93,7 +96,9 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     shared = next(piece.body for piece in near if piece.name == BOARD) ^ pin
     shown = _shown(near, {BOARD}, shared, ALONG, y)
     pin = (pin - shared).trim_by_plane(ALONG, y)
-    return Clash(f"{gap.when}: the tail and the hinge's pin", (*shown, _as_shown("pin", pin, PIN_COLOUR, True)), ALONG)
+    figure = f"the tail's face is {show(gap.away, 'm', 3)} from the pivot; the pin takes {show(gap.pin, 'm', 3)}"
+    bodies = (*shown, _as_shown("pin", pin, PIN_COLOUR, True))
+    return Clash(f"{gap.when}: the tail and the hinge's pin", bodies, ALONG, figure=figure)
 
 
 def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[Piece]:
@@ -126,7 +131,16 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
         f"{fault.first} and {fault.second}{when}",
         _shown(there, {fault.first, fault.second}, shared, ACROSS, x),
         ACROSS,
+        figure=_figure(fault, shared),
     )
+
+
+def _figure(fault: Measured, shared: Any) -> str:
+    """By how much a fault misses what is allowed, in words."""
+    both = f"both take {float(shared.volume()):.3g} mm3"
+    if fault.unit == "m":  # a gap that has to be left
+        return f"{both}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
+    return both
 
 
 def _moved(layout: Layout, piece: Piece, fault: Measured, loads: tuple[Load, ...]) -> Any:
@@ -159,7 +173,11 @@ def _beyond_port(layout: Layout, pieces: list[Piece], fault: Measured) -> Clash:
     names = {p.name for p, out in zip(pieces, outside, strict=True) if float(out.volume()) > 1e-4}
     red = m3.Manifold.compose([body for body in outside if not body.is_empty()])
     x = _middle(red) if not red.is_empty() else fault.where[0] * MM
-    return Clash("the closed pair and its port", _shown(pieces, names, red, ACROSS, x), ACROSS, (x, y, z, radius))
+    reach, room = (show(length, "m", 4) for length in (fault.value, fault.limit))
+    beyond = show(fault.value - fault.limit, "m", 3)
+    figure = f"{fault.first} reaches {reach} from the axis, {beyond} farther than the port ({room})"
+    shown = _shown(pieces, names, red, ACROSS, x)
+    return Clash("the closed pair and its port", shown, ACROSS, (x, y, z, radius), figure)
 
 
 def _shown(

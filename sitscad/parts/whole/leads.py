@@ -7,7 +7,7 @@ track runs into a pad both are counted, and the plating in the holes is left out
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Iterator
 from itertools import pairwise
 
@@ -28,7 +28,7 @@ def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
     body = dict(_copper("board", stack.layers))
     tail = dict(_copper("tail", tail_layers(layout)))
     names = {net: coil.name for coil in layout.coils for net in (coil.net,)}
-    found: Counter[str] = Counter()
+    found: defaultdict[str, float] = defaultdict(float)
     for number, layer in enumerate(stack.copper, 1):
         for area, x in _areas(layout, number, drawn, names):
             film = body[number] if x <= layout.body[2] else tail.get(number)

@@ -8,8 +8,8 @@ from functools import cache
 from sitscad.data import cited, rows
 from sitscad.layout.board import Layout
 from sitscad.parts.solid import Solid
-from sitscad.record import record
 from sitscad.parts.whole.leads import copper_in_films
+from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.materials import ElastomerMaterial
 
@@ -72,7 +72,9 @@ def density(material: str) -> tuple[float, str] | None:
 
 
 def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]], copper: float) -> Weight:
-    """What a solid with so much copper (m3) in it weighs (kg) and where its centre lies (m); without a density no mass, and why."""
+    """What a solid with so much copper (m3) in it weighs (kg) and where its centre lies (m); without a density no
+    mass, and why.
+    """
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(_centre_of_mass()))
     share = track_share(layout, solid) if solid.role is BodyRole.COPPER else 1.0
     found = own.get(solid.material) or density(solid.material)
