@@ -25,7 +25,11 @@ if TYPE_CHECKING:
     help="Only these parts: gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, calibration, report.",
 )
 @click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
-@click.option("--check", is_flag=True, help="Write nothing; fail where packages are stale, and name their files.")
+@click.option(
+    "--check",
+    is_flag=True,
+    help="Write nothing; fail where packages are not what the same command without --check makes.",
+)
 @BASELINE
 @JOBS
 @PLUGIN
@@ -82,7 +86,8 @@ def _told(result: BuildResult, only: tuple[str, ...]) -> int:
     if result.stale:
         for words in result.stale:
             print_result(f"{result.directory}: {words}")
-        say(f"{result.directory} is stale: sitscad build {result.checked.path} makes it anew")
+        asked = f" --only {','.join(only)}" if only else ""
+        say(f"{result.directory} is stale: sitscad build {result.checked.path}{asked} makes it anew")
         return max(1, result.checked.exit_code)
     if not result.written and not result.checked.ok:
         path = result.checked.path

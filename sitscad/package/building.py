@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,7 @@ from sitscad.package.folder import (
     set_aside,
     write_files,
 )
-from sitscad.package.manifest import MANIFEST, Manifest, foreign_files, intact, made_from, read_manifest, sha256
+from sitscad.package.manifest import MANIFEST, Entry, Manifest, foreign_files, intact, made_from, read_manifest, sha256
 from sitscad.package.values import (
     CHECK_STAGE,
     KERNELS,
@@ -145,24 +146,25 @@ def stale(
     policy: Policy | None = None,
     baseline: Baseline | None = None,
 ) -> BuildResult:
-    """What a build would change of the package in ``out/NAME``; nothing is written. `only` is what the package has
-    where it is left out.
+    """What a build with the same `only` would change of the package in ``out/NAME``; nothing is written.
 
     The result's ``stale`` names the files that would become others, appear or go, and those that are missing or were
-    changed by hand. Errors in the checks are in ``checked``; a package that was built in spite of them is compared as
-    such. Raises as `build`.
+    changed by hand; of a package that was built with another `only`, first the parts that it was built without. Errors
+    in the checks are in ``checked``; a package that was built in spite of them is compared as such. Raises as `build`.
     """
     asked, design = _asked(spec, out, only, True, policy, baseline)
     old = _require_ours(asked.directory)
     if only is None:
-        asked = dataclasses.replace(asked, wanted=_stages_of(old) or asked.wanted)
+        asked = dataclasses.replace(asked, wanted=asked.wanted - set(unplotted(asked.spec)))
     if (same := _unchanged(asked, old, asked.made_from(old))) is not None:
         return same
     from sitscad.package import stages
 
     contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
     made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force)
-    differing = _differing(asked.directory, old, made.files)
+    lacking = _lacking(old, made.entries)
+    files = {name: content for name, content in made.files.items() if made.entries[name].stage not in lacking}
+    differing = (*_built_without(old, lacking), *_differing(asked.directory, old, files))
     return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=differing)
 
 
@@ -207,6 +209,20 @@ def _kept(old: Manifest) -> Iterable[StageResult]:
 
 def _stages_of(old: Manifest) -> frozenset[str]:
     return frozenset(entry.stage for entry in old.files.values())
+
+
+def _lacking(old: Manifest, entries: Mapping[str, Entry]) -> dict[str, int]:
+    """Stages that a package was built without, and how many files each would have; none where there is no package."""
+    asked_for = {*old.built_for, *_stages_of(old)} if old.files else set(STAGES)
+    count = Counter(entry.stage for entry in entries.values() if entry.stage not in (*asked_for, CHECK_STAGE))
+    return {stage: count[stage] for stage in STAGES if stage in count}
+
+
+def _built_without(old: Manifest, lacking: Mapping[str, int]) -> Iterable[str]:
+    if lacking:
+        names = ", ".join(f"{stage} ({files} file{'s' * (files > 1)})" for stage, files in lacking.items())
+        only = ",".join(stage for stage in STAGES if stage in old.built_for)
+        yield f"it was built without {names}: with --only {only} it is compared as it was built"
 
 
 def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> tuple[str, ...]:

@@ -154,17 +154,29 @@ def test_the_version_is_printed(run):
 
 def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path):
     assert run("build", "good.yaml", "--only", "firmware,report").code == 0
-    fresh = run("build", "good.yaml", "--check")
+    only = ("--only", "firmware,report")
+    fresh = run("build", "good.yaml", "--check", *only)
     assert (fresh.code, fresh.out) == (0, "outputs/good-coil: 8 files (unchanged)\n")
     spec = tmp_path / "good.yaml"
     spec.write_text(spec.read_text() + "readout: {clock: 39 MHz}\n")
     stamp = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
-    stale = run("build", "good.yaml", "--check")
+    stale = run("build", "good.yaml", "--check", *only)
     assert stale.code == 1 and "outputs/good-coil: firmware/ldc1614_config.h is stale\n" in stale.out
-    assert "outputs/good-coil is stale: sitscad build good.yaml makes it anew" in stale.err
+    assert "outputs/good-coil is stale: sitscad build good.yaml --only firmware,report makes it anew" in stale.err
     assert (tmp_path / "outputs/good-coil/manifest.json").read_bytes() == stamp
     assert run("build", "weak.yaml", "--check").code == 1
     assert run("build", "broken.yaml", "--check").code == 2
+
+
+def test_a_package_of_some_parts_is_not_what_a_build_of_all_makes(run):
+    assert run("build", "good.yaml", "--only", "gerber,report").code == 0
+    whole = run("build", "good.yaml", "--check")
+    said = whole.out.splitlines()[0]
+    assert whole.code == 1 and said.startswith("outputs/good-coil: it was built without kicad (")
+    assert "firmware (2 files)" in said and said.endswith(": with --only gerber,report it is compared as it was built")
+    assert "kicad/" not in whole.out, "parts that are lacking are named once, not file by file"
+    assert run("build", "good.yaml", "--check", "--only", "gerber,report").code == 0
+    assert run("build", "good.yaml").code == 0 and run("build", "good.yaml", "--check").code == 0
 
 
 def test_packages_are_the_same_from_however_many_processes(run, tmp_path):
