@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from sitscad.estimates.performance.values import largest_lasting
 from sitscad.report.quantities import NONE
 from sitscad.units import show
 
@@ -16,21 +17,16 @@ FELT_TITLE = "What the sensor feels, after a tare at rest; error: the largest th
 FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
              "condition")  # fmt: skip
 
-PASSING = ("before", "without")
-"""Words in the causes that a calibration or a tare takes away."""
-
 
 def felt_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
     """The rows of what the sensor feels, one a working point and axis."""
     for point in felt:
         for name, axis in point["axes"].items():
-            lasting = {cause: error for cause, error in axis["errors_N"].items()
-                       if not any(word in cause for word in PASSING)}  # fmt: skip
-            cause = max(lasting, key=lambda one: lasting[one] or 0.0)
+            error, cause = largest_lasting(axis["errors_N"])
             cross = max(point["crosstalk"][name].values(), default=0.0)
             yield [
                 point["at"], name, f"{axis['range_N']:.3g}", axis["limited_by"], f"{1e3 * axis['resolution_N']:.3g}",
-                f"{100.0 * axis['nonlinearity']:.2g}", f"{100.0 * cross:.2g}", f"{1e3 * lasting[cause]:.3g}", cause,
+                f"{100.0 * axis['nonlinearity']:.2g}", f"{100.0 * cross:.2g}", f"{1e3 * error:.3g}", cause,
                 f"{point['condition_number']:.2g}",
             ]  # fmt: skip
 

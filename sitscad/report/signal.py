@@ -34,6 +34,7 @@ def felt_words(reached: Reached) -> str:
     found, asked = (show(value, reached.unit, 3) if reached.unit else f"{value:.2g}"
                     for value in (reached.measured, reached.limit))  # fmt: skip
     name = reached.requirement.replace("_", " ")
+    name += " by noise alone" if name.endswith("resolution") else ""
     return f"{name} {found} of {asked} asked ({reached.axis}, {reached.at})"
 
 

@@ -13,6 +13,10 @@ Loads = tuple[float, float, float]
 Table = Mapping[str, Mapping[str, float]]
 
 
+PASSING = ("before", "without")
+"""Words in the causes of errors that a calibration or a tare takes away."""
+
+
 @record
 class AxisPerformance:
     """One axis at a working point: range (N) and what ends it, full scale (N: what is asked), sensitivity of every coil
@@ -117,3 +121,10 @@ def _by_axis(load: Loads) -> dict[str, float]:
 
 def _plain(table: Table) -> dict[str, dict[str, float]]:
     return {name: dict(row) for name, row in table.items()}
+
+
+def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
+    """The largest error (N) that neither calibration nor tare takes away, and its cause."""
+    lasting = {cause: error or 0.0 for cause, error in errors.items() if not any(word in cause for word in PASSING)}
+    cause = max(lasting, key=lambda one: lasting[one])
+    return lasting[cause], cause

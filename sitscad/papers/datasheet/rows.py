@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sitscad.calibration.calibrate import AXIS_WORDS, Calibration
-from sitscad.estimates.performance.values import AxisPerformance, Performance
+from sitscad.estimates.performance.values import AxisPerformance, Performance, largest_lasting
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.contacts import contacts, head
@@ -30,11 +30,13 @@ def summary(felt: Sequence[Performance]) -> Rows:
     row("full scale", *(_newtons(axis.full_scale) for axis in axes))
     row("range, and what ends it", *(f"{_newtons(axis.range)}, {axis.limited_by}" for axis in axes))
     for point in (rest, half, full):
-        row(f"resolution {point.at}", *(_newtons(point.axes[name].resolution) for name in names))
+        row(f"resolution {point.at}: the noise alone", *(_newtons(point.axes[name].resolution) for name in names))
+    lasting = [largest_lasting(axis.errors) for axis in axes]
+    row("largest error that lasts, full load", *(f"{_newtons(error)}, {cause}" for error, cause in lasting))
     row("largest sensitivity of a coil at half load", *(_sensitivity(half.axes[name]) for name in names))
     row("nonlinearity, straight map", *(_share(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
-    row("crosstalk, curved map", *(_crosstalk(half.crosstalk, name) for name in names))
+    row("crosstalk, curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
     for angle in ("rx", "ry"):
         row(f"error by {_degrees(full.tilt)} of {angle}, either way",
             *(_newtons(full.tilt_error[name][angle]) for name in names))  # fmt: skip
@@ -42,6 +44,9 @@ def summary(felt: Sequence[Performance]) -> Rows:
     row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
     return rows
 
+
+LEAST_TOLD = 1e-4
+"""Crosstalk of a noiseless map below which its digits mean nothing."""
 
 BESIDE = "contact 0.1 mm beside the middle"
 
@@ -149,7 +154,10 @@ def _share(part: float) -> str:
 
 def _crosstalk(table: object, name: str) -> str:
     row = table[name]  # type: ignore[index]
-    return _share(max(row.values())) if row else "-"
+    if not row:
+        return "-"
+    worst = max(row.values())
+    return _share(worst) if worst >= LEAST_TOLD else f"below {_share(LEAST_TOLD)}"
 
 
 def _sensitivity(axis: AxisPerformance) -> str:
