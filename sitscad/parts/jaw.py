@@ -39,11 +39,17 @@ def jaw(layout: Layout) -> Solid | None:
 
 
 def opposing(layout: Layout) -> tuple[Solid, ...]:
-    """The other jaw of the closed pair, and its pad where it has one: face down, resting on the sensor's top."""
-    fitted = fitted_jaw(layout)
-    if fitted is None:
-        return ()
+    """The other jaw of the closed pair, and its pad where it has one: face down, resting on the sensor's top. Of a jaw
+    that only a STEP file describes it is that file's mirror image, without a pad.
+    """
+    fitted, mount = fitted_jaw(layout), layout.spec.mount
     bd = require("build123d")
+    if fitted is None:
+        if mount is None or not mount.is_jaw_unmeasured or mount.step is None or mount.metal is None:
+            return ()
+        shape = imported(layout, mount.step, axis(layout), -top_height(layout.spec)).mirror(bd.Plane.XY)
+        name = mount.metal.name
+        return (Solid("opposing-jaw", shape, name, metal_colour(name), BodyRole.OPPOSING_JAW),)
     pad, top = fitted.opposing_pad_thickness, top_height(layout.spec)
     (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
     mirrored, metal = _other(layout, fitted, -(top + pad)).mirror(bd.Plane.XY), fitted.material.name

@@ -15,7 +15,8 @@ from sitscad.geometry.path import bounding_box
 from sitscad.papers.drawings.jaw import drawing, render
 from sitscad.scene.fit import closed_section
 from sitscad.scene.grasper.closing import closing
-from sitscad.scene.grasper.jaws import fitted_jaw
+from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
+from sitscad.scene.grasper.tail_path import tail_path
 from sitscad.spec import templates
 
 
@@ -115,3 +116,16 @@ def test_every_template_in_a_jaw_has_a_legible_drawing(name):
     assert sheet is not None
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
     assert f"{closed_section(layout).height * 1e3:.2f}"[:4] in words(sheet)
+
+
+def test_the_tail_is_led_down_to_the_face_and_on_to_the_pivot_as_the_hinge_is_judged():
+    """The views had it level at the body's height, and past the pin it runs 0.8 mm lower."""
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer")))
+    way = tail_path(layout)
+    tails = [i for i in flattened(drawing(layout).items) if getattr(i, "name", "") == "jaw-side-tail"]
+    closed, opened = (bounding_box(tail.paths) for tail in tails)
+    jaw, scale = fitted_jaw(layout), 2.0
+    pivot = layout.spec.mount.jaw.hinge + jaw_range(layout, jaw)[1]
+    assert closed[2] - closed[0] == pytest.approx(scale * 1e3 * (pivot - layout.body[2]), abs=0.2)
+    assert closed[3] - closed[1] == pytest.approx(scale * 1e3 * (way.start.z - way.at(way.length).z), abs=1e-3)
+    assert opened[3] - opened[1] > closed[3] - closed[1]

@@ -199,3 +199,14 @@ def test_keys_that_do_not_go_together_are_flaws(tmp_path, jaw_file, mount, key, 
     with pytest.raises(SpecError) as caught:
         load(written(tmp_path, mount))
     assert (rule, key) in {(found.rule, found.key) for found in caught.value.findings}
+
+
+def test_the_other_jaw_of_a_file_is_its_mirror_image_on_the_glued_sensor(tmp_path, jaw_file):
+    """Where no figure stands beside the file there was none: pictures and assembly showed half an instrument."""
+    layout, lower = jaw_of(beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}"))
+    assert layout.spec.mount.jaw is None
+    pieces = {solid.name: solid for solid in whole(layout)}
+    other = pieces["opposing-jaw"]
+    top = pieces["target"].shape.bounding_box().max.Z
+    assert other.volume == pytest.approx(lower.volume) and other.shape.is_valid
+    assert pytest.approx(top, abs=1e-6) == other.shape.bounding_box().min.Z

@@ -13,6 +13,7 @@ from sitscad.layout.board import Layout
 from sitscad.scene.bodies import MOUNT_PIECES, above_board
 from sitscad.scene.column import column, levels
 from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, axis, half_width, jaw_range, section
+from sitscad.scene.grasper.tail_path import tail_path
 from sitscad.spec.sensor import Jaw
 from sitscad.units import decimal
 
@@ -23,6 +24,8 @@ COLOURS = {
 GLUE = "#4d6b1f"
 EDGE = Pen(0.18)
 PORT = Pen(0.35, "#b00000", (3.0, 1.5))
+TAIL_STEPS = 400
+"""Straight stretches that the whole tail is drawn with, from the side."""
 STEPS = 12
 """Straight stretches that a side along the port's circle is drawn with."""
 
@@ -159,16 +162,30 @@ def draw_side(
         angle = -turn if is_other else turn
         path = rectangle(ends[0] - pivot, low.nominal - middle, ends[1] - pivot, high.nominal - middle)
         sheet.draw(_turned(path, angle, at, scale), EDGE, COLOURS[part])
-    board = layers["board"]
-    level = (board[0].nominal + board[1].nominal) / 2 - middle
-    tail = rectangle(body[1] - pivot, level, min(0.0, x1 - pivot + 1e-3), level + 1e-6)
-    sheet.draw(_turned(tail, turn, at, scale), Pen(0.35, COLOURS["board"]))
+    top = layers["board"][1].nominal - middle
+    if (tail := _tail(layout, pivot, top, turn)) is not None:
+        sheet.draw(_turned(tail, turn, at, scale), Pen(0.35, COLOURS["board"]), name="jaw-side-tail")
     for angle in sorted({turn, -turn}):
         along = polyline([Point(x0 - pivot, offset), Point(0.0, offset)])
         sheet.draw(_turned(along, angle, at, scale), HIDDEN)
     if jaw.hinge is not None and math.isclose(pivot, x1 + jaw.hinge):
         sheet.draw(circle(Point(*at), 0.8), EDGE, "#ffffff")
     sheet.line(at[0] - scale * 1e3 * (pivot - x0) - 4.0, level_line, at[0] + 4.0, level_line, CHAIN)
+
+
+def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
+    """The tail's middle line from the body to the pivot, on its way over the jaw's face and, with jaws open by twice an
+    angle (rad), into the shaft; m from the pivot, in the jaw's own axes, `top` being the board's upper face there. None
+    without a tail.
+    """
+    way = tail_path(layout, turn)
+    if way is None:
+        return None
+    places = (way.at(way.length * i / TAIL_STEPS) for i in range(TAIL_STEPS + 1))
+    beside = [Point(place.x - pivot, place.z + top) for place in places]
+    cosine, sine = math.cos(turn), math.sin(turn)
+    drawn = [point for point in beside if point.x * cosine - point.y * sine <= 0.0]
+    return polyline(drawn) if len(drawn) > 1 else None
 
 
 def _turned(path: Path, angle: float, at: tuple[float, float], scale: float) -> Path:

@@ -40,7 +40,8 @@ def _on_the_bench(layout: Layout) -> dict[str, float]:
     """The same (m) without a jaw: the board is laid in, and glue is only under the pad and the target."""
     line, all_lines = layout.spec.assembly.glue_line, target_lines(layout.spec)
     pad = layout.spec.elastomer is not None
-    return {"elastomer": line, "target": all_lines, "encapsulation": all_lines or line * pad}
+    above = all_lines or line * pad
+    return {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
 
 
 def _bare_heights(layout: Layout) -> dict[str, float]:
