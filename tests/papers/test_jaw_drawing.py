@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import handmade
 import pytest
@@ -63,6 +64,18 @@ def test_open_jaws_stand_apart_by_their_angle_about_the_pivot():
     closed, opened = boxes
     assert opened[3] - opened[1] > 2 * (closed[3] - closed[1]), "the opened jaw is tilted"
     assert opened[1] < 112.0 - 5.0, "and its tip goes down"
+
+
+def test_jaws_that_are_never_parallel_are_not_drawn_parallel():
+    """They were, above the words that they never are."""
+    layout = in_jaw(hinge=8e-3, opening=math.radians(60.0), port_diameter=closed_section(in_jaw()).height - 1e-3)
+    sheet, closes = drawing(layout), closing(layout)
+    assert closes.parallel_at < 0.0 and "too thick for the faces ever to be parallel" in words(sheet)
+    assert "closed until the sensor touches at the heel" in words(sheet)
+    (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
+    closed = next(item for item in flattened(sides.items) if getattr(item, "fill", None) == "#a8adb5")
+    corners = [segment.start for path in closed.paths for segment in path.segments]
+    assert min(abs(a.y - b.y) for a, b in pairwise(corners)) > 0.1, "no side of it lies level"
 
 
 def test_a_jaw_whose_hinge_is_not_known_is_not_drawn_open():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from sitscad.drawing.frame import (
     HIDDEN,
@@ -28,6 +29,7 @@ from sitscad.drawing.svg import svg
 from sitscad.layout.board import Layout
 from sitscad.measured import Closing
 from sitscad.papers.drawings.jaw_views import draw_names, draw_section, draw_side
+from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
 from sitscad.scene.fit import ClosedSection, closed_section, measures
 from sitscad.scene.grasper.closing import closing
@@ -109,10 +111,14 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     turn = (closes.opening or 0.0) / 2 if closes.reach is not None else 0.0
     scale = detail_scale((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))
     right = SIDES[0] + SIDES[1]
-    draw_side(sheet, layout, jaw, (right, CLOSED), pivot, scale, 0.0)
+    gap = closes.parallel_at if closes.reach is not None else 0.0
+    closed, words = _closed(layout, closes, pivot)
+    draw_side(sheet, layout, jaw, (right, CLOSED), pivot, scale, closed, gap)
+    lift = scale * 1e3 * (pivot - start) * math.sin(closed)
     reach = scale * 1e3 * jaw.port_diameter
-    sheet.text(SIDES[0], CLOSED + reach, f"closed, {scale_text(scale)}, the tip on the left", TEXT)
-    y = CLOSED - 0.5 * reach - 6.0
+    said = [f"{words}, {scale_text(scale)}, the tip on the left"]
+    fitting_paragraph(sheet, SIDES[0], CLOSED + reach + lift + 6.0, SIDES[1], CLOSED + 0.6 * reach + lift, said, TEXT)
+    y = CLOSED - 0.5 * reach - lift - 6.0
     ends = right - scale * 1e3 * (pivot - start), right - scale * 1e3 * (pivot - heel)
     span(sheet, (ends[0], y), (ends[1], y), mm(jaw.length))
     if jaw.hinge:
@@ -122,11 +128,27 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
         words = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
         fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [words], TEXT)
         return
-    draw_side(sheet, layout, jaw, (right, OPEN), pivot, scale, turn)
+    draw_side(sheet, layout, jaw, (right, OPEN), pivot, scale, turn, gap)
     most = closes.most
-    gap = f", {show(most, 'm', 3)} between the faces at the sensor's middle" if most is not None else ""
-    words = f"open by {math.degrees(2 * turn):.3g} deg{gap}"
+    between = f", {show(most, 'm', 3)} between the faces at the sensor's middle" if most is not None else ""
+    words = f"open by {math.degrees(2 * turn):.3g} deg{between}"
     fitting_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [words], TEXT)
+
+
+def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
+    """By which angle (rad) each jaw is turned where the pair is drawn closed, and what that is in words: parallel on
+    the tissue that leaves it so; where the sensor is too thick for that, until its end at the heel touches.
+    """
+    if closes.reach is None:
+        return 0.0, "closed"
+    if closes.parallel_at >= 0.0:
+        return 0.0, f"closed, parallel on tissue {mm(closes.parallel_at)} thick"
+    ends = [piece.footprint.box[2] for piece in above_board(layout.spec)] or [layout.body[2]]
+    touching = replace(closes, reach=pivot - max(ends))
+    angle = touching.tilt(0.0)
+    if angle is None:
+        return 0.0, "closed"
+    return angle / 2.0, f"closed until the sensor touches at the heel: open by {math.degrees(angle):.2g} deg"
 
 
 def _rows(layout: Layout) -> Iterator[tuple[str, ...]]:

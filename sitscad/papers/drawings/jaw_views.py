@@ -137,13 +137,20 @@ def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float)
 
 
 def draw_side(
-    sheet: Sheet, layout: Layout, jaw: Jaw, at: tuple[float, float], pivot: float, scale: float, turn: float
+    sheet: Sheet,
+    layout: Layout,
+    jaw: Jaw,
+    at: tuple[float, float],
+    pivot: float,
+    scale: float,
+    turn: float,
+    gap: float = 0.0,
 ) -> None:
     """Both jaws from the side, each turned by an angle (rad) about the pivot, which stands before a place on paper or
-    beside it.
-    """
+    beside it. `gap` is what lies between the faces where they are parallel (m), negative where the sensor has no room.
+    """  # fmt: skip
     layers, offset = levels(column(layout)), jaw.pivot_offset
-    middle = layers["opposing-jaw"][1].nominal / 2 - offset
+    half = layers["opposing-jaw"][1].nominal / 2 - offset
     level_line = at[1]
     at = at[0], at[1] - scale * 1e3 * offset
     x0, x1 = jaw_range(layout, jaw)
@@ -152,17 +159,18 @@ def draw_side(
     for part, (low, high) in layers.items():
         if part not in COLOURS or part == "encapsulation":
             continue
+        is_other = part.startswith("opposing")
+        middle = half + (-0.5 if is_other else 0.5) * gap
         if part in plates and "encapsulation" in layers:
             film = layers["encapsulation"][1].nominal - layers["encapsulation"][0].nominal
             ends = plates[part][0] - film - pivot, plates[part][1] + film - pivot
             path = rectangle(ends[0], low.nominal - middle, ends[1], high.nominal + film - middle)
             sheet.draw(_turned(path, turn, at, scale), EDGE, COLOURS["encapsulation"])
-        is_other = part.startswith("opposing")
         ends = (x0, x1) if part in ("jaw", "opposing-jaw", "opposing-pad") else plates.get(part, body)
         angle = -turn if is_other else turn
         path = rectangle(ends[0] - pivot, low.nominal - middle, ends[1] - pivot, high.nominal - middle)
         sheet.draw(_turned(path, angle, at, scale), EDGE, COLOURS[part])
-    top = layers["board"][1].nominal - middle
+    top = layers["board"][1].nominal - half - 0.5 * gap
     if (tail := _tail(layout, pivot, top, turn)) is not None:
         sheet.draw(_turned(tail, turn, at, scale), Pen(0.35, COLOURS["board"]), name="jaw-side-tail")
     for angle in sorted({turn, -turn}):

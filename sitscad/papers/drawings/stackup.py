@@ -47,12 +47,16 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     stackup = layout.spec.fpc.stackup
     scale = ROOM / max(stackup.thickness, _tail_height(layout))
     words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
-    sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced)
+    sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced, "in section")
     _body_section(sheet, layout, scale)
     _tail_section(sheet, layout, scale)
-    rows = [["place", "finished thickness (least to most)"], *map(list, thickness_texts(layout).items())]
+    texts = thickness_texts(layout)
+    parts = {place: text.partition("), ") for place, text in texts.items()}
+    rows = [["place", "finished thickness (least to most)"],
+            *([place, f"{thick})" if more else thick] for place, (thick, _, more) in parts.items())]  # fmt: skip
     low = table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
-    fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, list(_notes(layout)), 2.3)
+    said = [f"Finished thickness {place} {texts[place]}." for place, (_, _, more) in parts.items() if more]
+    fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, [*said, *_notes(layout)], 2.3)
     return sheet
 
 
