@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 from sitscad.checks import CheckResult, all_rules, mended
 from sitscad.design import Design
@@ -14,7 +15,7 @@ from sitscad.opening import STDIN, beginning, opened, policy_for
 from sitscad.policy import Baseline, Policy, chosen_rules, judged
 from sitscad.record import record
 from sitscad.remedy.budget import DECISIVE
-from sitscad.remedy.mending import Applied, mended_text
+from sitscad.remedy.mending import Applied, RolledBack, mended_text
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.review import Review
 from sitscad.spec.format.reading import decoded
@@ -132,8 +133,9 @@ def _picture(design: Design, checked: CheckedSpec) -> str:
 
 @record(eq=False)
 class MendedSpec:
-    """A spec with the fixes of its findings written into it: its text before and after, what is said of it then, and
-    the fixes, in the order in which they were made.
+    """A spec with the fixes of its findings written into it: its text before and after, what is said of it then, the
+    fixes, in the order in which they were made, and those that were tried and rolled back (its findings have them no
+    more).
     """
 
     path: str
@@ -141,6 +143,7 @@ class MendedSpec:
     after: str
     inspection: Inspection
     applied: tuple[Applied, ...] = ()
+    rolled_back: tuple[RolledBack, ...] = ()
 
     @property
     def diff(self) -> str:
@@ -156,6 +159,14 @@ class MendedSpec:
         """What was mended, a line a fix."""
         return "\n".join(
             f"{one.finding.rule} mended: {'; '.join(edit.words for edit in one.remedy.edits)}" for one in self.applied
+        )
+
+    @property
+    def words_of_rolled_back(self) -> str:
+        """What was tried and not written, a line a fix, each with the reason."""
+        return "\n".join(
+            f"{one.finding.rule} not mended by {'; '.join(edit.words for edit in one.remedy.edits)}: {one.why}"
+            for one in self.rolled_back
         )
 
 
@@ -178,7 +189,10 @@ def mend(path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIV
         return inspect_text(of, path, "none", held).checked
 
     found = mended_text(text, said, may, verdict)
-    return MendedSpec(path, text, found.text, Inspection(found.said), found.applied)
+    tried = [one.remedy for one in found.rolled_back]
+    left = (replace(each, fixes=tuple(fix for fix in each.fixes if fix not in tried)) for each in found.said.findings)
+    said_last = replace(found.said, findings=tuple(left)) if tried else found.said
+    return MendedSpec(path, text, found.text, Inspection(said_last), found.applied, found.rolled_back)
 
 
 def unreadable(path: str, error: SpecError, hints: str = DECISIVE, text: str | None = None) -> CheckedSpec:

@@ -76,8 +76,11 @@ def check(
     work = functools.partial(sitscad.inspect, hints=hints, held=held, draws=draws, draws_fit=bool(drawings))
     inspected = [each.inspection for each in mended] or list(sitscad.each_of(work, paths, jobs))
     checked = [each.checked for each in inspected]
-    for each in () if diff else mended:
-        _write(each)
+    for each in mended:
+        if not diff:
+            _write(each)
+        for line in each.words_of_rolled_back.splitlines():
+            say(f"{each.path}: {line}")
     if diff or (fix and "-" in specs):
         click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
         show_findings(checked)

@@ -36,45 +36,101 @@ class Applied:
     remedy: Remedy
 
 
+@record
+class RolledBack:
+    """A fix that might be written and was not, because the text is no better with it: why, in words."""
+
+    finding: Finding
+    remedy: Remedy
+    why: str
+
+
 @record(eq=False)
 class Mended(Generic[Said]):
-    """A text after all fixes that make it better, what is said of it then, and the fixes."""
+    """A text after all fixes that make it better, what is said of it then, the fixes, and those that were tried on it
+    and rolled back.
+    """
 
     text: str
     said: Said
     applied: tuple[Applied, ...]
+    rolled_back: tuple[RolledBack, ...] = ()
 
 
 def mended_text(text: str, judge: Judge[Said], may: May, verdict: Judge[Said] | None = None) -> Mended[Said]:
     """A text with every fix written into it that mends its finding and adds none; `may` says which may be.
 
     Findings are mended in the order of their rules; after each fix the text is judged again, and what was not better is
-    left as it was. Every fix leaves fewer findings, or lets a spec be read further: so it ends, and doing it again
-    changes nothing. `judge` says all of a text, fixes included; `verdict` says its findings in less time.
+    left as it was. Every fix leaves fewer findings, or a note that has no fix in place of one that has, or lets a spec
+    be read further: so it ends, and doing it again changes nothing. `judge` says all of a text, fixes included;
+    `verdict` says its findings in less time.
     """
     said, applied = judge(text), list[Applied]()
     seen = {text}
-    while (step := _next(text, said, verdict or judge, may, seen)) is not None:
+    while True:
+        step, rolled_back = _next(text, said, judge, verdict or judge, may, seen)
+        if step is None:
+            return Mended(text, said, tuple(applied), rolled_back)
         text, one = step
         seen.add(text)
         said = judge(text)
         applied.append(one)
-    return Mended(text, said, tuple(applied))
 
 
-def _next(text: str, said: Said, verdict: Judge[Said], may: May, seen: set[str]) -> tuple[str, Applied] | None:
-    """The text with the first fix that makes it better, and that; None where none does."""
+def _next(
+    text: str, said: Said, judge: Judge[Said], verdict: Judge[Said], may: May, seen: set[str]
+) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
+    """The text with the first fix that makes it better, and that (None where none does); those that do not."""
+    rolled_back = []
     for finding, remedy in _fixes(said.findings):
         if remedy.brings or not may(finding, remedy):
             continue
         try:
             changed = rewritten(text, remedy.edits)
-        except CannotWriteError:
+        except CannotWriteError as error:
+            rolled_back.append(RolledBack(finding, remedy, str(error)))
             continue
         one = Applied(finding, remedy)
-        if changed not in seen and is_improved(one, said, verdict(changed)):
-            return changed, one
-    return None
+        if changed in seen:
+            rolled_back.append(RolledBack(finding, remedy, "that is what another fix has changed"))
+            continue
+        after = verdict(changed)
+        is_swap = _swaps_notes(one, said, after)
+        if is_improved(one, said, after) or (is_swap and not _has_new_fixes(said, judge(changed), may)):
+            return (changed, one), ()
+        rolled_back.append(RolledBack(finding, remedy, _why_not(one, said, after)))
+    return None, tuple(rolled_back)
+
+
+def _swaps_notes(applied: Applied, before: Judged, after: Judged) -> bool:
+    """Whether a fix of a note brings notes and nothing graver, and no more of them than it mends."""
+    gone, new = _changes(applied, before.findings, after.findings)
+    is_note = applied.finding.severity is Severity.NOTE and {severity for _, _, severity in new} == {Severity.NOTE}
+    return is_note and new.total() <= gone.total() and _unknown(after) <= _unknown(before) and _place(applied) in gone
+
+
+def _has_new_fixes(before: Judged, after: Judged, may: May) -> bool:
+    """Whether there is a fix for something that was not found before: it might lead back to where one came from."""
+    known = {(found.rule, found.key) for found in before.findings}
+    fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in known)
+    return any(not remedy.brings and may(found, remedy) for found, remedy in fixes)
+
+
+def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
+    """Why a text is no better after a fix, in words."""
+    gone, new = _changes(applied, before.findings, after.findings)
+    if _place(applied) not in gone:
+        return f"{applied.finding.rule} stays" + (f", and {_named(new)}" if new else "")
+    if new:
+        return _named(new)
+    unknown = sorted(_unknown(after) - _unknown(before))
+    return f"{', '.join(unknown)} can then not be checked"
+
+
+def _named(new: _Weighed) -> str:
+    """Findings that are new, each rule with its gravest severity, in words."""
+    gravest = {rule: severity for rule, _, severity in sorted(new, key=lambda one: -list(Severity).index(one[2]))}
+    return "it brings " + ", ".join(f"{rule} ({gravest[rule].value})" for rule in sorted(gravest))
 
 
 def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
@@ -108,12 +164,22 @@ def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Findi
     """Whether a finding is gone, or milder, and none is new or weighs more than it did; a note is no reason to leave an
     error or a warning. What a key holds could not be judged as long as its name was wrong.
     """
-    finding = applied.finding
+    gone, new = _changes(applied, before, after)
+    return _place(applied) in gone and {severity for *_, severity in new} <= {Severity.NOTE} - {
+        applied.finding.severity
+    }
+
+
+def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
+    """What a fix takes away of findings by their weight, and what it brings."""
     read = [f"{_new_key(edit)}." for edit in applied.remedy.edits if edit.what == "name"]
     seen = [found for found in after if not any(f"{found.key}.".startswith(key) for key in read)]
-    now, then, place = _weighed(seen), _weighed(before), (finding.rule, finding.key, finding.severity)
-    new = {severity for _, _, severity in now - then}
-    return now[place] < then[place] and new <= ({Severity.NOTE} - {finding.severity})
+    now, then = _weighed(seen), _weighed(before)
+    return then - now, now - then
+
+
+def _place(applied: Applied) -> tuple[str, str | None, Severity]:
+    return applied.finding.rule, applied.finding.key, applied.finding.severity
 
 
 def _new_key(edit: Edit) -> str:

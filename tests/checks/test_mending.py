@@ -16,7 +16,7 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "benchmarks")]
 from check_times import design as random_design  # noqa: E402
 
 from sitscad.checks import check, mended  # noqa: E402
-from sitscad.finding import Edit, Finding, Remedy, Severity  # noqa: E402
+from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
 from sitscad.record import record  # noqa: E402
 from sitscad.remedy.mending import mended_text  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
@@ -243,6 +243,36 @@ def test_what_adds_a_finding_is_rolled_back(name):
     texts = {"coil: {turns: 6}\n": first, "coil: {turns: 7}\n": Said(WORSE[name])}
     found = mended_text("coil: {turns: 6}\n", texts.__getitem__, always)
     assert (found.text, found.applied) == ("coil: {turns: 6}\n", ())
+
+
+def test_what_is_rolled_back_says_why():
+    remedy = Remedy((Edit("coil.turns", "7"),))
+    first = Said((finding("SIT201", remedy),))
+    for after, why in (
+        (Said((finding("SIT205", severity=Severity.WARNING),)), "it brings SIT205 (warning)"),
+        (Said((finding("SIT201"),)), "SIT201 stays"),
+        (Said((), (NotChecked("SIT302", "why"),)), "SIT302 can then not be checked"),
+    ):
+        found = mended_text(
+            "coil: {turns: 6}\n", {"coil: {turns: 6}\n": first, "coil: {turns: 7}\n": after}.get, always
+        )
+        assert [one.why for one in found.rolled_back] == [why] and not found.applied
+
+
+@pytest.mark.parametrize("more", [(), (finding("SIT204", severity=Severity.NOTE),)])
+@pytest.mark.parametrize("way_back", [(), (Remedy((Edit("coil.turns", "6"),)),)])
+def test_a_note_may_take_a_notes_place_unless_it_has_a_fix_or_brings_more(way_back, more):
+    """A lead that runs back was not mended, because its design kept another limit by little."""
+    remedy = Remedy((Edit("coil.turns", "7"),))
+    note = finding("SIT203", *way_back, severity=Severity.NOTE)
+    texts = {
+        "coil: {turns: 6}\n": Said((finding("SIT216", remedy, severity=Severity.NOTE),)),
+        "coil: {turns: 7}\n": Said((note, *more)),
+    }
+    found = mended_text("coil: {turns: 6}\n", texts.__getitem__, always)
+    is_written = not way_back and not more
+    assert (found.text == "coil: {turns: 7}\n") == is_written == (not found.rolled_back)
+    assert is_written or found.rolled_back[0].why.startswith("it brings SIT203 (note)")
 
 
 def test_what_brings_a_warning_is_not_written():

@@ -96,7 +96,18 @@ def test_turns_are_changed_only_where_that_is_asked_for(run, tmp_path):
     assert Path("square.yaml").read_text() == text
     done = run("check", "--fix", "--unsafe-fixes", "square.yaml")
     assert done.code in (0, 1) and "coil.turns: 5.25 instead of 5.3" in done.err
-    assert Path("square.yaml").read_text() == text.replace("5.3", "5.25")
+    assert "SIT216 mended: coil.turns: 5 instead of 5.25" in done.err, "one note for another"
+    assert Path("square.yaml").read_text() == text.replace("5.3", "5")
+    assert not run("check", "--fix", "--unsafe-fixes", "square.yaml").err
+
+
+def test_a_fix_that_makes_nothing_better_is_not_promised_again_and_says_why(run, monkeypatch):
+    monkeypatch.setattr("sitscad.remedy.mending.is_improved", lambda *_: False)
+    monkeypatch.setattr("sitscad.remedy.mending._swaps_notes", lambda *_: False)
+    Path("slips.yaml").write_text(SLIPS)
+    assert "fixes: for " in run("check", "slips.yaml").out
+    done = run("check", "--fix", "--unsafe-fixes", "slips.yaml")
+    assert "slips.yaml: SIT002 not mended by " in done.err and "fixes: for " not in done.out
 
 
 def test_only_the_chosen_rules_are_mended(run, slips):
