@@ -99,7 +99,7 @@ def _ring(layout: Layout, coil: Coil, number: int) -> Region:
     a pitch; other shapes step in at one place, and cover what is drawn of them.
     """
     spec, drawn = layout.spec.coil, ring(layout, coil, number)
-    if spec.shape != "circle":
+    if not spec.outline.is_round:
         return drawn
     step = (spec.trace_width + spec.trace_spacing) / 2
     order = [winding.layer for winding in coil.windings].index(number)

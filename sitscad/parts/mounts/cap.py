@@ -78,7 +78,7 @@ def _bore(layout: Layout, finger: Finger, top: float, start: float, end: float) 
     """The finger's end with its clearance, its upper face at a height (m)."""
     bd, room = require("build123d"), clearance(layout.spec.mount)
     y, (width, height) = axis(layout).y, finger.size
-    if finger.shape == "circle":
+    if finger.outline.is_round:
         radius = width / 2 + room
         lie = bd.Plane((start * MM, y * MM, (top - radius) * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
         return bd.Solid.make_cylinder(radius * MM, (end - start) * MM, lie)

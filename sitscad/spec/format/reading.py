@@ -23,18 +23,21 @@ from sitscad.spec.source import SpecSource
 Form = TypeVar("Form", bound=Section)
 
 
-def read_file(path: Path) -> bytes:
-    """The bytes of a file; raises `TextError` where it is none, cannot be read, or is too large."""
+def read_file(path: Path, called: str | None = None) -> bytes:
+    """The bytes of a file; raises `TextError` where it is none, cannot be read, or is too large. The message calls it
+    by its path, or as it is `called`.
+    """
+    name = called or str(path)
     try:
         if path.exists() and not path.is_file():
-            raise TextError("SIT011", f"{path} is not a file", "name the YAML file itself")
+            raise TextError("SIT011", f"{name} is not a file", "name the YAML file itself")
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise TextError("SIT011", f"cannot read {path}: {reason}", "is the path right?") from None
+        raise TextError("SIT011", f"cannot read {name}: {reason}", "is the path right?") from None
     if len(content) > MAX_BYTES:
-        raise TextError("SIT010", f"{path} is larger than {MAX_BYTES // 1024} KiB", "is this the right file?")
+        raise TextError("SIT010", f"{name} is larger than {MAX_BYTES // 1024} KiB", "is this the right file?")
     return content
 
 

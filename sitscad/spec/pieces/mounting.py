@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from sitscad.geometry.shapes import PLATES, Outline
 from sitscad.record import record
 from sitscad.spec.materials import Conductor
 
@@ -103,6 +104,11 @@ class Finger:
     grip: float
     screw: float
     material: Conductor | None = None
+
+    @property
+    def outline(self) -> Outline:
+        """What its shape is."""
+        return PLATES[self.shape]
 
 
 @record

@@ -35,12 +35,11 @@ def opened(
     shown = os.path.normpath(os.path.join(os.path.dirname(place.source.path), name))
     text = ""
     try:
-        content = read_file(path)
+        content = read_file(path, shown)
         text = decoded(content).removeprefix("\ufeff")
         document, source = read_section(text, shown, form, begins)
     except TextError as error:
-        said = finding_from_text(error)
-        _note(remarks, shown, text, (replace(said, message=said.message.replace(str(path), shown)),))
+        _note(remarks, shown, text, (finding_from_text(error),))
     except SpecError as error:
         _note(remarks, shown, text, error.findings)
     else:
