@@ -1,12 +1,14 @@
 """Random targets at random poses over boards, held against the same surface resolved finer, at two levels.
 
-    python tests/validation/random_poses.py [--targets 25] [--seed 1] [--only BOARD] [-o FILE.csv]
+    python tests/validation/random_poses.py [--minutes 15] [--targets 25] [--only BOARD] [--told]
 
 Three boards (`BOARDS`), every other target over a mirror, 20 poses a target: half of them near (0.15 to 0.7 mm at the
-lowest point), half far (to 3 mm), for a target is solved as fine as its nearest pose asks. Writes a line a target, and
-prints for every board the worst and the 95 % of: the error of a change of L (of the larger of it and 1 % of the free
-inductance), that of a mutual one (of 1 %), that of the loss (of the larger of it and 1 % of the coil's resistance),
-error over stated error, what the two finer levels differ by, and the share of poses that state 1 % or less.
+lowest point), half far (to 3 mm), for a target is solved as fine as its nearest pose asks. It runs in parts: targets
+that are in `random_poses.csv` are not solved again, every new one is added to it at once (a line a pose), and none is
+begun after so many minutes of the processor. Then the table of docs/accuracy.md is made of the file: errors of a change
+of L (of the larger of it and 1 % of the free inductance), of a mutual one (of 1 %), of the loss (of the larger of it
+and 1 % of the coil's resistance), error over stated error, what the two finer levels differ by, and the share of poses
+that state 1 % or less. `--told` makes the table alone.
 """
 
 from __future__ import annotations
@@ -34,8 +36,15 @@ BOARDS = "grasper_4layer", "three_axis_triangle", "square_bench"
 GAPS = (0.15 * MM, 0.7 * MM), (0.7 * MM, 3.0 * MM)
 EACH = 10
 METALS = (("copper", 58e6), ("aluminium", 35.4e6), ("brass", 15.9e6))
-COLUMNS = ("board", "mirror", "shape", "x_mm", "y_mm", "thickness_um", "metal", "skin_depths", "own", "mutual", "loss",
-           "own_over_stated", "mutual_over_stated", "finer_levels", "stated_most", "stated_1_percent")  # fmt: skip
+SEED = 11
+PLACES = "near", "far"
+WHAT = ("board", "target", "mirror", "shape", "x_mm", "y_mm", "thickness_um", "metal", "skin_depths", "place")
+FOUND = ("own", "mutual", "loss", "own_over_stated", "mutual_over_stated", "finer_levels", "stated")
+"""Columns of the file: what was looked at, and what was found at each pose."""
+
+PAGE, BLOCK = ROOT / "docs" / "accuracy.md", "random_poses.csv"
+HEAD = ("board", "behind it", "poses", "change of L, worst (95 %)", "mutual", "loss", "worst of stated",
+        "finer levels apart", "state 1 % or less")  # fmt: skip
 
 
 def boards() -> dict[str, sitscad.Layout]:
@@ -96,7 +105,7 @@ def compared(design: Design, some: np.ndarray) -> dict[str, np.ndarray]:
         "own_over_stated": over[:, own].max(axis=1),
         "mutual_over_stated": np.max(over[:, ~own], axis=1, initial=0.0),
         "finer_levels": (np.abs(finer[0].target_change - truth) / size).max(axis=(1, 2)),
-        "stated_most": usual.target_change_error[:, own].max(axis=1),
+        "stated": usual.target_change_error[:, own].max(axis=1),
     }
 
 
@@ -113,51 +122,82 @@ def depths(design: Design) -> float:
     return target.thickness / skin_depth(math.sqrt(math.prod(design.response.band)), target.material.conductivity)
 
 
-def line(board: str, mirror: bool, design: Design, found: dict[str, np.ndarray]) -> list[str]:
-    """A target's line of the file."""
+def lines(board: str, number: int, design: Design, found: dict[str, np.ndarray]) -> Iterator[list[str]]:
+    """A target's lines of the file, one a pose."""
     target = design.spec.target
     x, y = (f"{1e3 * length:.2f}" for length in target.size)
-    what = [board, str(int(mirror)), target.shape, x, y, f"{1e6 * target.thickness:.1f}", target.material.name]
-    few = float((found["stated_most"] <= 0.01).mean())
-    return [*what, f"{depths(design):.1f}", *(f"{values.max():.2g}" for values in found.values()), f"{few:.2f}"]
+    what = [board, str(number), str(int(mirrored(number))), target.shape, x, y, f"{1e6 * target.thickness:.1f}",
+            target.material.name, f"{depths(design):.1f}"]  # fmt: skip
+    for k in range(len(PLACES) * EACH):
+        yield [*what, PLACES[k // EACH], *(f"{found[name][k]:.2g}" for name in FOUND)]
 
 
-def said(name: str, found: Sequence[dict[str, np.ndarray]]) -> None:
-    """Prints worst and 95 % of every figure over poses."""
-    if not found:
-        return
-    whole = {key: np.concatenate([one[key] for one in found]) for key in found[0]}
-    figures = "  ".join(f"{key} {v.max():.4f} {np.quantile(v, 0.95):.4f}" for key, v in whole.items())
-    few = float((whole["stated_most"] <= 0.01).mean())
-    print(f"{name}, {whole['own'].size} poses: {figures}  states 1 % or less: {100.0 * few:.1f} %", flush=True)
+def mirrored(number: int) -> bool:
+    """Whether a mirror lies behind the board of a target."""
+    return number % 2 == 1
 
 
-def main(count: int, seed: int, only: str, output: Path) -> None:
-    lines, everywhere, started = [], [], time.process_time()
-    for board, layout in boards().items():
-        if only not in board:
+def known() -> list[dict[str, str]]:
+    """The lines of the file so far."""
+    if not FIGURES.exists():
+        return []
+    with FIGURES.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def table(rows: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:
+    """Worst and 95 % of the figures: a row a board, with a mirror and without, then all."""
+    parts = [((board, mirror), [row for row in rows if (row["board"], row["mirror"]) == (board, mirror)])
+             for board in BOARDS for mirror in "01"]  # fmt: skip
+    thick = [row for row in rows if float(row["skin_depths"]) >= 4.0]
+    named = [((f"`{board}`", ("nothing", "mirror")[int(mirror)]), part) for (board, mirror), part in parts if part]
+    named += [(("all", "both"), rows), (("targets of four skin depths and more", "both"), thick)]
+    return [(*what, *_figures(part)) for what, part in named]
+
+
+def _figures(rows: Sequence[dict[str, str]]) -> list[str]:
+    found = {name: np.array([float(row[name]) for row in rows]) for name in FOUND}
+    errors = [f"{100 * found[name].max():.2g} ({100 * np.quantile(found[name], 0.95):.2g}) %"
+              for name in ("own", "mutual", "loss")]  # fmt: skip
+    over = max(found["own_over_stated"].max(), found["mutual_over_stated"].max())
+    few = float((found["stated"] <= 0.01).mean())
+    return [str(len(rows)), *errors, f"{over:.2f}", f"{100 * found['finer_levels'].max():.2g} %", f"{100 * few:.0f} %"]
+
+
+def tell() -> None:
+    """Writes the table of the file into the page."""
+    rows = [HEAD, ("---",) * len(HEAD), *table(known())]
+    block = "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    begins, ends = (f"<!-- {BLOCK} {which} -->\n" for which in ("begins", "ends"))
+    before, rest = PAGE.read_text(encoding="utf-8").split(begins)
+    PAGE.write_text(before + begins + block + ends + rest.split(ends)[1], encoding="utf-8")
+    print(block)
+
+
+def main(count: int, minutes: float, only: str) -> None:
+    started, layouts = time.process_time(), boards()
+    done = {(row["board"], int(row["target"])) for row in known()}
+    wanted = [(number, board) for number in range(count) for board in BOARDS if only in board]
+    for number, board in wanted:
+        if (board, number) in done:
             continue
-        generator, found = np.random.default_rng(seed), []
-        for number, target in zip(range(count), targets(layout.spec, generator), strict=False):
-            design = changed(layout, target, mirror=number % 2 == 1)
-            found.append((depths(design), of_target(design, generator)))
-            lines.append(line(board, number % 2 == 1, design, found[-1][1]))
-            print("  ".join(lines[-1]), flush=True)
-        everywhere += found
-        said(board, [errors for _, errors in found])
-        said(f"{board}, four skin depths and more", [errors for thick, errors in found if thick >= 4.0])
-    said("all", [errors for _, errors in everywhere])
-    said("all, four skin depths and more", [errors for thick, errors in everywhere if thick >= 4.0])
-    with output.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows([COLUMNS, *lines])
-    print(f"{time.process_time() - started:.0f} s of processor time")
+        if time.process_time() - started > 60.0 * minutes:
+            break
+        generator, layout = np.random.default_rng((SEED, number)), layouts[board]
+        design = changed(layout, next(targets(layout.spec, generator)), mirrored(number))
+        found = list(lines(board, number, design, of_target(design, generator)))
+        is_new = not FIGURES.exists()
+        with FIGURES.open("a", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([WHAT + FOUND, *found] if is_new else found)
+        print(f"{time.process_time() - started:6.0f} s", *found[0][:9], flush=True)
+    tell()
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--targets", type=int, default=25, help="targets a board")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--minutes", type=float, default=15.0, help="of the processor, after which none is begun")
     parser.add_argument("--only", default="", help="boards whose name has this in it")
-    parser.add_argument("-o", dest="output", type=Path, default=FIGURES)
+    parser.add_argument("--told", action="store_true", help="the table alone")
     given = parser.parse_args()
-    main(given.targets, given.seed, given.only, given.output)
+    tell() if given.told else main(given.targets, given.minutes, given.only)

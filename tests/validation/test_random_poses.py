@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_poses import BOARDS, boards, changed, of_target, targets
+from random_poses import BLOCK, BOARDS, EACH, HEAD, PAGE, PLACES, boards, changed, known, of_target, table, targets
+
+
+def test_the_page_has_the_table_of_the_file_and_no_stated_error_is_broken():
+    rows = known()
+    assert {row["board"] for row in rows} == set(BOARDS) and len(rows) % (len(PLACES) * EACH) == 0
+    block = PAGE.read_text(encoding="utf-8").split(f"<!-- {BLOCK} begins -->\n")[1].split(f"<!-- {BLOCK} ends")[0]
+    cells = [tuple(cell.strip() for cell in line.strip("|").split("|")) for line in block.splitlines()]
+    assert cells == [HEAD, ("---",) * len(HEAD), *table(rows)]
+    assert all(float(row[name]) < 1.0 for row in rows for name in ("own_over_stated", "mutual_over_stated"))
 
 
 @pytest.mark.slow
