@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.geometry.path import Path, Point
 from sitscad.geometry.primitives import (
@@ -136,6 +137,20 @@ class Obstacles:
         """Whether all of these keep their distance from what is there (not from one another)."""
         return all(self._admits_track(t) for t in tracks) and all(self._admits_hole(h) for h in holes)
 
+    def admits_each(self, tracks: Sequence[Track]) -> NDArray[np.bool_]:
+        """Of tracks on one layer whether each keeps its distances: as `admits`, all of them at once."""
+        own = Copper.of(tracks)
+        of = np.repeat(np.arange(len(tracks)), [len(track.boxes) for track in tracks])
+        keep = self._rules.copper_to_edge + own.half_width - 2 * SLACK
+        low, high = self._breadth.low + keep, self._breadth.high - keep
+        free = np.ones(len(tracks), dtype=bool)
+        free[of[(own.boxes[:, 1] < low) | (own.boxes[:, 3] > high)]] = False
+        if self._holes:
+            free[of[_meetings(own, *self._kept_by_holes())[:, 0]]] = False
+        if tracks[0].layer in self._tracks:
+            free[of[self._touching(own, self._on(tracks[0].layer))]] = False
+        return free
+
     def admitted(self, holes: Sequence[Hole]) -> list[Hole]:
         """Those of some holes that keep their distance from what is there, each on its own."""
         if not holes:
@@ -171,12 +186,16 @@ class Obstacles:
 
     def _touches(self, track: Copper, other: Copper) -> bool:
         """Whether copper comes nearer to other copper than the spacing."""
+        return bool(self._touching(track, other).size)
+
+    def _touching(self, track: Copper, other: Copper) -> Indices:
+        """Which pieces of copper come nearer to other copper than the spacing."""
         reach = track.half_width + self._spacing
         pairs = nearest_pairs(track.boxes, reach, other.boxes, other.half_width)
         if not len(pairs):
-            return False
+            return pairs[:, 0]
         gaps = distances(track.pieces.take(pairs[:, 0]), other.pieces.take(pairs[:, 1]))
-        return bool(np.any(gaps < reach[pairs[:, 0]] + other.half_width[pairs[:, 1]] - SLACK))
+        return pairs[gaps < reach[pairs[:, 0]] + other.half_width[pairs[:, 1]] - SLACK, 0]
 
     def _admits_hole(self, hole: Hole) -> bool:
         return bool(self.admitted([hole]))
@@ -190,10 +209,15 @@ class Obstacles:
 
 def _met(copper: Copper, centres: Floats, keep: Floats) -> Indices:
     """Which of some centres (n, 2) the copper comes nearer to than their `keep` (n) (m)."""
+    return _meetings(copper, centres, keep)[:, 1]
+
+
+def _meetings(copper: Copper, centres: Floats, keep: Floats) -> Indices:
+    """Pairs (m, 2) of the copper's pieces and some centres that are nearer to each other than the centres' `keep`."""
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
     piece, hole = pairs[:, 0], pairs[:, 1]
     gaps = to_points(copper.pieces.take(piece), centres[hole])
-    return hole[gaps < keep[hole] + copper.half_width[piece] - SLACK]
+    return pairs[gaps < keep[hole] + copper.half_width[piece] - SLACK]
 
 
 def joined_hole(rules: DesignRules, width: float) -> Hole:

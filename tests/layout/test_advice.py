@@ -1,6 +1,7 @@
 """Findings about room: what they advise was tried, so that a board changed by it is routed."""
 
 import math
+import random
 import re
 from dataclasses import replace
 
@@ -11,8 +12,11 @@ from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
 from sitscad.finding import Missing
+from sitscad.geometry.path import Point, polyline
 from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
+from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
+from sitscad.layout.routing.escape import _Search
 from sitscad.layout.routing.patience import BUDGET, Patience
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget
@@ -145,3 +149,41 @@ def test_an_exit_that_no_lead_can_take_is_one_trial():
     )
     assert _attempt(load_text(text), patience).routing is None
     assert patience.left > BUDGET - 100
+
+
+CLOSED = """
+sitscad: 1
+name: closed
+coil: {shape: hexagon, outer_diameter: 3.0, turns: 3.6666666666666665, layers: 8,
+       trace_width: 100 um, trace_spacing: 76 um, corner_radius: 0.5}
+array: {pattern: line, count: 3, pitch: 5.0}
+fpc: {rules: shipco, tail: {length: 60, connector: zif-0.5mm, layers: 2, bend: none}}
+"""
+
+
+def test_what_is_closed_of_a_ring_road_spares_trials_and_changes_no_way(monkeypatch):
+    """Leads were tried round the whole coil though the track of another one lay across their road."""
+    spec = load_text(CLOSED, "closed.yaml")
+    proved, tried = Patience(), Patience()
+    found = _attempt(spec, proved)
+    monkeypatch.setattr(_Search, "_runs_into", lambda *_: False)
+    other = _attempt(spec, tried)
+    assert found.routing is not None and found.routing.escapes == other.routing.escapes
+    assert BUDGET - proved.left < 0.75 * (BUDGET - tried.left)
+
+
+def test_tracks_that_are_asked_for_at_once_are_admitted_as_one_by_one(sensor):
+    rules, pick = sensor().fpc.rules, random.Random(7)
+
+    def track(layer=1):
+        x, y = pick.uniform(0, 5e-3), pick.uniform(0, 5e-3)
+        points = [Point(x + pick.uniform(0, 1e-3), y + pick.uniform(0, 1e-3)) for _ in range(pick.randint(2, 4))]
+        return Track(polyline(points), 0.1e-3, layer)
+
+    board = Obstacles(rules, 0.1e-3, Breadth(0.2e-3, 4.9e-3))
+    board.add([track() for _ in range(2)], [Hole(Point(1e-3, 4e-3), 0.4e-3, 0.2e-3)])
+    asked = [track() for _ in range(200)]
+    found = board.admits_each(asked).tolist()
+    assert found == [board.admits([one]) for one in asked]
+    assert 10 < sum(found) < 190
+    assert board.admits_each([track(layer=2)]).size == 1

@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.geometry.path import TWO_PI, Point, polyline
 from sitscad.layout.clearance import Hole, Obstacles, Track
@@ -27,6 +28,12 @@ TRIALS = 2_000
 
 QUICK = 100
 """Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
+
+PIECES = 48
+"""Pieces of the ring road of which it is known whether a track may run there."""
+
+PROVED = 8
+"""Legs refused on a layer after which that is looked up: most searches find a way before."""
 
 SPARED = 0.04
 """Leads that run so little farther round their coil than they must (turns) are as good as any."""
@@ -172,6 +179,8 @@ class _Search:
         self._exact: dict[tuple[int, int], bool] = {}
         self._single: dict[int, Obstacles] = {}
         self._barred: dict[int, int] = {}
+        self._refused: dict[int, int] = {}
+        self._closed: dict[int, NDArray[np.float64]] = {}
         self._asked: list[Sequence[BranchTable]] = []
         self._patience = patience
         self._total = self._left = TRIALS
@@ -272,9 +281,32 @@ class _Search:
 
     def _admits(self, leg: Leg) -> bool:
         if id(leg) not in self._admitted:  # the leg is kept too, so that no other gets its identity
-            self._spend(1)
-            self._admitted[id(leg)] = leg, self._obstacles.admits([leg.track])
+            self._admitted[id(leg)] = leg, not self._runs_into(leg) and self._tried(leg)
         return self._admitted[id(leg)][1]
+
+    def _tried(self, leg: Leg) -> bool:
+        """The same by its true geometry, which is a trial."""
+        self._spend(1)
+        is_free = self._obstacles.admits([leg.track])
+        if not is_free:
+            self._refused[leg.layer] = self._refused.get(leg.layer, 0) + 1
+        return is_free
+
+    def _runs_into(self, leg: Leg) -> bool:
+        """Whether a leg runs over a whole piece of the ring road on which no track may: it is refused for certain."""
+        if self._refused.get(leg.layer, 0) < PROVED or abs(leg.sweep) < TWO_PI / PIECES:
+            return False
+        if leg.layer not in self._closed:
+            self._closed[leg.layer] = self._closed_pieces(leg)
+        ahead = (self._closed[leg.layer] - (leg.angle + min(leg.sweep, 0.0))) % TWO_PI
+        return bool(np.any(ahead <= abs(leg.sweep) - TWO_PI / PIECES - 1e-9))
+
+    def _closed_pieces(self, leg: Leg) -> NDArray[np.float64]:
+        """Where the pieces of a leg's ring road begin (rad) on which no track of its layer may run."""
+        ring, width = leg.around.ring, leg.around.bus.width
+        begin = np.linspace(0.0, TWO_PI, PIECES, endpoint=False)
+        ways = [ring.along(low, low + TWO_PI / PIECES, True) for low in begin.tolist()]
+        return np.asarray(begin[~self._obstacles.admits_each([Track(way, width, leg.layer) for way in ways])])
 
 
 def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tuple[int, int]]:
