@@ -25,6 +25,15 @@ from sitscad.policy.values import Policy, PolicyError, stands_for
 from sitscad.report.findings import RuleTexts
 
 KEYS = ("select", "ignore", "severity", "profiles")
+MEANT = {
+    **dict.fromkeys(
+        ("allow", "disable", "exclude", "silence", "skip", "suppress", "waive", "waiver", "waivers"), "ignore"
+    ),
+    **dict.fromkeys(("enable", "include", "only", "rules"), "select"),
+    **dict.fromkeys(("levels", "severities"), "severity"),
+    **dict.fromkeys(("fabricators", "profile", "shops"), "profiles"),
+}
+"""What others call a key."""
 MAX_BYTES = 1 << 20
 """A larger file is no configuration."""
 
@@ -80,7 +89,8 @@ def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
 def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) -> Policy:
     """The policy that a table says; PolicyError for what it does not know."""
     for key in table:
-        _require(key in KEYS, path, f"{key!r} is no key of sitscad's configuration", key, KEYS)
+        message = f"{key!r} is no key of sitscad's configuration, which are {', '.join(KEYS)}"
+        _require(key in KEYS, path, message, MEANT.get(key.lower(), key), KEYS)
     ignored, reasons = table.get("ignore", []), {}
     if isinstance(ignored, dict):
         reasons = {pattern: _reason(pattern, reason, path) for pattern, reason in ignored.items()}

@@ -131,6 +131,7 @@ def test_severities_and_selection_are_the_configurations(run, tmp_path):
     ("text", "said"),
     [
         ("selct = []", "did you mean select?"),
+        ("[waivers]", "which are select, ignore, severity, profiles; did you mean ignore?"),
         ('ignore = ["SIT999"]', "no rule 'SIT999'"),
         ('ignore = ["SIT004"]', "holds always"),
         ('[ignore]\nSIT103 = " "', "has no reason"),
@@ -303,3 +304,20 @@ def test_a_changed_waiver_is_a_changed_package(run):
     assert "made" not in run("build", "good.yaml", "--only", "firmware,report").out
     Path("sitscad.toml").write_text('[ignore]\nSIT103 = "another"\n')
     assert "made check, report" in run("build", "good.yaml", "--only", "firmware,report").out
+
+
+def test_the_repository_of_the_page_on_ci_can_be_checked(run, tmp_path, good):
+    """Its configuration, with a profile that a spec names without the folder, a waiver, and a baseline."""
+    page = (Path(__file__).parents[2] / "docs" / "ci.md").read_text(encoding="utf-8")
+    (tmp_path / "sitscad.toml").write_text(page.partition("```toml\n")[2].partition("```")[0])
+    for folder in ("shops", "sensors"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "shops/ourshop.yaml").write_text("based_on: generic-flex\ntrace_width: 5 mm\n")
+    (tmp_path / "sensors/thumb.yaml").write_text(good.read_text() + "fpc: {rules: ourshop.yaml}\n")
+    (spec,) = json.loads(run("check", "sensors", "--format", "json").out)["specs"]
+    assert "SIT101" in rules_of(spec)
+    assert "`rules: ourshop.yaml`, without the folder" in page
+    command = "sitscad check --format json sensors > known.json"
+    assert command in page
+    (tmp_path / "known.json").write_text(run(*command.partition(" > ")[0].split()[1:]).out)
+    assert run("check", "sensors").code == 1 and run("check", "--baseline", "known.json", "sensors").code == 0
