@@ -36,6 +36,9 @@ IN_HEADERS = {
 }  # fmt: skip
 """Units that a CSV file's column may name after an underscore."""
 
+READINGS = ("counts", "Hz", "kHz", "MHz", "H", "mH", "uH", "nH")
+"""What a column of measured readings ends in, as in the plan of `calibrate`: ``C1_counts``. It is passed over."""
+
 MOST = 2_000_000
 """Points at most in one scan."""
 
@@ -54,13 +57,14 @@ class MotionError(ValueError):
 @record(eq=False)
 class Motions:
     """What is asked for: poses (n, 6; m, rad), loads (k, 3; N) with, for each load, whether rotation is held, and load
-    cases of the spec by name.
+    cases of the spec by name. ``passed_over`` says of each file which columns of readings it has, in words.
     """
 
     poses: Array
     loads: Array
     held: NDArray[np.bool_]
     cases: Names = ()
+    passed_over: Names = ()
 
     def __len__(self) -> int:
         return len(self.poses) + len(self.loads) + len(self.cases)
@@ -95,16 +99,20 @@ def read_motions(
     Raises MotionError for what cannot be read, OSError for a file that cannot be opened.
     """
     found = [np.array([_row(text, POSE)[0]]) for text in poses]
-    found += [_from_file(name, POSE)[0] for name in pose_files]
-    pushed, held = [], []
+    pushed, held, readings = [], [], list[str]()
+    for name in pose_files:
+        rows, _, passed = _from_file(name, POSE)
+        found.append(rows)
+        readings += passed
     for text in loads:
         row, rotation = _row(text, LOAD)
         pushed.append(np.array([row]))
         held.append(np.array([rotation]))
     for name in load_files:
-        rows, turns = _from_file(name, LOAD)
+        rows, turns, passed = _from_file(name, LOAD)
         pushed.append(rows)
         held.append(turns)
+        readings += passed
     for text in scans:
         rows, names, rotation = _scanned(text)
         if names == POSE:
@@ -118,7 +126,7 @@ def read_motions(
     forces, none = _stacked(pushed, 3), np.zeros(0, dtype=bool)
     if np.any(forces[:, 0] < 0.0):
         raise MotionError(f"normal={forces[:, 0].min():g}: it presses towards the board, 0 or more; no pad is pulled")
-    return Motions(_stacked(found, 6), forces, np.concatenate([none, *held]), named)
+    return Motions(_stacked(found, 6), forces, np.concatenate([none, *held]), named, tuple(readings))
 
 
 def _stacked(parts: Sequence[Array], width: int) -> Array:
@@ -200,8 +208,10 @@ def _range(name: str, text: str) -> Array:
     return np.linspace(_number(name, parts[0]), _number(name, parts[1]), int(count))
 
 
-def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_]]:
-    """The rows of a CSV file (n, names), and which of them have their rotation held; MotionError with the row."""
+def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_], Names]:
+    """The rows of a CSV file (n, names), which of them have their rotation held, and what is passed over, in words;
+    MotionError with the row.
+    """
     try:
         lines = table_text(name, LARGEST)
     except TableError as error:
@@ -216,11 +226,13 @@ def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_]]:
         row, rotation = _cells(f"{name}, row {number}", cells, columns, names)
         rows.append(row)
         held.append(rotation)
-    return np.array(rows, dtype=float).reshape(-1, len(names)), np.array(held, dtype=bool)
+    readings = ", ".join(title for k, title in enumerate(head) if k not in columns)
+    passed = (f"{name}: columns of readings are passed over: {readings}",) if readings else ()
+    return np.array(rows, dtype=float).reshape(-1, len(names)), np.array(held, dtype=bool), passed
 
 
 def _columns(file: str, head: Sequence[str], names: Names) -> Mapping[int, tuple[str, float | None]]:
-    """By column its name, and its factor where the header names the unit."""
+    """By column its name, and its factor where the header names the unit; without columns of readings."""
     found: dict[int, tuple[str, float | None]] = {}
     for k, title in enumerate(head):
         name, _, unit = title.rpartition("_")
@@ -228,7 +240,7 @@ def _columns(file: str, head: Sequence[str], names: Names) -> Mapping[int, tuple
             found[k] = title, None
         elif name in names and IN_HEADERS.get(unit, ("", 0.0))[0] == dimension(name):
             found[k] = name, IN_HEADERS[unit][1]
-        else:
+        elif not name or name in names or unit not in READINGS:
             raise MotionError(f"{file}: column {title!r} is none of {', '.join(names)} (with _m, _rad, _N for SI)")
     if not found or len({name for name, _ in found.values()}) < len(found):
         raise MotionError(f"{file}: the first line names the columns, each once: {', '.join(names)}")

@@ -43,6 +43,27 @@ def test_files_name_their_columns_and_units(tmp_path):
     assert list(found.held) == [True, False]
 
 
+def test_columns_of_readings_are_passed_over_and_told(tmp_path):
+    """The plan that `calibrate` writes is asked for as it is, empty or filled in."""
+    plan, poses = tmp_path / "plan.csv", tmp_path / "poses.csv"
+    plan.write_text("normal_N,shear_x_N,C1_counts,C2_counts\n0,0,,\n8,-1.15,8123456,7654321\n")
+    poses.write_text("x,C1_MHz\n1,5.2\n")
+    found = read_motions(load_files=[str(plan)], pose_files=[str(poses)])
+    assert found.loads == pytest.approx(np.array([[0.0, 0.0, 0.0], [8.0, -1.15, 0.0]])) and len(found.poses) == 1
+    assert found.passed_over == (
+        f"{poses}: columns of readings are passed over: C1_MHz",
+        f"{plan}: columns of readings are passed over: C1_counts, C2_counts",
+    )
+    assert read_motions(loads=["normal=1"]).passed_over == ()
+
+
+@pytest.mark.parametrize("head", ["normal_N,C1", "normal_N,normal_counts", "normal_N,_counts", "normal_N,C1_V"])
+def test_a_column_that_is_neither_is_refused(tmp_path, head):
+    (tmp_path / "loads.csv").write_text(f"{head}\n1,2\n")
+    with pytest.raises(MotionError, match="is none of normal"):
+        read_motions(load_files=[str(tmp_path / "loads.csv")])
+
+
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
