@@ -17,9 +17,7 @@ from sitscad.cli.telling import coloured, counted, opened_or_told, print_result,
 @click.option("--pose", "poses", multiple=True, metavar="x=0.5,...", help="A pose: x, y, z (mm), rx, ry, rz (degrees).")
 @click.option("--poses", "pose_files", multiple=True, metavar="FILE", help="Poses of a CSV file; x_m or rx_rad for SI.")
 @click.option("--load", "loads", multiple=True, metavar="normal=4.8,...", help="A load: normal, shear_x, shear_y (N).")
-@click.option(
-    "--loads", "load_files", multiple=True, metavar="FILE", help="Loads of a CSV file."
-)
+@click.option("--loads", "load_files", multiple=True, metavar="FILE", help="Loads of a CSV file.")
 @click.option("--scan", "scans", multiple=True, metavar="x=-2:2:41,...", help="FIRST:LAST:COUNT of any of these names.")
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="A load case of the spec's loads, or all of them.")
 @click.option("--method", default="law", show_default=True, help="How loads become poses: law, finite-elements (slow).")
