@@ -54,8 +54,8 @@ def check(
     SPECS are files, folders (every spec in them and below) and - for standard input. The nearest sitscad.toml, or
     [tool.sitscad] in pyproject.toml, above each spec chooses rules and severities; a comment
     "# sitscad: ignore SIT103 reason" silences a rule on its line.
-    Writes no files without --fix, which writes every fix into the spec that was tried, mends its finding and brings no
-    error or warning; comments and order stay. Of standard input (-) it prints the mended text.
+    Writes no files without --fix or --picture. --fix writes every fix into the spec that was tried, mends its finding
+    and brings no error or warning; comments and order stay. Of standard input (-) it prints the mended text.
     The verdict does not depend on --hints: decisive tries changes for as long as the check itself takes, for errors
     first; full tries all that may mend a finding, which can take minutes; none tries nothing.
     --picture draws, without CAD, the closed jaws cut open with what does not fit in red beside its limit; where all
