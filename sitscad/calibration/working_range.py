@@ -11,7 +11,8 @@ from sitscad.calibration.maps.basis import spread
 from sitscad.estimates.performance.bench import SLIP, axes_told_apart
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.pad import holding, soft_pad
-from sitscad.mechanics.pad import VALID_SHEAR
+from sitscad.mechanics.elastomer import VALID_SHEAR
+from sitscad.mechanics.pad import VALID_SHEAR as HELD_SHEAR
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
@@ -64,19 +65,27 @@ class WorkingRange:
 
 
 def working_range(spec: SensorSpec) -> WorkingRange:
-    """The required forces; where there are none, a strain of 20 % and the shear at slip on tissue. No more shear than
-    the law of the pad holds for. Raises NoResponse without a pad.
+    """The required forces, shear as far as the pad's thickness; where there are none, a strain of 20 % and the shear at
+    slip on tissue, as far as half the thickness. Raises NoResponse without a pad.
     """
     pad, axes = soft_pad(spec), axes_told_apart(spec.array)
     normal = spec.requirements.normal_force
     if normal is None:
-        held = holding(spec, np.array([[0.0, 0.0, -USUAL_STRAIN * pad.thickness, 0.0, 0.0, 0.0]]))
-        assert held is not None
-        normal = -float(held[0][0, 2])
+        bearing = holding(spec, np.array([[0.0, 0.0, -USUAL_STRAIN * pad.thickness, 0.0, 0.0, 0.0]]))
+        assert bearing is not None
+        normal = -float(bearing[0][0, 2])
     asked = spec.requirements.shear_force
     shear = SLIP * normal if asked is None else asked
-    most = VALID_SHEAR * pad.shear_modulus * pad.face.area
-    if shear <= most or len(axes) == 1:
+    per_strain = pad.shear_modulus * pad.face.area
+    most, held = VALID_SHEAR * per_strain, HELD_SHEAR * per_strain
+    if len(axes) == 1 or shear <= held:
         return WorkingRange(axes, normal, shear)
-    note = f"shear is calibrated to {most:.3g} N, half the pad's thickness: beyond, no law of it is trusted"
-    return WorkingRange(axes, normal, most, (note,) if asked is not None else ())
+    if asked is None:
+        return WorkingRange(axes, normal, held)
+    notes = [
+        f"shear beyond {held:.3g} N, half the pad's thickness, is extrapolated by the pad's law, which was held "
+        "against finite elements up to there: put points there"
+    ]
+    if shear > most:
+        notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
+    return WorkingRange(axes, normal, min(shear, most), tuple(notes))
