@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.values import Response
     from sitscad.layout.board import Layout
     from sitscad.layout.cutting.panel import Panel
-    from sitscad.layout.routing.patience import Patience
+    from sitscad.layout.routing.search_limit import SearchLimit
     from sitscad.measured import Closing, Measure
     from sitscad.scene.bodies import Body
     from sitscad.scene.motions import Motions
@@ -193,13 +193,13 @@ class Design:
         """Whether a changed design has the same board."""
         return _board(changed) == _board(self.spec)
 
-    def drawn(self, changed: SensorSpec, patience: Patience | None = None) -> Design:
+    def drawn(self, changed: SensorSpec, searches: SearchLimit | None = None) -> Design:
         """A changed design, drawn anew unless the board stays as it is."""
         from sitscad.layout.arrangement import arrange
 
         if self.has_board_of(changed):
             return Design(changed, replace(self.layout, spec=changed))
-        return Design(changed, arrange(changed, patience))
+        return Design(changed, arrange(changed, searches))
 
 
 def respond(

@@ -13,7 +13,7 @@ from sitscad.checks.rules import Complaint, Outcome, Rule, located, named, outco
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout
-from sitscad.layout.routing.patience import Patience
+from sitscad.layout.routing.search_limit import SearchLimit
 from sitscad.record import record
 from sitscad.remedy.budget import TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
 from sitscad.remedy.fix import Fix
@@ -114,10 +114,10 @@ class Trials:
             return None
         each = trial_work(changed)
         most = int(min(self.budget.left / each, TRIALS_OF_ONE_CHANGE))
-        patience = Patience(most)
-        design = self._design.drawn(changed, patience)
-        self.budget.spend(min(self.budget.left, each * (most - patience.left)))
-        return None if patience.is_spent and most < TRIALS_OF_ONE_CHANGE else design
+        searches = SearchLimit(most)
+        design = self._design.drawn(changed, searches)
+        self.budget.spend(min(self.budget.left, each * (most - searches.left)))
+        return None if searches.is_spent and most < TRIALS_OF_ONE_CHANGE else design
 
     def _tried(self, changed: SensorSpec) -> _Tried | None:
         """What is said of a changed design, found once; None where the budget does not reach so far."""

@@ -14,7 +14,6 @@ from sitscad.layout.outline import Body, body_of, far_end, outline
 from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.layout.routing.escape import Escape
 from sitscad.layout.routing.lanes import Bus, bus_for
-from sitscad.layout.routing.patience import Patience
 from sitscad.layout.routing.routes import (
     Routing,
     boards,
@@ -25,6 +24,7 @@ from sitscad.layout.routing.routes import (
     route_freely,
     route_in_line,
 )
+from sitscad.layout.routing.search_limit import SearchLimit
 from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame, first_via, turn_begin
 from sitscad.layout.tail.openings import chip_openings, contact_openings
 from sitscad.layout.tail.stiffening import stiffener
@@ -35,15 +35,15 @@ from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 
-def arrange(spec: SensorSpec, patience: Patience | None = None) -> Layout:
+def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
     """Lay out the whole board.
 
     Never raises for want of room: what found none is missing from the layout and named in `Layout.shortfalls`. Coils
-    that could not be led out are still wound, so that they can be estimated. The searches take of the `patience` that
-    is given, else of their own.
+    that could not be led out are still wound, so that they can be estimated. What is tried counts against `searches`,
+    where it is given, else against a limit of its own.
     """
     level = about_axis(spec)
-    found = _attempt(level, patience or Patience())
+    found = _attempt(level, searches or SearchLimit())
     return placed(_assemble(level, found, found.shortfalls), spec)
 
 
@@ -58,7 +58,7 @@ class _Attempt:
     shortfalls: tuple[Shortfall, ...]
 
 
-def _attempt(spec: SensorSpec, patience: Patience) -> _Attempt:
+def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
     """Windings, routing, tail and body as far as there is room, and what found none."""
     bus = bus_for(spec)
     wound = wind_all(spec, bus)
@@ -68,7 +68,7 @@ def _attempt(spec: SensorSpec, patience: Patience) -> _Attempt:
     front = front_of(spec, bus)
     routing = None
     if not shortfalls:
-        routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, patience)
+        routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, searches)
         if routing is None:
             shortfalls.append(room.no_way_for_leads())
         elif not _tail_is_clear(spec, routing):

@@ -17,7 +17,7 @@ from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
 from sitscad.layout.routing.escape import _Search
-from sitscad.layout.routing.patience import BUDGET, Patience
+from sitscad.layout.routing.search_limit import BUDGET, SearchLimit
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget
 from sitscad.remedy.fix import Fix
@@ -126,8 +126,8 @@ def test_a_pair_leaves_beside_the_corner_where_an_end_of_its_coil_stands_there(s
     assert lay_out(spec).shortfalls == ()
 
 
-def test_a_search_without_patience_tells_no_way(sensor):
-    found = _attempt(sensor(), Patience(0))
+def test_a_search_that_may_try_nothing_tells_no_way(sensor):
+    found = _attempt(sensor(), SearchLimit(0))
     assert found.routing is None and [lack.what for lack in found.shortfalls] == [Missing.LEAD_ROOM]
 
 
@@ -140,15 +140,15 @@ def test_a_layout_tries_no_other_board(sensor, monkeypatch):
 
 def test_an_exit_that_no_lead_can_take_is_one_trial():
     """All ways of a coil to each of its exits were tried, though none of them passed the track of the other coil."""
-    patience = Patience()
+    searches = SearchLimit()
     text = (
         "sitscad: 1\nname: narrow\narray: {pattern: line, count: 2, pitch: 4.47}\n"
         "coil: {shape: square, outer_diameter: 3.97, turns: 4.75, layers: 4, trace_width: 120 um,"
         " trace_spacing: 76 um, start_angle: 45 deg}\n"
         "fpc: {rules: huayue, tail: {length: 30, connector: zif-0.3mm, layers: 1}}"
     )
-    assert _attempt(load_text(text), patience).routing is None
-    assert patience.left > BUDGET - 100
+    assert _attempt(load_text(text), searches).routing is None
+    assert searches.left > BUDGET - 100
 
 
 CLOSED = """
@@ -164,7 +164,7 @@ fpc: {rules: shipco, tail: {length: 60, connector: zif-0.5mm, layers: 2, bend: n
 def test_what_is_closed_of_a_ring_road_spares_trials_and_changes_no_way(monkeypatch):
     """Leads were tried round the whole coil though the track of another one lay across their road."""
     spec = load_text(CLOSED, "closed.yaml")
-    proved, tried = Patience(), Patience()
+    proved, tried = SearchLimit(), SearchLimit()
     found = _attempt(spec, proved)
     monkeypatch.setattr(_Search, "_runs_into", lambda *_: False)
     other = _attempt(spec, tried)

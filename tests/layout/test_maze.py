@@ -17,10 +17,10 @@ from sitscad.layout.pieces import Role
 from sitscad.layout.routing import routes
 from sitscad.layout.routing.lanes import bus_for, rows_of_lanes
 from sitscad.layout.routing.maze import Ground, Lattice, Maze
-from sitscad.layout.routing.patience import BUDGET, LOST, Patience
 from sitscad.layout.routing.ring import Ring
 from sitscad.layout.routing.routes import front_of, route_freely
-from sitscad.layout.routing.wave import spread
+from sitscad.layout.routing.search_limit import BUDGET, LOST, SearchLimit
+from sitscad.layout.routing.shortest_ways import spread
 from sitscad.layout.winding.wound_coils import wind_all
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver import positions
@@ -221,23 +221,23 @@ def test_no_lead_turns_back_over_itself():
 def test_an_array_without_a_way_is_given_up_at_once():
     """Between coils nearer to each other than a track with its spacings nothing passes, in whatever order."""
     spec = grid(centres=positions.grid(3, 3, 5.2e-3))
-    bus, patience = bus_for(spec), Patience()
-    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), patience) is None
-    assert patience.left > 0.9 * BUDGET
+    bus, searches = bus_for(spec), SearchLimit()
+    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), searches) is None
+    assert searches.left > 0.9 * BUDGET
 
 
-def test_patience_ends_early_where_two_coils_find_no_way():
+def test_searches_end_early_where_two_coils_find_no_way():
     """One that is missing is looked for with all of it: boards found the last of six coils after 7,600 trials."""
-    patience = Patience()
-    patience.begin(4)
-    patience.left -= 200
-    patience.led_out(2, 4)
-    patience.left -= LOST - 1
-    assert not patience.is_spent and not patience.is_overdrawn
-    patience.left -= 1
-    assert patience.is_spent and patience.is_overdrawn and patience.left > 0
-    patience.led_out(3, 4)
-    assert not patience.is_spent
+    searches = SearchLimit()
+    searches.begin(4)
+    searches.left -= 200
+    searches.led_out(2, 4)
+    searches.left -= LOST - 1
+    assert not searches.is_spent and not searches.is_overdrawn
+    searches.left -= 1
+    assert searches.is_spent and searches.is_overdrawn and searches.left > 0
+    searches.led_out(3, 4)
+    assert not searches.is_spent
 
 
 @pytest.mark.slow
@@ -249,9 +249,9 @@ def test_a_board_on_which_two_coils_find_no_way_is_given_up():
         " trace_spacing: 76 um}\n"
         "fpc: {rules: generic-flex, tail: {length: 15, connector: zif-0.5mm, layers: 2, bend: static}}"
     )
-    bus, patience = bus_for(spec), Patience()
-    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), patience) is None
-    assert patience.left > BUDGET - 1.3 * LOST
+    bus, searches = bus_for(spec), SearchLimit()
+    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), searches) is None
+    assert searches.left > BUDGET - 1.3 * LOST
 
 
 @pytest.mark.slow
@@ -266,7 +266,7 @@ def test_no_coil_is_led_out_twice_on_one_board_beside_the_same_leads(monkeypatch
     monkeypatch.setattr(routes, "_lead_out", recorded)
     spec = grid(turns=5.75, layers=6, stackup="flex-6l", centres=positions.grid(2, 2, 5.5e-3))
     bus = bus_for(spec)
-    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), Patience()) is not None
+    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), SearchLimit()) is not None
     assert len(found) > 40
     assert len(set(found)) == len(found)
 

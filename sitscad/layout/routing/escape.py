@@ -20,7 +20,7 @@ from sitscad.layout.routing.branch_table import BranchTable, branch_table
 from sitscad.layout.routing.branches import Branch, Leg, OuterEnd, Surroundings
 from sitscad.layout.routing.closing import closing_cost, closing_turns, counted, least_closing
 from sitscad.layout.routing.lanes import Exit
-from sitscad.layout.routing.patience import Patience
+from sitscad.layout.routing.search_limit import SearchLimit
 from sitscad.record import record
 
 TRIALS = 2_000
@@ -108,7 +108,7 @@ def escape(
     ends: tuple[OuterEnd, OuterEnd],
     choices: Iterable[tuple[Exit, Exit]],
     obstacles: Obstacles,
-    patience: Patience,
+    searches: SearchLimit,
     first: bool = False,
     known: Joined | None = None,
 ) -> Escape | None:
@@ -116,7 +116,7 @@ def escape(
     they must; None where the search finds none. `known` are joins of boards that were tried before.
     """
     places = obstacles.admitted(list(around.via_places()))
-    search = _Search(obstacles, patience)
+    search = _Search(obstacles, searches)
     join_tables: list[BranchTable] = []
     best: Escape | None = None
     hard: list[list[BranchTable]] = []
@@ -173,7 +173,7 @@ def _better(best: Escape | None, found: Escape | None) -> Escape | None:
 class _Search:
     """In depth over the connections' branches, cheapest first, on sets of those that the chosen ones leave room for."""
 
-    def __init__(self, obstacles: Obstacles, patience: Patience) -> None:
+    def __init__(self, obstacles: Obstacles, searches: SearchLimit) -> None:
         self._obstacles = obstacles
         self._admitted: dict[int, tuple[Leg, bool]] = {}
         self._exact: dict[tuple[int, int], bool] = {}
@@ -182,7 +182,7 @@ class _Search:
         self._refused: dict[int, int] = {}
         self._closed: dict[int, NDArray[np.float64]] = {}
         self._asked: list[Sequence[BranchTable]] = []
-        self._patience = patience
+        self._searches = searches
         self._total = self._left = TRIALS
         self.gave_up = False
 
@@ -213,7 +213,7 @@ class _Search:
     def _goes_on(self) -> bool:
         """Counts a trial; whether the search may go on."""
         self._spend(1)
-        self.gave_up = self._left < 0 or self._patience.is_overdrawn
+        self.gave_up = self._left < 0 or self._searches.is_overdrawn
         return not self.gave_up
 
     def _combine(
@@ -263,7 +263,7 @@ class _Search:
     def _spend(self, trials: int) -> None:
         self._left -= trials
         self._total -= trials
-        self._patience.left -= trials
+        self._searches.left -= trials
 
     def lets_out(self, around: Surroundings, out: Exit) -> bool:
         """Whether the way from the ring to the tail, which all leads by that exit share, keeps its distances: if not,

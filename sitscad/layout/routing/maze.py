@@ -21,7 +21,7 @@ from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Hole, Track, hole_keep_out
 from sitscad.layout.routing.lanes import Bus, Exit
 from sitscad.layout.routing.ring import Ring
-from sitscad.layout.routing.wave import Flags, Node, spread
+from sitscad.layout.routing.shortest_ways import Flags, Node, spread
 from sitscad.record import record
 from sitscad.spec.sensor import CoilPlacement, SensorSpec
 

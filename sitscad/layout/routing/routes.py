@@ -14,8 +14,8 @@ from sitscad.layout.outline import body_breadth, ends, far_end
 from sitscad.layout.routing.branches import OuterEnd, Surroundings, outer_ends
 from sitscad.layout.routing.escape import SPARED, Escape, Joined, escape
 from sitscad.layout.routing.lanes import Bus, Exit, Lane, assign_lanes, exits, lane_height, rows_of_lanes
-from sitscad.layout.routing.patience import TRIALS_OF_A_WAVE, Patience
 from sitscad.layout.routing.ring import Ring
+from sitscad.layout.routing.search_limit import TRIALS_OF_A_WAVE, SearchLimit
 from sitscad.layout.tail.frame import TailFrame, connector_of, frame, pair_height
 from sitscad.layout.tail.tracks import Run, runs, stretched, ways_down
 from sitscad.layout.winding.wound_coils import WoundCoil
@@ -98,7 +98,7 @@ def _beyond_coils(bus: Bus, room: float) -> Breadth:
 
 
 def route_in_line(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
     """The narrowest board with room, the first lane on the side where the far coil begins, else on the other.
 
@@ -106,7 +106,7 @@ def route_in_line(
     so, pairs may leave beside the corner too, and a coil that finds no way chooses before the others. Where leads run
     farther round their coils than they must, the other side and wider boards are tried too, as far as the jaw allows.
     """
-    patience.begin(len(wound))
+    searches.begin(len(wound))
     begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
     first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(wound)]
     # the first try; pairs leave beside the corner; and coils choose in another order
@@ -115,24 +115,24 @@ def route_in_line(
     joined: Joined = {}
     for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
         tried = (
-            _Board(spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, patience, joined)
+            _Board(spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, searches, joined)
             for (raised, breadth), side in product(boards(spec, bus), first_sides)
         )
         routed = (_Lanes(board, turned, known).routed(reordered) for board in tried)
-        found = _least_round((one for one in routed if one is not None), widest(spec), patience)
+        found = _least_round((one for one in routed if one is not None), widest(spec), searches)
         if found is not None:
             return found
     return None
 
 
-def _least_round(routed: Iterator[Routing], widest: float, patience: Patience) -> Routing | None:
+def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit) -> Routing | None:
     """Of boards as they are found the one whose leads run least round their coils beyond what they must; the first one,
-    and of the others those no wider than `widest` (half, m), while the patience lasts.
+    and of the others those no wider than `widest` (half, m), while their limit lasts.
     """
     best = next(routed, None)
     if best is None or best.excess < SPARED:
         return best
-    with patience.at_most(FURTHER):
+    with searches.at_most(FURTHER):
         for found in routed:
             if found.breadth.half > max(widest, best.breadth.half):
                 break
@@ -176,7 +176,7 @@ class _Board:
     lanes: tuple[Lane, ...]
     front: float
     breadth: Breadth
-    patience: Patience
+    searches: SearchLimit
     joined: Joined
 
     def around(self, index: int) -> Surroundings:
@@ -211,7 +211,7 @@ class _Lanes:
         laid = Obstacles(board.spec.fpc.rules, board.bus.spacing, board.breadth)
         escapes: dict[int, Escape] = {}
         for index in order:
-            if board.patience.is_spent:
+            if board.searches.is_spent:
                 return Stuck(index)
             found = None
             for turned in (False, True) if self.turned else (False,):
@@ -221,7 +221,7 @@ class _Lanes:
             for branch in found.branches:
                 laid.add(branch.tracks, branch.holes)
             escapes[index] = found
-            board.patience.led_out(len(escapes), len(board.wound))
+            board.searches.led_out(len(escapes), len(board.wound))
         return escapes
 
     def _way_out(self, index: int, turned: bool, laid: Obstacles, there: tuple[Escape, ...]) -> Escape | None:
@@ -253,11 +253,11 @@ def _lead_out(
     obstacles = laid.copy()
     obstacles.add(_other_coils(board.spec, index), _inner_holes(board.wound[index]))
     start, joins, end = _ends(board.wound[index])
-    return escape(board.around(index), joins, (start, end), choices, obstacles, board.patience, first, board.joined)
+    return escape(board.around(index), joins, (start, end), choices, obstacles, board.searches, first, board.joined)
 
 
 def route_freely(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
     """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left.
 
@@ -265,12 +265,12 @@ def route_freely(
     board has room so, a coil that finds no way chooses before the others. Where leads run farther round their coils
     than they must, the boards that come next are tried too, as far as the jaw allows.
     """
-    patience.begin(len(wound))
-    return _least_round(_free_ways(spec, bus, wound, front, patience), widest(spec), patience)
+    searches.begin(len(wound))
+    return _least_round(_free_ways(spec, bus, wound, front, searches), widest(spec), searches)
 
 
 def _free_ways(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, patience: Patience
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Iterator[Routing]:
     """Boards on which all coils are led out, narrow ones and likely orders first."""
     from sitscad.layout.routing.maze import Lattice  # coils in one line go without
@@ -290,7 +290,7 @@ def _free_ways(
 
     def rows(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
         bus, breadth, tail = ground
-        return _Rows(_Board(spec, bus, wound, lanes, front, breadth, patience, joined), tail, lattice, known)
+        return _Rows(_Board(spec, bus, wound, lanes, front, breadth, searches, joined), tail, lattice, known)
 
     likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
     for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
@@ -341,23 +341,23 @@ class _Rows:
 
     def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
         """Every coil's escape, or which coil found none."""
-        board, patience = self.board, self.board.patience
+        board, searches = self.board, self.board.searches
         escapes: dict[int, Escape] = {}
         for index in order:
-            if patience.is_spent:
+            if searches.is_spent:
                 return Stuck(index)
             there = tuple(escapes.values())
             key = (board.bus.base, board.breadth, board.lanes[index], index, *map(id, there))
             if key in self.known:  # counted as if it was tried again: so orders that begin alike get no more trials
-                patience.left -= self.known[key][1]
+                searches.left -= self.known[key][1]
             else:
-                before = patience.left
-                self.known[key] = self._way_out(index, there), before - patience.left
+                before = searches.left
+                self.known[key] = self._way_out(index, there), before - searches.left
             found = self.known[key][0]
             if isinstance(found, Stuck):
                 return found
             escapes[index] = found
-            patience.led_out(len(escapes), len(board.wound))
+            searches.led_out(len(escapes), len(board.wound))
         return escapes
 
     def _way_out(self, index: int, there: Iterable[Escape]) -> Escape | Stuck:
@@ -370,7 +370,7 @@ class _Rows:
         for branch in chain.from_iterable(way.branches for way in there):
             laid.add(branch.tracks, branch.holes)
             maze.add(branch.tracks, branch.holes)
-        board.patience.left -= TRIALS_OF_A_WAVE
+        board.searches.left -= TRIALS_OF_A_WAVE
         lane = board.lanes[index]
         entry = Point(tail.funnel, pair_height(board.spec, tail, lane))
         choices = islice(maze.exits(lane.placement, entry), TRIED)

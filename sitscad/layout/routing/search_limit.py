@@ -22,7 +22,7 @@ more than 3,209.
 """
 
 
-class Patience:
+class SearchLimit:
     """How many branches the searches of one board may still try."""
 
     def __init__(self, budget: int = BUDGET) -> None:
