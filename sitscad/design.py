@@ -126,7 +126,8 @@ class Design:
             return self
         from sitscad.estimates import estimated
 
-        return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE))
+        known = self.estimates.is_solved
+        return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE, is_solved=known))
 
     @property
     def bench_estimates(self) -> Estimates:

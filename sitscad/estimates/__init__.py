@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.estimates.steps import given, read, tell, tune, wind
+from sitscad.estimates.steps import given, made_sure, read, tell, tune, wind
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
@@ -40,7 +40,11 @@ def estimate(
 
 
 def estimated(
-    layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None
-) -> Estimates:
-    """The same of a layout whose spec is known to be right, or is one that is tried."""
-    return tell(read(tune(wind(given(layout, temperature), method, tolerance))))
+    layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
+    is_solved: bool | None = None,
+) -> Estimates:  # fmt: skip
+    """The same of a layout whose spec is known to be right, or is one that is tried.
+
+    `is_solved` says whether what the target changes is solved, where it has to be alike for two that are compared.
+    """
+    return tell(read(made_sure(tune(wind(given(layout, temperature), method, tolerance)), is_solved)))

@@ -16,7 +16,7 @@ from sitscad.estimates.circuit.leads import missing_leads
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
 from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.estimates.states.assembly import Assembly, assemble, warmed
-from sitscad.estimates.states.finite_target import TargetShares, target_shares
+from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
 from sitscad.estimates.states.pressing import PAD, PressingScatter, pressing_scatter
 from sitscad.estimates.uncertainty import (
     Slopes,
@@ -61,7 +61,7 @@ class Given:
 @record(eq=False)
 class Wound:
     """The winding solved, the bare windings' inductance matrix (H) and its errors (H), the target's share of the effect
-    of an endless one.
+    of an endless one; and its effect `solved` where that share is not known well enough.
     """
 
     given: Given
@@ -69,6 +69,7 @@ class Wound:
     matrix: Array
     matrix_errors: Array
     shares: TargetShares
+    solved: TargetChanges | None = None
 
 
 @record(eq=False)
@@ -116,7 +117,9 @@ def tune(wound: Wound) -> Tuned:
     """Circuits, tank capacitor, and the converter's settings; states that have no numbers are left out."""
     start = wound.given
     circuits, failed = working(
-        coil_circuits(start.layout, wound.winding, wound.matrix, start.assembly, wound.shares, start.spared)
+        coil_circuits(
+            start.layout, wound.winding, wound.matrix, start.assembly, wound.shares, start.spared, wound.solved
+        )
     )
     capacitor, reason = choose_capacitor(circuits, start.spec.readout, min(map(self_resonance, circuits)))
     tank = Tank(capacitor, start.spec.readout)
@@ -124,6 +127,67 @@ def tune(wound: Wound) -> Tuned:
     failed |= {state: damped_words(value, capacitor) for state, value in damped.items()}
     swinging = [without(circuit, damped) for circuit in circuits]
     return Tuned(wound, swinging, tank, settle(swinging, start.spec.readout, capacitor, reason), failed, damped)
+
+
+def made_sure(tuned: Tuned, is_solved: bool | None = None) -> Tuned:
+    """The same with the target's effect solved, as in a response, where the states owe too much to its shares, or as
+    `is_solved` says. Shares of a target that would take too long are less sure.
+    """
+    shares = tuned.wound.shares
+    is_wanted = not shares.is_usual or any(_is_unsure(one, tuned.tank) for one in tuned.circuits)
+    if not shares.shares or not (is_wanted if is_solved is None else is_solved):
+        return tuned
+    for _ in range(TRIES):
+        found = [tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections]
+        known = tuned.wound.solved
+        if not found or (known is not None and known.holds_at(min(found), max(found))):
+            break
+        band = BAND[0] * min(found), BAND[1] * max(found)
+        if known is None and is_solved is None and not _is_affordable(tuned.wound, band):
+            return tune(replace(tuned.wound, shares=shares.widened()))
+        tuned = tune(_solved(tuned.wound, band))
+    return tuned
+
+
+def _is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
+    """Whether the target can be solved in a second or two; its solver is loaded for nothing else."""
+    from sitscad.estimates.states.solved_target import is_affordable
+
+    start = wound.given
+    return is_affordable(start.spec, start.layout.coils, start.assembly, band)
+
+
+def _solved(wound: Wound, band: tuple[float, float]) -> Wound:
+    """With the target solved in a band of frequencies (Hz)."""
+    from sitscad.estimates.states.solved_target import solved_target
+
+    start, scale = wound.given, wound.winding.inductance
+    return replace(wound, solved=solved_target(start.spec, start.layout.coils, start.assembly, band, scale))
+
+
+def _is_unsure(circuit: CoilCircuit, tank: Tank) -> bool:
+    """Whether what the target's shares may be off matters in a state: to L, to R, or to what the target changes."""
+    for state, reflection in circuit.reflections.items():
+        frequency = tank.oscillation(circuit, state).frequency
+        inductance, resistance = circuit.terminal(state, frequency)
+        more, lost = map(abs, reflection.unsure(frequency))
+        change = max(abs(reflection.target_change(frequency).real), FAINT_CHANGE * circuit.inductance)
+        if more > UNSURE[0] * inductance or lost > UNSURE[1] * resistance or more > UNSURE[2] * change:
+            return True
+    return False
+
+
+BAND = 0.9, 1.15
+"""Frequencies between which the target is solved: this part of the lowest and of the highest that any state has."""
+
+UNSURE = 0.0125, 0.06, 0.12
+"""Parts of L, of R and of the target's own change of L that its shares may be off without it being solved."""
+
+FAINT_CHANGE = 0.025
+"""Part of the free inductance: smaller changes are looked at as if they were so large."""
+
+TRIES = 3
+"""How often it is solved at most: with another capacitor the tank runs elsewhere."""
 
 
 def read(tuned: Tuned) -> Read:
@@ -160,6 +224,7 @@ def tell(done: Read) -> Estimates:
         normal_force=spec.requirements.normal_force,
         temperature=start.temperature,
         states=tuple(replace(around.state, temperature=start.temperature) for around in assembly.states),
+        is_solved=wound.solved is not None,
     )
 
 
@@ -169,12 +234,19 @@ def _notes(done: Read) -> Iterator[str]:
     layout, spec, assembly = wound.given.layout, wound.given.spec, wound.given.assembly
     if incomplete := missing_leads(layout):
         yield incomplete
-    yield from wound.shares.notes
+    yield from wound.shares.notes if wound.solved is None else (SOLVED,)
     yield from assembly.notes
     yield from near_metal_notes(spec.coil, wound.winding.nearest)
     yield from metal_notes(layout.coils[0], spec, assembly.gaps, coil.self_capacitance, coil.capacitance)
     yield from (f"{name}: {reason}" for name, reason in done.tuned.failed.items())
     yield scatter_note(spec)
+
+
+SOLVED = (
+    "what the target changes in the states is solved for its own size and metal, as `response` does: shares of an "
+    "endless sheet's effect are not known well enough for it"
+)
+"""What is said of states whose target was solved."""
 
 
 def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
@@ -187,16 +259,30 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     found = {}
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
-        around = moved_by_surroundings(
-            winding.spectrum, wound.given.assembly, states, wound.shares, circuit.name, deeper
-        )
+        around = moved_by_surroundings(winding.spectrum, wound.given.assembly, states, circuit, deeper)
         moved = Slopes(deviations, slopes, around)
+        changes = {name: _target_change(circuit, state) for name, state in states.items()}
         found[circuit.name] = {
             name: replace(state, spread=spread(circuit, tank, state, moved),
-                          resistance_error=winding.resistance_error(circuit, state, spec.coil))
+                          resistance_error=winding.resistance_error(circuit, state, spec.coil),
+                          target_change=changes[name][0], target_change_error=changes[name][1])
             for name, state in states.items()
         }  # fmt: skip
     return found
+
+
+def _target_change(circuit: CoilCircuit, state: StateEstimate) -> tuple[float | None, float | None]:
+    """What the target changes of the inductance (H) in a state, and its error; None where there is none."""
+    reflection = circuit.reflections[state.state]
+    change = reflection.target_change(state.frequency).real
+    if not change:
+        return None, None
+    least = max(abs(change), LEAST_CHANGE * circuit.inductance)
+    return change, abs(reflection.unsure(state.frequency)[0]) / least
+
+
+LEAST_CHANGE = 0.01
+"""Of the free winding's inductance: errors of smaller changes are relative to that."""
 
 
 def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:

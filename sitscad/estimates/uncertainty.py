@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from sitscad.data import rows
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.states.assembly import Assembly, Surroundings, mirror
-from sitscad.estimates.states.finite_target import TargetShares
 from sitscad.estimates.states.pressing import PAD, PAD_SIZE
 from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.layout.board import Coil
@@ -273,33 +272,31 @@ def moved_by_surroundings(
     spectrum: CurrentSpectrum | None,
     assembly: Assembly,
     states: Mapping[str, StateEstimate],
-    shares: TargetShares,
-    coil: str,
+    circuit: CoilCircuit,
     deeper: Mapping[str, tuple[float, float]],
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """By how much (H, ohm) one sigma of each cause around a coil moves each state: half of one sigma less against one
-    more for the gaps; the target's shares as half widths, wrong together; what metal above and below does once the
-    copper lies `deeper` (`depths_moved`).
+    more for the gaps; how far off the target's effect may be as half widths, wrong together; what metal above and below
+    does once the copper lies `deeper` (`depths_moved`).
     """
     found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
         return found
     for (state, cause), pair in assembly.ranges.items():
         if state in states:
-            share, lost = shares.of(coil, state)
+            share, lost = circuit.reflections[state].factors(states[state].frequency)
             found[state][cause] = _between(spectrum, states[state].frequency, pair, (0.5 * share, 0.5 * lost))
     for around in assembly.states:
         if around.name not in states:
             continue
         for cause, (above, below) in deeper.items() if around.above is not None or around.below is not None else ():
             moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
-            factors = shares.of(coil, around.name)
-            found[around.name][cause] = _between(spectrum, states[around.name].frequency, (moved, around), factors)
-        if around.above is not None and shares.error:
-            share, lost = shares.of(coil, around.name)
-            factors = share * shares.error / math.sqrt(3.0), lost * shares.loss_error / math.sqrt(3.0)
-            bare = replace(around, above=None)
-            found[around.name][SHARE] = _between(spectrum, states[around.name].frequency, (around, bare), factors)
+            frequency = states[around.name].frequency
+            factors = circuit.reflections[around.name].factors(frequency)
+            found[around.name][cause] = _between(spectrum, frequency, (moved, around), factors)
+        more, lost = circuit.reflections[around.name].unsure(states[around.name].frequency)
+        if more or lost:
+            found[around.name][SHARE] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
     return found
 
 
@@ -332,14 +329,19 @@ def _further(reflector: Reflector | None, by: float) -> Reflector | None:
 
 
 def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
-             factors: tuple[float, float]) -> tuple[float, float]:  # fmt: skip
-    """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as in `Reflection`."""
+             factors: tuple[complex, complex]) -> tuple[float, float]:  # fmt: skip
+    """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as of `Reflection`."""
     one, other = (_impedance(spectrum, frequency, around) for around in pair)
+    share, own = factors
+    if share == own:
+        omega = 2.0 * math.pi * frequency
+        found = share * complex(one[0] - other[0], -(one[1] - other[1]) / omega)
+        return found.real, -omega * found.imag
     lost, other_lost = (
         _impedance(spectrum, frequency, replace(around, below=mirror(around.below)))[1] for around in pair
     )
-    share, own = factors
-    return share * (one[0] - other[0]), share * (one[1] - other[1]) + (own - share) * (lost - other_lost)
+    part, more = share.real, own.real - share.real
+    return part * (one[0] - other[0]), part * (one[1] - other[1]) + more * (lost - other_lost)
 
 
 def _impedance(spectrum: CurrentSpectrum, frequency: float, around: Surroundings) -> tuple[float, float]:

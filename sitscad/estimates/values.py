@@ -23,8 +23,10 @@ class StateEstimate:
     there reads, the coil's own capacitance across it, `converter_inductance` what 1 / (C (2 pi f)^2) makes of the
     frequency, C being the readout's `conversion_capacitance`; `quantum` and `noise` (one sigma, of quantisation alone)
     are the step and the scatter of the measured inductance in henries; `spread` says how far manufacture scatters.
-    `resistance_error` is how far off the computed resistance can be, relative; what a finite target's share may be off
-    is in the spread.
+    `resistance_error` is how far off the computed resistance can be, relative, with what a finite target's loss may be
+    off. `target_change` (H) is what the target alone changes of the winding's inductance, its current even, and
+    `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's inductance, as
+    in a response; both None without a target. What it may be off is in the spread, too.
     """
 
     state: str
@@ -41,6 +43,8 @@ class StateEstimate:
     spread: Spread | None = None
     converter_inductance: float | None = None
     resistance_error: float | None = None
+    target_change: float | None = None
+    target_change_error: float | None = None
 
 
 PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crowding")
@@ -219,7 +223,8 @@ class Estimates:
     (degrees Celsius) the one of copper and metals. `compression_scatter` and `gap_sigmas` (m) are one sigma of the
     pressed pad and of the gaps. `incomplete` says what the layout lacks, and the terminal values with it (None:
     nothing); `no_cross_check` why there is no closed formula beside the estimate;
-    `states` are those that the sensor has, with the target's pose in each.
+    `states` are those that the sensor has, with the target's pose in each; `is_solved` says that what the target
+    changes in them was solved as for a response, rather than taken as a share of an endless one's effect.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -237,6 +242,7 @@ class Estimates:
     incomplete: str | None = None
     no_cross_check: str | None = None
     states: tuple[State, ...] = ()
+    is_solved: bool = False
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
@@ -351,6 +357,8 @@ def _state_document(state: StateEstimate) -> dict[str, Any]:
         "inductance_H": _number(state.inductance),
         "resistance_ohm": _number(state.resistance),
         "resistance_error": _number(state.resistance_error),
+        "target_change_H": _number(state.target_change),
+        "target_change_error": _number(state.target_change_error),
         "frequency_Hz": _number(state.frequency),
         "parallel_resistance_ohm": _number(state.parallel_resistance),
         "quality_factor": _number(state.quality_factor),

@@ -26,6 +26,13 @@ TRIALS_OF_ONE_CHANGE = 10_000
 TURN, PAIR = {True: 2.0, False: 8.0}, {True: 0.1, False: 0.05}
 """Units that a turn costs the estimate, and a pair of turns: of round coils, and of coils of sides and arcs."""
 
+SOLVING = 300.0
+"""Units that solving the target takes, where a share of an endless one's effect is not enough."""
+
+MAGNETIC, POOR, SMALL, LONG_FROM = 1.5, 5e6, 0.8, 1.05
+"""Relative permeability from which and conductivity (S/m) up to which it likely is, its side over the coil's smaller
+one, and how long a coil is over its width."""
+
 LONG = 2.5
 """Coils longer than wide have fewer figures that repeat: so many times that."""
 
@@ -47,8 +54,20 @@ def trial_work(spec: SensorSpec) -> float:
 
 def estimate_work(spec: SensorSpec, is_same_board: bool = False) -> float:
     """Units that an estimate takes; less of a board that was estimated before, only with other things around it."""
-    around = 100.0 + (100.0 if spec.target is not None else 0.0)
+    around = 100.0 + (100.0 if spec.target is not None else 0.0) + (SOLVING if _is_solved(spec) else 0.0)
     return around if is_same_board else around + _solving(spec.coil, len(spec.array.placements))
+
+
+def _is_solved(spec: SensorSpec) -> bool:
+    """Whether the target is likely solved for its own size: no good conductor, smaller than a coil, or over long coils
+    that it does not cover.
+    """
+    target, (long, short) = spec.target, sorted(spec.coil.size, reverse=True)
+    if target is None:
+        return False
+    metal = target.material
+    is_poor = metal.relative_permeability > MAGNETIC or metal.conductivity < POOR
+    return is_poor or min(target.size) < SMALL * short or (long > LONG_FROM * short and max(target.size) < long)
 
 
 def _solving(coil: CoilSpec, coils: int) -> float:

@@ -49,7 +49,8 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     if not steps:
         yield Undecided("nothing was estimated at rest")
         return
-    changes = moved_changes(design.layout, [(travels[0], 0.0), (0.0, travels[1])], rest[0].frequency)
+    moves = [(travels[0], 0.0), (0.0, travels[1])]
+    changes = moved_changes(design.layout, moves, rest[0].frequency, design.estimates.is_solved)
     for axis in axes:
         moved = [change[axis] for change in changes.values()]
         apart = max(moved) - min(moved)

@@ -183,9 +183,14 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
 
 
 def _compared(design: Design, changed: SensorSpec) -> Design:
-    """A changed design with the tank's capacitor of this one, for only so are the two alike but for the change."""
+    """A changed design with the tank's capacitor of this one, and its target solved if this one's is, for only so are
+    the two alike but for the change.
+    """
+    from sitscad.estimates import estimated
+
     now = design.estimates.readout.capacitance
-    return design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
+    drawn = design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
+    return replace(drawn, given_estimates=estimated(drawn.layout, is_solved=design.estimates.is_solved))
 
 
 def _target(design: Design) -> Target:

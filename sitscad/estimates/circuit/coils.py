@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from sitscad.estimates.circuit.idle import Circuit, idle_neighbours
 from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads
 from sitscad.estimates.circuit.tank import CoilCircuit
-from sitscad.estimates.states.assembly import Assembly, NoReflection, Reflection
-from sitscad.estimates.states.finite_target import TargetShares
+from sitscad.estimates.states.assembly import Assembly, NoReflection, Reflection, SolvedReflection, Surroundings
+from sitscad.estimates.states.finite_target import TargetChanges, TargetShares
 from sitscad.estimates.winding.losses import winding_resistance
 from sitscad.estimates.winding.own_capacitance import self_capacitance
 from sitscad.estimates.winding.solved import SolvedWinding
 from sitscad.layout.board import Coil, Layout
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
@@ -35,9 +36,10 @@ def coil_circuits(
     assembly: Assembly,
     shares: TargetShares,
     spared: Mapping[str, Mapping[int, float]],
+    solved: TargetChanges | None = None,
 ) -> list[CoilCircuit]:
     """The circuits of all coils in their order; `matrix` (H) is that of the bare windings, `spared` are the squares of
-    track that pads and teardrops spare each coil, by layer.
+    track that pads and teardrops spare each coil, by layer. What the target changes is `solved`, or by its `shares`.
     """
     spec, first = layout.spec, layout.coils[0]
     conductivity, loss = winding.conductivity, winding.loss
@@ -46,7 +48,7 @@ def coil_circuits(
     distances = _distances(layout)
     beside = sorted({d for row in distances for d in row if d > 0.0})
     names = [coil.name for coil in layout.coils]
-    reflections = _reflections(winding, assembly, beside, names, shares)
+    reflections = _reflections(winding, assembly, beside, names, solved or shares)
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout, conductivity, spared[coil.name])
@@ -70,7 +72,7 @@ def _neighbours(
         reflection = circuits[active].reflections[state]
 
         def mutual(i: int, j: int, frequencies: Array) -> ComplexArray:
-            return np.asarray(matrix[i, j] + reflection.mutual(distances[i][j], frequencies))
+            return np.asarray(matrix[i, j] + reflection.mutual((i, j), distances[i][j], frequencies))
 
         own = [lambda at, c=c: c.own(state, at) for c in circuits]
         return idle_neighbours(active, own, mutual, spec.readout)
@@ -88,24 +90,43 @@ def _reflections(
     assembly: Assembly,
     distances: list[float],
     names: Sequence[str],
-    shares: TargetShares,
+    target: TargetShares | TargetChanges,
 ) -> dict[str, dict[str, Reflection | NoReflection]]:
     """What metal returns, by coil and state; coils under alike parts of the target have one in common."""
-    known: dict[tuple[str, tuple[float, float]], Reflection | NoReflection] = {}
+    known: dict[tuple[str, tuple[complex, ...]], Reflection | NoReflection] = {}
     found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
     for around in assembly.states:
         spectrum = winding.spectrum
         nothing = spectrum is None or (around.above is None and around.below is None)
-        for name in names:
-            share = shares.of(name, around.name)
-            if (around.name, share) not in known:
-                known[around.name, share] = (
+        for k, name in enumerate(names):
+            key = around.name, target.key(k, name, around.name)
+            if key not in known:
+                known[key] = (
                     NoReflection()
                     if nothing or spectrum is None
-                    else Reflection(spectrum, around, distances, share, winding.crowding)
+                    else _reflection(spectrum, around, distances, winding, target, k, name)
                 )
-            found[name][around.name] = known[around.name, share]
+            found[name][around.name] = known[key]
     return found
+
+
+def _reflection(
+    spectrum: CurrentSpectrum, around: Surroundings, distances: list[float], winding: SolvedWinding,
+    target: TargetShares | TargetChanges, number: int, name: str,
+) -> Reflection:  # fmt: skip
+    if isinstance(target, TargetShares) or around.name not in target.changes:
+        share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
+        if isinstance(target, TargetShares) and around.above is not None:
+            share = target.of(name, around.name)
+            unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
+        return Reflection(spectrum, around, distances, share, winding.crowding, unsure)
+    more, lost = target.errors[around.name][number]
+    solved = target.frequencies, target.changes[around.name]
+    return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number, (float(more), float(lost)))
+
+
+FAINT = 0.0015
+"""Of the free inductance: what a share may be off beside its relative error, of targets that hardly change anything."""
 
 
 def _leads(coil: Coil, layout: Layout, conductivity: float, spared: Mapping[int, float]) -> LeadEstimate:

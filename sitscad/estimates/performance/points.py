@@ -55,7 +55,8 @@ def performance(model: ResponseModel) -> tuple[Performance, ...]:
     bench = bench_of(spec, model.estimates, solved.frequencies)
     working = working_range(bench)
     units = units_of(working, manufacturing_scatter(spec, model.estimates))
-    warmer = estimated(model.layout, temperature=model.estimates.temperature + WARMER)
+    warm = model.estimates.temperature + WARMER
+    warmer = estimated(model.layout, temperature=warm, is_solved=model.estimates.is_solved)
     metal = by_metal(model.estimates, warmer, bench.rest)
     points = disturbed(bench, metal)
     return tuple(

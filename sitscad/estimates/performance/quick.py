@@ -7,6 +7,7 @@ tilt are within a quarter. A tilt that a contact may have is asked of the respon
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 
@@ -78,12 +79,31 @@ def chart(layout: Layout, estimates: Estimates) -> Chart:
     sides = chebyshev(-reach, reach, PLACES)
     moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
     rest = np.array([coil.states[REST].frequency for coil in estimates.coils])
-    effect = target_effects(layout, moves, [0.0, *map(float, heights)], float(rest.mean()))
+    over = [0.0, *map(float, heights)]
+    effect = target_effects(layout, moves, over, float(rest.mean()), estimates.is_solved)
     inductance = np.array([coil.states[REST].inductance for coil in estimates.coils])
     change = effect[1:, 1:] - effect[0, 0]
     share = change.reshape(HEIGHTS, PLACES, PLACES, -1).transpose(1, 2, 0, 3) / inductance
-    values = -0.5 * np.log1p(np.maximum(share, -0.9)) * _pull(estimates)
-    return Chart((sides, sides, heights), values, np.array([(at.x, at.y) for at in shared_middles(spec)]), rest)
+    values = -0.5 * np.log1p(np.maximum(share, -0.9))
+    middles = np.array([(at.x, at.y) for at in shared_middles(spec)])
+    found = Chart((sides, sides, heights), values, middles, rest)
+    return replace(found, values=values * (_followed(found, estimates) if estimates.is_solved else _pull(estimates)))
+
+
+def _followed(known: Chart, estimates: Estimates) -> Array:
+    """How much more or less the coils' frequencies go, from the state at rest to that pressed, than a chart of the
+    inductances alone says: a magnetic target's loss and the crowding of currents are as large as its change of L.
+    """
+    found = np.ones(len(estimates.coils))
+    poses = [state.pose for state in estimates.states if state.name == PRESSED]
+    if not poses or poses[0] is None:
+        return found
+    said = np.log(known.frequencies(np.array([[0.0, 0.0, poses[0].z, 0.0, 0.0, 0.0]]))[0] / known.rest)
+    for k, coil in enumerate(estimates.coils):
+        pressed = coil.states.get(PRESSED)
+        if pressed is not None and pressed.frequency > 0.0 and abs(said[k]) > 1e-6:
+            found[k] = np.clip(np.log(pressed.frequency / known.rest[k]) / said[k], 0.2, 4.0)
+    return found
 
 
 def _pull(estimates: Estimates) -> Array:
@@ -125,7 +145,8 @@ class QuickPerformance:
     @cached_property
     def warmed(self) -> Disturbed:
         """Full load with what copper and other metal do."""
-        warmer = estimated(self.layout, temperature=self.estimates.temperature + WARMER)
+        warm = self.estimates.temperature + WARMER
+        warmer = estimated(self.layout, temperature=warm, is_solved=self.estimates.is_solved)
         return disturbed(self.bench, by_metal(self.estimates, warmer, self.bench.rest))[-1]
 
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import field
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.response.placed import Placed, at_rest, tabled
-from sitscad.estimates.response.plate import Plate, solved_plate
-from sitscad.estimates.states.assembly import metal_behind
+from sitscad.estimates.states.solved_target import own_changes
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
@@ -73,12 +70,6 @@ class QuickTilts:
     inductance: Array
     rest: Array
     pull: Array
-    solved: dict[tuple[float, float], Plate] = field(default_factory=dict)
-
-    @cached_property
-    def place(self) -> Array:
-        """The centre (m) of the target's near face at rest."""
-        return at_rest(self.spec)
 
     def frequencies(self, poses: Array) -> Array:
         """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses."""
@@ -92,12 +83,4 @@ class QuickTilts:
 
     def _changes(self, poses: Array) -> Array:
         """What the target changes of the coils' inductances (H; n, coils), the crowding of their currents left out."""
-        placed = Placed.of(self.spec, self.place, poses)
-        top, height, reach = placed.cover(self.spec, self.layout.coils)
-        if (height, reach) not in self.solved:
-            self.solved[height, reach] = solved_plate(
-                self.spec, self.layout.coils, (float(self.rest.mean()),), metal_behind(self.spec), height + top,
-                tabled(self.spec, reach),
-            )  # fmt: skip
-        changes = self.solved[height, reach].changes(placed.turns, placed.places)[0][0]
-        return np.asarray(np.einsum("pcc->pc", changes).real)
+        return own_changes(self.spec, self.layout.coils, poses, float(self.rest.mean()))

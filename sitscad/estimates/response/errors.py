@@ -59,9 +59,11 @@ def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lo
     stated = np.maximum(relative, shared / least)
     diagonal = np.arange(change.shape[1])
     stated[:, diagonal, diagonal] = np.broadcast_to(relative[:, 0], stated.shape[:2])
-    return np.asarray(stated + _magnet(target.material.relative_permeability) * size / least)
+    return np.asarray(stated + poles_error(spec) * size / least)
 
 
-def _magnet(permeability: float) -> float:
-    """What permeability adds: it rises from nothing, so weakly magnetic steels are what they nearly are."""
-    return MAGNET * (1.0 - 1.0 / permeability)
+def poles_error(spec: SensorSpec) -> float:
+    """What permeability adds, of the complex change's size: it rises from nothing, so weakly magnetic steels are what
+    they nearly are.
+    """
+    return MAGNET * (1.0 - 1.0 / spec.target.material.relative_permeability) if spec.target is not None else 0.0

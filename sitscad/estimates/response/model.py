@@ -265,7 +265,7 @@ class ResponseModel:
             found[:, i, i] = inductance - 1j * resistance / (2.0 * math.pi * frequencies)
             for j in range(i):
                 distance = round(math.dist(centres[i], centres[j]), 9)
-                change = circuit.reflections[REST].mutual(distance, frequencies)
+                change = circuit.reflections[REST].mutual((i, j), distance, frequencies)
                 found[:, i, j] = found[:, j, i] = self.wound.matrix[i, j] + change
         return found
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from sitscad.physics.eddy.target import SolvedTarget, changes_at, solve
 from sitscad.physics.metal.half_spaces import Reflector, reflection
 from sitscad.physics.metal.polyline_spectrum import chorded
 from sitscad.record import record
-from sitscad.spec.sensor import SensorSpec, Target
+from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -132,15 +133,21 @@ def solved_plate(
     """The target solved at frequencies (Hz), for poses whose lowest point stays above z = `lowest` (m) and that stay
     within `reach` (m) of the coils' middle; `finer` as in `Detail`.
     """
-    target, middle = spec.target, math.sqrt(min(frequencies) * max(frequencies))
-    assert target is not None
+    assert spec.target is not None
+    bare = tuple(replace(coil, series=()) for coil in coils)
+    return _solved(spec.target, spec.coil, bare, tuple(frequencies), behind, lowest, reach, finer)
+
+
+@lru_cache(maxsize=4)
+def _solved(
+    target: Target, coil: CoilSpec, coils: tuple[Coil, ...], frequencies: tuple[float, ...], behind: Reflector | None,
+    lowest: float, reach: float, finer: float,
+) -> Plate:  # fmt: skip
+    # What target, windings and metal behind decide: tried with another pad or converter it is found done.
+    middle = math.sqrt(min(frequencies) * max(frequencies))
     centres = np.array([coil.placement.centre for coil in coils])
-    top = max(winding.z for winding in coils[0].windings)
-    size = max(spec.coil.size)
-    detail = Detail(lowest - top, size, finer)
-    depth = skin_depth(target, middle)
-    edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
-    whole = surface(target, detail, edge)
+    size = max(coil.size)
+    detail, whole = _resolved(target, coil, coils, middle, lowest, finer)
     near_face = -0.5 * target.thickness
     mirror = None if behind is None else mirror_like(behind, middle, lowest)
     images, unlike = None, 0.0
@@ -151,9 +158,36 @@ def solved_plate(
     metal = _conductivity(target), target.thickness, target.material.relative_permeability
     skins = [skin(frequency, *metal) for frequency in frequencies]
     targets = tuple(solve(whole, near_face, one, mirror, images) for one in skins)
-    tables = _potentials(_Coils(tuple(coils), spec.coil.trace_width, detail.height / finer, reach), behind, middle)
+    tables = _potentials(_Coils(coils, coil.trace_width, detail.height / finer, reach), behind, middle)
     twice = len(tables) // len(coils)
-    return Plate(tuple(frequencies), targets, tables, np.tile(centres, (twice, 1)), len(coils), unlike)
+    return Plate(frequencies, targets, tables, np.tile(centres, (twice, 1)), len(coils), unlike)
+
+
+def _resolved(
+    target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, lowest: float, finer: float
+) -> tuple[Detail, Box | Disc]:
+    """How fine the target is resolved at a frequency (Hz), and its surface."""
+    detail = Detail(lowest - max(winding.z for winding in coils[0].windings), max(coil.size), finer)
+    depth = skin_depth(target, frequency)
+    edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
+    return detail, surface(target, detail, edge)
+
+
+def solving_work(spec: SensorSpec, coils: Sequence[Coil], frequency: float, lowest: float) -> float:
+    """What solving a target takes, for poses no lower than z = `lowest` (m): the cube of the functions in a box's
+    largest class of currents, and as much for what discs link.
+    """
+    assert spec.target is not None
+    whole = _resolved(spec.target, spec.coil, coils, frequency, lowest, 1.0)[1]
+    if isinstance(whole, Disc):
+        functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
+        return DISCS * functions * len(whole.points) * whole.orders
+    x, y, z = (line.values[1].shape[1] for line in whole.lines)
+    return float(x * y + y * z + z * x) ** 3
+
+
+DISCS = 100.0
+"""Work of one function of one order of a disc at one of its points."""
 
 
 def skin_depth(target: Target, frequency: float) -> float:

@@ -182,8 +182,9 @@ class Reflection:
     """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept.
 
     `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too. `share`
-    says how much of an endless target's effect on inductance and on resistance the real one has (`finite_target`);
-    `crowding` is what the winding's own eddy currents change of it (None: left out).
+    says how much of an endless target's effect on inductance and on resistance the real one has (`finite_target`), and
+    `unsure` how far off each of the two may be, relative, and the first by how much more (H); `crowding` is what the
+    winding's own eddy currents change of it (None: left out).
     """
 
     def __init__(
@@ -193,9 +194,10 @@ class Reflection:
         distances: Sequence[float] = (),
         share: tuple[float, float] = (1.0, 1.0),
         crowding: CrowdingNearMetal | None = None,
+        unsure: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
         self._spectrum, self._around, self._share, self._crowding = spectrum, around, share, crowding
-        self._distances = (0.0, *distances)
+        self._distances, self._unsure = (0.0, *distances), unsure
         self._known: dict[bytes, ComplexArray] = {}
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
@@ -203,8 +205,8 @@ class Reflection:
         found = self._at(frequencies)[:, 0]
         return found.real, -2.0 * math.pi * frequencies * found.imag
 
-    def mutual(self, distance: float, frequencies: Array) -> ComplexArray:
-        """Change of the mutual inductance (H, complex) with the coil at one of the distances (m)."""
+    def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
+        """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
         return self._at(frequencies)[:, self._distances.index(distance)]
 
     def crowding(self, frequencies: Array) -> ComplexArray:
@@ -212,11 +214,36 @@ class Reflection:
         above, below = self._around.above, self._around.below
         if self._crowding is None:
             return np.zeros(len(frequencies), dtype=np.complex128)
-        full, share = self._crowding.changes(frequencies, above, below), self._share[0]
-        if above is None or share == 1.0:
+        full, share = self._crowding.changes(frequencies, above, below), self.shares(frequencies)
+        if above is None or np.all(share == 1.0):
             return full
         bare = self._crowding.changes(frequencies, None, below)
         return np.asarray(bare + share * (full - bare))
+
+    def shares(self, frequencies: Array) -> ComplexArray:
+        """How much of an endless target's effect the real one has at (n,) frequencies (Hz)."""
+        return np.full(len(frequencies), self._share[0], dtype=np.complex128)
+
+    def factors(self, frequency: float) -> tuple[complex, complex]:
+        """The same for small changes of what is around: of all that is reflected, and of the target's own loss."""
+        return self._share
+
+    def target_change(self, frequency: float) -> complex:
+        """What the target alone changes of the winding's inductance (H, complex), its current even."""
+        if self._around.above is None:
+            return 0j
+        at = np.array([frequency])
+        return complex(self.shares(at)[0] * self._of_target(at)[0, 0])
+
+    def unsure(self, frequency: float) -> tuple[float, float]:
+        """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
+        if self._around.above is None or not any(self._unsure):
+            return 0.0, 0.0
+        at, omega = np.array([frequency]), 2.0 * math.pi * frequency
+        whole, own = self._of_target(at)[0, 0], self._own_loss(at)[0, 0]
+        share, lost = self._share[0] * self._unsure[0], self._share[1] * self._unsure[1]
+        more = float(share * whole.real)
+        return more + math.copysign(self._unsure[2], more), float(-omega * (share * (whole.imag - own) + lost * own))
 
     def _at(self, frequencies: Array) -> ComplexArray:
         key = frequencies.tobytes()
@@ -233,15 +260,84 @@ class Reflection:
         bare = self._endless(frequencies, None, below)
         # What the target changes of the losses behind the board and of those in the tracks themselves goes with the
         # field, like the inductance; only its own loss has a share of its own.
-        own = reflected_inductances(self._spectrum, frequencies, above, mirror(below), self._distances)
         share, lost = self._share
-        return np.asarray(bare + share * (full - bare) + 1j * (lost - share) * own.imag)
+        return np.asarray(bare + share * (full - bare) + 1j * (lost - share) * self._own_loss(frequencies))
 
     def _endless(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         found = reflected_inductances(self._spectrum, frequencies, above, below, self._distances)
         if self._crowding is not None:
             found[:, 0] += self._crowding.changes(frequencies, above, below)
         return found
+
+    def _of_target(self, frequencies: Array) -> ComplexArray:
+        # What an endless target changes (H, complex) at (n,) frequencies, by distance, without crowding.
+        above, below = self._around.above, self._around.below
+        full, bare = (
+            reflected_inductances(self._spectrum, frequencies, one, below, self._distances) for one in (above, None)
+        )
+        return np.asarray(full - bare)
+
+    def _own_loss(self, frequencies: Array) -> Array:
+        # The imaginary part of it (H) that is lost in the target itself.
+        above, below = self._around.above, mirror(self._around.below)
+        return reflected_inductances(self._spectrum, frequencies, above, below, self._distances).imag
+
+
+class SolvedReflection(Reflection):
+    """The same with what the real target changes solved: `changes` (H, complex) of the inductance matrix of all coils,
+    (2, coils, coils), at two `frequencies` (Hz), of which this is the coil of that `number`; `errors` of its own change
+    (H) and of its loss (ohm).
+    """
+
+    def __init__(
+        self,
+        spectrum: CurrentSpectrum,
+        around: Surroundings,
+        distances: Sequence[float],
+        crowding: CrowdingNearMetal | None,
+        solved: tuple[Array, ComplexArray],
+        number: int,
+        errors: tuple[float, float],
+    ) -> None:
+        super().__init__(spectrum, around, distances, (1.0, 1.0), crowding)
+        self._places, self._changes = solved[0] ** -0.5, solved[1]
+        endless = self._of_target(solved[0])[:, 0]
+        self._ends, self._errors = self._changes[:, number, number] / endless, errors
+
+    def shares(self, frequencies: Array) -> ComplexArray:
+        """As of an endless target's whole effect, crowding included: complex, for the real one has another loss."""
+        return np.asarray(self._ends[0] + self._part(frequencies) * (self._ends[1] - self._ends[0]))
+
+    def factors(self, frequency: float) -> tuple[complex, complex]:
+        """The same for small changes of what is around: of all that is reflected, and of the target's own loss."""
+        share = complex(self.shares(np.array([frequency]))[0])
+        return share, share
+
+    def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
+        """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        low, high = self._changes[:, pair[0], pair[1]]
+        return np.asarray(super().mutual(pair, distance, frequencies) + low + self._part(frequencies) * (high - low))
+
+    def unsure(self, frequency: float) -> tuple[float, float]:
+        """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
+        return self._errors
+
+    def _exact(self, frequencies: Array) -> ComplexArray:
+        """What metal behind the board returns (H, complex), by distance, and to the coil itself the target, too."""
+        above, below = self._around.above, self._around.below
+        found = self._endless(frequencies, None, below)
+        with_target = self._endless(frequencies, above, below)[:, 0]
+        found[:, 0] += self.shares(frequencies) * (with_target - found[:, 0])
+        return found
+
+    def _part(self, frequencies: Array) -> Array:
+        # Straight in one over the root of the frequency, as skin depths are, and held far outside of what was solved.
+        low, high = self._places
+        return np.asarray(np.clip((frequencies**-0.5 - low) / (high - low), -BEYOND, 1.0 + BEYOND))
+
+
+BEYOND = 1.0
+"""How far outside of the frequencies that a target was solved at, in parts of what lies between, its share goes on."""
 
 
 class NoReflection:
@@ -255,6 +351,18 @@ class NoReflection:
         """No change of the winding's own eddy currents."""
         return np.zeros(len(frequencies), dtype=np.complex128)
 
-    def mutual(self, distance: float, frequencies: Array) -> ComplexArray:
+    def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """No change of the mutual inductance."""
         return np.zeros(len(frequencies), dtype=np.complex128)
+
+    def factors(self, frequency: float) -> tuple[complex, complex]:
+        """There is nothing of which a part could be there."""
+        return 1.0, 1.0
+
+    def target_change(self, frequency: float) -> complex:
+        """There is no target."""
+        return 0j
+
+    def unsure(self, frequency: float) -> tuple[float, float]:
+        """Nothing is off."""
+        return 0.0, 0.0

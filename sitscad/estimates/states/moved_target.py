@@ -21,14 +21,20 @@ from sitscad.spec.sensor import SensorSpec
 Move = tuple[float, float]
 
 
-def moved_changes(layout: Layout, moves: Sequence[Move], frequency: float) -> Mapping[str, tuple[float, ...]]:
+def moved_changes(
+    layout: Layout, moves: Sequence[Move], frequency: float, is_solved: bool = False
+) -> Mapping[str, tuple[float, ...]]:
     """By coil, the change of inductance (H) at a frequency (Hz) for every move (x, y) of the target (m) from rest; none
     without a target.
 
-    The target's effect is that of an endless plate times the share that the finite one has at the coil's place
-    (`finite_target`), as in the states themselves; what crowding of the current adds is left out.
+    As in the states themselves (`Estimates.is_solved`) the target is solved, or its effect is that of an endless plate
+    times the share that the finite one has at the coil's place (`finite_target`); what crowding of the current adds is
+    left out.
     """
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
+    if is_solved and spec.target is not None:
+        still, *found = _solved_effects(spec, layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
+        return {p.name: tuple(float(one[k] - still[k]) for one in found) for k, p in enumerate(spec.array.placements)}
     states = [around for around in assemble(spec).states if around.name == REST and around.above is not None]
     if not states:
         return {}
@@ -53,12 +59,14 @@ def moved_changes(layout: Layout, moves: Sequence[Move], frequency: float) -> Ma
 
 
 def target_effects(
-    layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float
+    layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float, is_solved: bool = False
 ) -> NDArray[np.float64]:
     """What the target changes of every coil's inductance (H) when it has moved by (x, y) and by a height (m) from rest:
     (heights, moves, coils). As in `moved_changes`; every height is solved for all moves at once.
     """
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
+    if is_solved:
+        return _solved_effects(spec, layout, moves, heights, frequency)
     rest = next(around for around in assemble(spec).states if around.name == REST and around.above is not None)
     over = rest.above
     assert over is not None
@@ -82,6 +90,17 @@ def target_effects(
         for m in range(len(moves)):
             found[k, m] = [whole * shares[_name(p.name, m), str(k)] for p in spec.array.placements]
     return found
+
+
+def _solved_effects(
+    spec: SensorSpec, layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float
+) -> NDArray[np.float64]:
+    """`target_effects` by the response's own solution of the target, which is loaded for nothing else."""
+    from sitscad.estimates.states.solved_target import own_changes
+
+    poses = np.zeros((len(heights), len(moves), 6))
+    poses[:, :, :2], poses[:, :, 2] = np.array(moves), np.array(heights)[:, None]
+    return own_changes(spec, layout.coils, poses.reshape(-1, 6), frequency).reshape(len(heights), len(moves), -1)
 
 
 def _seen_from(spec: SensorSpec, moves: Sequence[Move]) -> SensorSpec:

@@ -57,9 +57,10 @@ class SolvedWinding:
     bound: ResistanceBound
 
     def resistance_error(self, circuit: CoilCircuit, state: StateEstimate, coil: CoilSpec) -> float:
-        """Relative error bound of the resistance at a coil's contacts in a state."""
+        """Relative error bound of the resistance at a coil's contacts in a state, the target's share in it."""
         metal = 0.0 if self.nearest is None or state.state == FREE else near_metal_error(coil, self.nearest)
-        return state_error(self.bound, circuit, state, metal)
+        lost = abs(circuit.reflections[state.state].unsure(state.frequency)[1])
+        return state_error(self.bound, circuit, state, metal) + lost / state.resistance
 
     @property
     def inductance_error(self) -> float:

@@ -1,0 +1,79 @@
+"""What the target changes of the coils in every state, solved as in a response: where its shares are not enough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.response.errors import LOSSY, poles_error, stated_errors
+from sitscad.estimates.response.placed import Placed, at_rest, tabled
+from sitscad.estimates.response.plate import solved_plate, solving_work
+from sitscad.estimates.states.assembly import Assembly, metal_behind
+from sitscad.estimates.states.finite_target import TargetChanges
+from sitscad.layout.board import Coil
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+LOSS = 0.02
+"""Relative error of the loss in a target (discs and foils of finite elements: tests/physics/test_eddy_target.py)."""
+
+LEAST_LOSSY = 5.0
+"""Times its loss that a magnetic target's complex change counts as, at most: what hardly loses has no large error."""
+
+
+MOST, MAGNETIC = 650.0**3, 450.0**3
+"""Work (`solving_work`) up to which a target is solved for its states, and of magnetic metals, whose system is twice as
+large: one or two seconds."""
+
+
+def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, band: tuple[float, float]) -> bool:
+    """Whether the target of the states can be solved in a second or two: not where it is far larger than what it is
+    near to.
+    """
+    assert spec.target is not None
+    top, height, _ = _placed(spec, assembly).cover(spec, coils)
+    most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
+    return solving_work(spec, coils, math.sqrt(band[0] * band[1]), height + top) <= most
+
+
+def _placed(spec: SensorSpec, assembly: Assembly) -> Placed:
+    states = [around.state for around in assembly.states if around.above is not None]
+    poses = np.zeros((len(states), 6))
+    poses[:, 2] = [state.pose.z if state.pose is not None else 0.0 for state in states]
+    return Placed.of(spec, at_rest(spec), poses)
+
+
+def solved_target(
+    spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, band: tuple[float, float], scale: float
+) -> TargetChanges:
+    """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance."""
+    placed = _placed(spec, assembly)
+    top, height, reach = placed.cover(spec, coils)
+    plate = solved_plate(spec, coils, band, metal_behind(spec), height + top, tabled(spec, reach))
+    total, lossless = plate.changes(placed.turns, placed.places)
+    frequency, size = math.sqrt(band[0] * band[1]), np.abs(total).max(axis=0)
+    change, own = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
+    behind = plate.mirror_error + LOSSY * plate.is_over_a_poor_mirror
+    stated = stated_errors(spec, change, size, scale, placed.lowest, 0.0, behind, frequency)
+    least = np.maximum(np.abs(change), 0.01 * scale)
+    more = np.einsum("pcc->pc", stated * least * np.sign(change))
+    poles = poles_error(spec) * np.minimum(2.0 * math.pi * frequency * np.einsum("pcc->pc", size), LEAST_LOSSY * own)
+    errors = np.stack([more, (LOSS + behind) * own + poles], axis=-1)
+    names = [around.name for around in assembly.states if around.above is not None]
+    return TargetChanges(
+        np.array(band), {name: total[:, k] for k, name in enumerate(names)}, dict(zip(names, errors, strict=True))
+    )
+
+
+def own_changes(spec: SensorSpec, coils: Sequence[Coil], poses: Array, frequency: float) -> Array:
+    """What the target at (n, 6) poses (m, rad) changes of every coil's inductance (H), (n, coils), at one frequency
+    (Hz), currents even.
+    """
+    placed = Placed.of(spec, at_rest(spec), poses)
+    top, height, reach = placed.cover(spec, coils)
+    plate = solved_plate(spec, coils, (frequency,), metal_behind(spec), height + top, tabled(spec, reach))
+    return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places)[0][0]).real)
