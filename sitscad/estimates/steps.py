@@ -134,7 +134,8 @@ def made_sure(tuned: Tuned, is_solved: bool | None = None) -> Tuned:
     `is_solved` says. Shares of a target that would take too long are less sure.
     """
     shares = tuned.wound.shares
-    is_wanted = not shares.is_usual or any(_is_unsure(one, tuned.tank) for one in tuned.circuits)
+    has_failed = bool(tuned.failed) and not shares.is_usual
+    is_wanted = has_failed or any(_is_unsure(one, tuned.tank, shares.is_usual) for one in tuned.circuits)
     if not shares.shares or not (is_wanted if is_solved is None else is_solved):
         return tuned
     for _ in range(TRIES):
@@ -142,11 +143,17 @@ def made_sure(tuned: Tuned, is_solved: bool | None = None) -> Tuned:
         known = tuned.wound.solved
         if not found or (known is not None and known.holds_at(min(found), max(found))):
             break
-        band = BAND[0] * min(found), BAND[1] * max(found)
+        band = _stepped(BAND[0] * min(found), BAND[1] * max(found))
         if known is None and is_solved is None and not _is_affordable(tuned.wound, band):
             return tune(replace(tuned.wound, shares=shares.widened()))
         tuned = tune(_solved(tuned.wound, band))
     return tuned
+
+
+def _stepped(low: float, high: float) -> tuple[float, float]:
+    """The band (Hz) with ends that are alike for many: a design tried with other things about finds its target done."""
+    step = math.log(BAND_STEP)
+    return BAND_STEP ** math.floor(math.log(low) / step), BAND_STEP ** math.ceil(math.log(high) / step)
 
 
 def _is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
@@ -165,11 +172,17 @@ def _solved(wound: Wound, band: tuple[float, float]) -> Wound:
     return replace(wound, solved=solved_target(start.spec, start.layout.coils, start.assembly, band, scale))
 
 
-def _is_unsure(circuit: CoilCircuit, tank: Tank) -> bool:
-    """Whether what the target's shares may be off matters in a state: to L, to R, or to what the target changes."""
+def _is_unsure(circuit: CoilCircuit, tank: Tank, is_usual: bool) -> bool:
+    """Whether what the target's shares may be off matters in a state: to L, to R, or to what the target changes; of
+    targets that are not usual whether they matter at all.
+    """
     for state, reflection in circuit.reflections.items():
         frequency = tank.oscillation(circuit, state).frequency
         inductance, resistance = circuit.terminal(state, frequency)
+        if not is_usual:
+            if abs(reflection.endless_change(frequency)) > NOTHING * inductance:
+                return True
+            continue
         more, lost = map(abs, reflection.unsure(frequency))
         change = max(abs(reflection.target_change(frequency).real), FAINT_CHANGE * circuit.inductance)
         if more > UNSURE[0] * inductance or lost > UNSURE[1] * resistance or more > UNSURE[2] * change:
@@ -180,8 +193,14 @@ def _is_unsure(circuit: CoilCircuit, tank: Tank) -> bool:
 BAND = 0.9, 1.15
 """Frequencies between which the target is solved: this part of the lowest and of the highest that any state has."""
 
+BAND_STEP = 1.1
+"""Ratio of the frequencies that such a band may begin and end at."""
+
 UNSURE = 0.0125, 0.06, 0.12
 """Parts of L, of R and of the target's own change of L that its shares may be off without it being solved."""
+
+NOTHING = 1e-5
+"""Part of L that an endless target changes up to which a real one does nothing."""
 
 FAINT_CHANGE = 0.025
 """Part of the free inductance: smaller changes are looked at as if they were so large."""

@@ -1,6 +1,7 @@
 """The same at a small part of the cost, for checks: a chart of what the states' own shares of an endless plate say.
 
-Slopes by x, y, z are within a few per cent of the response's (tests/estimates/test_quick.py). A target that tilts
+Where the states have the target solved, so has the chart. Slopes by x, y, z are within a few per cent of the response's
+(tests/estimates/test_quick.py), of magnetic steels within an eighth. A target that tilts
 slightly counts, for every coil, as a level one at the height that it has over the middle of what both share: slopes by
 tilt are within a quarter. A tilt that a contact may have is asked of the response's own solution of the target.
 """

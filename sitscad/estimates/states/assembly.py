@@ -235,6 +235,10 @@ class Reflection:
         at = np.array([frequency])
         return complex(self.shares(at)[0] * self._of_target(at)[0, 0])
 
+    def endless_change(self, frequency: float) -> complex:
+        """What an endless target would change of it (H, complex)."""
+        return 0j if self._around.above is None else complex(self._of_target(np.array([frequency]))[0, 0])
+
     def unsure(self, frequency: float) -> tuple[float, float]:
         """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
         if self._around.above is None or not any(self._unsure):
@@ -360,6 +364,10 @@ class NoReflection:
         return 1.0, 1.0
 
     def target_change(self, frequency: float) -> complex:
+        """There is no target."""
+        return 0j
+
+    def endless_change(self, frequency: float) -> complex:
         """There is no target."""
         return 0j
 

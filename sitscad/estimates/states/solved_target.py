@@ -17,6 +17,7 @@ from sitscad.layout.board import Coil
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 LOSS = 0.02
 """Relative error of the loss in a target (discs and foils of finite elements: tests/physics/test_eddy_target.py)."""
@@ -54,7 +55,7 @@ def solved_target(
     placed = _placed(spec, assembly)
     top, height, reach = placed.cover(spec, coils)
     plate = solved_plate(spec, coils, band, metal_behind(spec), height + top, tabled(spec, reach))
-    total, lossless = plate.changes(placed.turns, placed.places)
+    total, lossless = (_rounded(part) for part in plate.changes(placed.turns, placed.places))
     frequency, size = math.sqrt(band[0] * band[1]), np.abs(total).max(axis=0)
     change, own = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
     behind = plate.mirror_error + LOSSY * plate.is_over_a_poor_mirror
@@ -67,6 +68,15 @@ def solved_target(
     return TargetChanges(
         np.array(band), {name: total[:, k] for k, name in enumerate(names)}, dict(zip(names, errors, strict=True))
     )
+
+
+def _rounded(changes: ComplexArray) -> ComplexArray:
+    # To DIGITS of the largest: the last digits of a system's solution hang on the number of threads, a package may not.
+    scale = 10.0 ** math.ceil(math.log10(max(float(np.abs(changes).max()), 1e-300)))
+    return np.asarray(np.round(changes / scale, DIGITS) * scale)
+
+
+DIGITS = 9
 
 
 def own_changes(spec: SensorSpec, coils: Sequence[Coil], poses: Array, frequency: float) -> Array:
