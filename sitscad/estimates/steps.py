@@ -143,17 +143,11 @@ def made_sure(tuned: Tuned, is_solved: bool | None = None) -> Tuned:
         known = tuned.wound.solved
         if not found or (known is not None and known.holds_at(min(found), max(found))):
             break
-        band = _stepped(BAND[0] * min(found), BAND[1] * max(found))
+        band = BAND[0] * min(found), BAND[1] * max(found)
         if known is None and is_solved is None and not _is_affordable(tuned.wound, band):
             return tune(replace(tuned.wound, shares=shares.widened()))
         tuned = tune(_solved(tuned.wound, band))
     return tuned
-
-
-def _stepped(low: float, high: float) -> tuple[float, float]:
-    """The band (Hz) with ends that are alike for many: a design tried with other things about finds its target done."""
-    step = math.log(BAND_STEP)
-    return BAND_STEP ** math.floor(math.log(low) / step), BAND_STEP ** math.ceil(math.log(high) / step)
 
 
 def _is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
@@ -191,10 +185,9 @@ def _is_unsure(circuit: CoilCircuit, tank: Tank, is_usual: bool) -> bool:
 
 
 BAND = 0.9, 1.15
-"""Frequencies between which the target is solved: this part of the lowest and of the highest that any state has."""
-
-BAND_STEP = 1.1
-"""Ratio of the frequencies that such a band may begin and end at."""
+"""Frequencies between which the target is solved, as for a response: this part of the lowest and of the highest that
+any state has.
+"""
 
 UNSURE = 0.0125, 0.06, 0.12
 """Parts of L, of R and of the target's own change of L that its shares may be off without it being solved."""

@@ -60,7 +60,7 @@ def test_states_are_the_response_where_shares_missed_it(name):
 @pytest.mark.parametrize("name", CASES)
 def test_what_a_newton_changes_is_one_figure(name):
     told, response = slopes(design(name))
-    assert told == pytest.approx(response, rel=0.01, abs=100.0)
+    assert told == pytest.approx(response, rel=0.015, abs=100.0)
 
 
 @pytest.mark.parametrize("name", ["a small target of magnetic steel", "stainless steel"])

@@ -26,7 +26,7 @@ LEAST_LOSSY = 5.0
 """Times its loss that a magnetic target's complex change counts as, at most: what hardly loses has no large error."""
 
 
-MOST, MAGNETIC = 650.0**3, 450.0**3
+MOST, MAGNETIC = 650.0**3, 560.0**3
 """Work (`solving_work`) up to which a target is solved for its states, and of magnetic metals, whose system is twice as
 large: one or two seconds."""
 
