@@ -57,6 +57,9 @@ _HOMES = {
     "use_installed_plugins": "sitscad.plugins",
     "all_rules": "sitscad.checks",
     "Finding": "sitscad.finding",
+    "AxisPerformance": "sitscad.estimates.performance.values",
+    "Performance": "sitscad.estimates.performance.values",
+    "Reached": "sitscad.measured",
     "NotChecked": "sitscad.finding",
     "Severity": "sitscad.finding",
     "field_mesh": "sitscad.formats.tetrahedra.field",
@@ -130,6 +133,7 @@ __all__ = [
     "SCHEMAS",
     "STAGES",
     "Area",
+    "AxisPerformance",
     "Baseline",
     "BenchError",
     "BuildResult",
@@ -155,10 +159,12 @@ __all__ = [
     "NotChecked",
     "PackageError",
     "PartsError",
+    "Performance",
     "Plugin",
     "PluginError",
     "Policy",
     "PolicyError",
+    "Reached",
     "Response",
     "Review",
     "Rule",
@@ -230,6 +236,7 @@ if TYPE_CHECKING:
     from sitscad.checks.rules import Complaint, Rule, Undecided
     from sitscad.design import Design, respond, respond_to
     from sitscad.estimates import METHODS, Estimates, estimate
+    from sitscad.estimates.performance.values import AxisPerformance, Performance
     from sitscad.estimates.response.pad import NoResponse
     from sitscad.estimates.response.values import Response
     from sitscad.finding import Finding, NotChecked, Severity
@@ -258,6 +265,7 @@ if TYPE_CHECKING:
     )
     from sitscad.layout import lay_out
     from sitscad.layout.board import Layout
+    from sitscad.measured import Reached
     from sitscad.opening import opened, policy_for, specs_in
     from sitscad.package import (
         STAGES,

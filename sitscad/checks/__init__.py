@@ -86,7 +86,7 @@ def all_rules() -> tuple[Rule, ...]:
 class CheckResult:
     """What was found, in the order of rule and place, what could not be checked, with the reason, what each coil's
     reading does from rest to the required force, what was measured of the sensor in its jaw, how that closes, and what
-    is felt beside what is required.
+    is felt beside what is required (``reached``; ``felt`` in the text and JSON of `sitscad check`).
     """
 
     findings: tuple[Finding, ...]
