@@ -67,7 +67,7 @@ MAY_IMPORT = {
     "cli": {"", "finding"},
     "__main__": {"cli"},
     "__init__": {
-        "opening", "finding", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks",
+        "opening", "finding", "measured", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks",
         "review", "formats",
         "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer", "calibration",
     },
