@@ -67,9 +67,9 @@ MAY_IMPORT = {
     "cli": {"", "finding"},
     "__main__": {"cli"},
     "__init__": {
-        "opening", "finding", "measured", "spec", "layout", "interchange", "scene", "parts", "estimates", "design", "checks",
-        "review", "formats",
-        "package", "report", "inspection", "schemas", "policy", "processes", "plugins", "writer", "calibration",
+        "opening", "finding", "measured", "spec", "layout", "interchange", "scene", "parts", "estimates", "design",
+        "checks", "review", "formats", "package", "report", "inspection", "schemas", "policy",
+        "processes", "plugins", "writer", "calibration",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.

@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 @BASELINE
 @JOBS
 @PLUGIN
-@click.option("--hints", default="decisive", show_default=True, help="What is tried for hints: none, decisive or full.")
+@click.option(
+    "--hints", default="decisive", show_default=True, help="What is tried: none (fixed words), decisive, full."
+)
 @click.option("--picture", type=click.Path(), help="Draw why it does not fit: FILE.svg, of several specs a folder.")
 @click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
 @click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
@@ -57,7 +59,8 @@ def check(
     Writes no files without --fix or --picture. --fix writes every fix into the spec that was tried, mends its finding
     and brings no error or warning; comments and order stay. Of standard input (-) it prints the mended text.
     The verdict does not depend on --hints: decisive tries changes for as long as the check itself takes, for errors
-    first; full tries all that may mend a finding, which can take minutes; none tries nothing.
+    first; full tries all that may mend a finding, which can take minutes; none tries nothing, and hints are then the
+    rules' own fixed words.
     --picture draws, without CAD, the closed jaws cut open with what does not fit in red beside its limit; where all
     fits, with their dimensions; without a jaw, what lies on the board from above.
     Exit code: 0 no errors, 1 errors found (with --fail-on: or milder findings), 2 a spec cannot be read; with --fix of

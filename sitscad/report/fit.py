@@ -19,7 +19,12 @@ PARTS_HEAD = ("part", "size", "tolerance", "where that comes from")
 
 def headline(fit: Sequence[Measure]) -> str:
     """All measures in one line."""
-    return f"({CASES}): " + "; ".join(f"{m.name} {_cases(m)} of {_mm(m.limit)} mm, {_spare(m)}" for m in fit)
+    return f"({CASES}): " + "; ".join(f"{m.name} {_cases(m)} of {_mm(m.limit)} mm{_side(m)}, {_spare(m)}" for m in fit)
+
+
+def _side(measure: Measure) -> str:
+    """What a figure below zero means: only the board beside the face has such."""
+    return " (below zero: back from the face's edge)" if measure.nominal < 0.0 else ""
 
 
 CASES = "nominal / root-sum-square / worst case"

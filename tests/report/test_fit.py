@@ -19,6 +19,12 @@ def measure(nominal, likely, worst, limit=5e-3):
     return Measure("closed pair", nominal, likely, worst, limit, "jaw", (Share("jaw", 1.3e-3, 5e-5, "a source"),))
 
 
+def test_a_board_that_stands_back_from_the_edge_is_said_to():
+    words = "of 5 mm (below zero: back from the face's edge), 5.44 mm to spare at worst"
+    assert headline([measure(-0.618e-3, -0.504e-3, -0.443e-3)]).endswith(words)
+    assert "below zero" not in headline([measure(0.1e-3, 0.2e-3, 0.3e-3)])
+
+
 @pytest.mark.parametrize(("sizes", "words"), [
     ((4.6e-3, 4.7e-3, 4.95e-3), "50 um to spare at worst"),
     ((4.6e-3, 4.7e-3, 5.1e-3), "of 5 mm, 100 um short at worst"),
