@@ -68,10 +68,17 @@ def upright(poses: Array, lean: Array, sign: float = -1.0) -> Array:
     return found
 
 
-def chart(model: ResponseModel, reached: Array) -> Chart:
-    """The chart of a model over the box of poses (n, 6; m, rad) that may be reached."""
-    lean = np.array([_slope(reached[:, 1], reached[:, 3]), _slope(reached[:, 0], reached[:, 4])])
-    plain = upright(reached, lean)
+def chart(model: ResponseModel, reached: Array, moved: Array) -> Chart:
+    """The chart of a model over the box of all poses (m, rad) that may be reached: `reached` (sensors, n, 6) by some
+    sensors, of which the first is the one as drawn, and as far from that one's as its errors may move it together,
+    each `moved` (ways, unknowns, n, 6) as far as it may by itself. Few sensors leave out what a soft and thin one does.
+    """
+    all_reached = reached.reshape(-1, 6)
+    lean = np.array([_slope(all_reached[:, 1], all_reached[:, 3]), _slope(all_reached[:, 0], all_reached[:, 4])])
+    alone = np.abs(upright(moved.reshape(-1, 6), lean)).reshape(moved.shape).max(axis=0)
+    together, drawn = np.sqrt(np.sum(alone**2, axis=0)), upright(reached[0], lean)
+    together[:, 3:] = 0.0  # turns beyond those of the sensors drawn hardly count, and a wider chart errs more
+    plain = np.vstack([upright(all_reached, lean), drawn - together, drawn + together])
     low, high = plain.min(axis=0), plain.max(axis=0)
     middle, half = 0.5 * (low + high), np.maximum(WIDER * 0.5 * (high - low), SMALLEST)
     orders = exponents(WEIGHTS, DEGREE)

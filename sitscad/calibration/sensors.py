@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.calibration.chart import Chart, chart, terminals
-from sitscad.calibration.unknowns import POSE_ERRORS, Unknown, named, units, unknowns, usual
+from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
 from sitscad.calibration.working_range import WorkingRange, working_range
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
@@ -61,7 +61,15 @@ class Sensors:
         """The chart of all poses that the working range takes simulated sensors to."""
         drawn = np.vstack([np.zeros(len(self.known)), units(self.known, DRAWN, SEED)])
         loads = np.vstack([np.zeros((1, 3)), self.range.corners])
-        return chart(self.model, np.vstack([self.poses(errors, loads) for errors in drawn]))
+        return chart(self.model, np.stack([self.poses(errors, loads) for errors in drawn]), self._moved(loads))
+
+    def _moved(self, loads: Array) -> Array:
+        """How far the widest error of every unknown by itself moves the poses under (n, 3) loads, either way:
+        (ways, unknowns, n, 6).
+        """
+        drawn = self.poses(np.zeros(len(self.known)), loads)
+        alone = WIDEST * np.diag([one.sigma for one in self.known])
+        return np.array([[self.poses(errors, loads) - drawn for errors in way * alone] for way in (-1.0, 1.0)])
 
     def poses(self, errors: Array, loads: Array) -> Array:
         """Where loads (n, 3; N: normal, shear along x, along y) take one sensor's target, (n, 6) from where it is drawn

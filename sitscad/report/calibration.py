@@ -113,8 +113,8 @@ def _foretold(found: Calibration) -> Iterable[str]:
 PLANNED = """In the order of what they tell. The errors are those of the first table, once the points so far are
 measured."""
 
-TRIED = """On simulated sensors with the scatter of manufacture, each with a map of its own, at loads that it was not
-fitted to."""
+TRIED = """Root mean square over simulated sensors with the scatter of manufacture, each with a map of its own, at loads
+that it was not fitted to, one reading each. Of forms that are about as good the one with the fewest coefficients is taken."""
 
 
 def _share(error: float) -> str:
