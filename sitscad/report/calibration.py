@@ -114,7 +114,8 @@ PLANNED = """In the order of what they tell. The errors are those of the first t
 measured."""
 
 TRIED = """Root mean square over simulated sensors with the scatter of manufacture, each with a map of its own, at loads
-that it was not fitted to, one reading each. Of forms that are about as good the one with the fewest coefficients is taken."""
+that it was not fitted to, one reading each. Of forms about as good the one with the
+fewest coefficients is taken."""
 
 
 def _share(error: float) -> str:
