@@ -128,7 +128,7 @@ def test_every_template_in_a_jaw_has_a_legible_drawing(name):
     sheet = drawing(layout)
     assert sheet is not None
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
-    assert f"{closed_section(layout).height * 1e3:.2f}"[:4] in words(sheet)
+    assert f"{closed_section(layout).height * 1e3:.3f}"[:4] in words(sheet)
 
 
 def test_the_tail_is_led_down_to_the_face_and_on_to_the_pivot_as_the_hinge_is_judged():

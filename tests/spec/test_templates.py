@@ -46,6 +46,7 @@ INHERENT = {
     "grasper_4layer": {"SIT103"},
     "jaw_5x20": set(),
     "racetrack_jaw": {"SIT103"},
+    "robotic_jaw_12mm": set(),
     "single_coil": set(),
     "square_bench": set(),
     "three_axis_grid": {"SIT103"},
@@ -65,3 +66,16 @@ def test_a_template_warns_of_nothing_but_what_it_is_and_says_so(name):
     if name != "grasper_3p5mm":  # that one says at its head that it is refused, and why
         assert all(rule in templates.read(name) for rule in said)
     assert name == "grasper_3p5mm" or sitscad.check(spec, hints="none").ok
+
+
+def test_the_wide_jaw_can_be_ordered_from_the_houses_that_it_names():
+    """As its comments say: a house with a rule for coils waives nothing, and OSH Park has a stack-up of its own."""
+    import sitscad
+
+    spec = sitscad.load_text(templates.read("robotic_jaw_12mm"))
+    own = {"fpc.rules": "osh-park-flex", "fpc.stackup": "flex-2l-osh-park", "fpc.tail.connector": "solder-pads"}
+    for changes in ({"fpc.rules": "hkgalaxy"}, {"fpc.rules": "jselectronic"}, {"fpc.rules": "shipco"}, own):
+        result = sitscad.check(spec.replace(changes), hints="none")
+        graver = {f.rule for f in result.findings if f.severity is not sitscad.Severity.NOTE}
+        assert result.ok and graver <= ({"SIT103"} if changes is own else set()), changes
+    assert {reached.axis for reached in result.reached} == {"normal", "shear along x"}
