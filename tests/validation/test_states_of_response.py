@@ -91,7 +91,7 @@ def test_states_of_templates_are_the_response(name):
         assert one.inductance < 1e-3 and one.resistance < 6e-3, one
     if found.estimates.normal_force:
         told, response = slopes(found)
-        assert told == pytest.approx(response, rel=0.015)
+        assert told == pytest.approx(response, rel=0.015 if found.estimates.is_solved else 0.03)
 
 
 @pytest.mark.slow
