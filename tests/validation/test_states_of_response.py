@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from states_of_response import apart, slopes, varied
 
@@ -97,8 +96,9 @@ def test_states_of_templates_are_the_response(name):
 @pytest.mark.slow
 def test_states_of_random_designs_are_within_what_they_state():
     """Seeds that the figures of docs/accuracy.md do not have."""
-    found = [one for seed in range(2001, 2041) if (known := varied(seed)) is not None for one in apart(known)]
+    designs = [known for seed in range(2001, 2041) if (known := varied(seed)) is not None]
+    found = [(one, known.estimates.is_solved) for known in designs for one in apart(known)]
     assert len(found) > 20
-    assert max(one.of_stated_change for one in found) < 1.0
-    assert max(one.of_stated_resistance for one in found) < 1.0
-    assert np.percentile([one.inductance for one in found], 95) < 3e-3
+    assert max(one.of_stated_change for one, _ in found) < 1.0
+    assert max(one.of_stated_resistance for one, _ in found) < 1.0
+    assert max(one.inductance for one, is_solved in found if is_solved) < 3e-3
