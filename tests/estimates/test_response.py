@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -289,3 +290,17 @@ def test_no_pose_is_answered_that_no_target_can_have(plain):
             respond(plain, [[0.0] * 6, pose])
     with pytest.raises(ValueError, match="tolerance"):
         respond(plain, [[0.0] * 6], tolerance=math.nan)
+
+
+def test_a_foil_over_a_mirror_has_a_response_however_thin_it_is():
+    """The faces of 11 um of brass cancel so far that the integrals made an energy negative: an internal error."""
+    bench, jaw = sitscad.load(TEMPLATES / "square_bench.yaml"), sitscad.load(TEMPLATES / "grasper_4layer.yaml")
+    found = []
+    for thickness in (9.0, 10.0, 11.16, 11.5, 14.0):
+        spec = bench.replace("target.material", "brass").replace("target.size", [12.528, 9.929])
+        spec = replace(spec.replace("target.thickness", f"{thickness} um"), mount=jaw.mount, shield=jaw.shield)
+        found.append(sitscad.Design(spec).response.respond(np.zeros((1, 6))))
+    inductance = np.array([one.inductance[0] for one in found])
+    resistance = np.array([one.resistance[0] for one in found])
+    assert np.all(np.diff(inductance, axis=0) < 0.0) and np.all(np.abs(np.diff(inductance, axis=0)) < 4e-10)
+    assert np.all(np.diff(resistance, axis=0) < 0.0) and np.all(np.abs(np.diff(resistance, axis=0)) < 0.05)

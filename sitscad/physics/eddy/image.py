@@ -22,6 +22,9 @@ ComplexArray = NDArray[np.complex128]
 LEAST = 5e-5
 """Coupling with the image, in parts of a current's own energy, below which a combination is left out."""
 
+NOISE = 1e-5
+"""Least energy of a current, in parts of the largest, that counts as more than the error of the integrals."""
+
 MOST = 360
 """Combinations among which they are looked for, at most."""
 
@@ -61,7 +64,7 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     in it.
     """
     points = coarse.points - np.array([0.0, 0.0, near_face])
-    factors = [np.asarray(np.linalg.cholesky(one.inductance), dtype=float) for one in surface.classes]
+    factors = [_factor(one.inductance) for one in surface.classes]
     seen = np.concatenate([_by_energy(one, factor) for one, factor in zip(coarse.classes, factors, strict=True)])
     inverse = _inverse_distance(points + np.array([0.0, 0.0, closest]), mirror.floor)
     signs = MU0 / (4.0 * math.pi) * MIRRORED
@@ -74,6 +77,21 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
         within.append(factor @ basis[start : start + len(factor)])
         start += len(factor)
     return ImageModes(tuple(within), points, np.einsum("npc,nk->pck", seen, basis, optimize=True))
+
+
+def _factor(inductance: Array) -> Array:
+    """A matrix whose product with its own transpose is an inductance matrix (n, n; in its unit).
+
+    The faces of a foil all but cancel: currents that run against each other on both have an energy below what the
+    integrals over the surface are good for, which may come out negative. They are given what those are good for: with
+    more energy than they have they couple with the image even less.
+    """
+    try:
+        return np.asarray(np.linalg.cholesky(inductance), dtype=float)
+    except np.linalg.LinAlgError:
+        energies, turned = np.linalg.eigh(0.5 * (inductance + inductance.T))
+        least = max(NOISE * float(energies[-1]), -2.0 * float(energies[0]))
+        return np.asarray(turned * np.sqrt(np.maximum(energies, least)))
 
 
 def _range(returned: Array) -> Array:
