@@ -82,7 +82,7 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
 
 def _complaint(case: Case, key: str, each: Mapping[str, Any]) -> Complaint:
     """What a measurement that is not kept says."""
-    x, y, _ = each["where_m"]
+    x, y, z = each["where_m"]
     volume = 1e9 * each["value"] if each["unit"] == "m3" else 0.0
     area = 1e6 * each["value"] if each["unit"] == "m2" else 0.0
     when = f" ({each['when']})" if each["when"] else ""
@@ -93,6 +93,9 @@ def _complaint(case: Case, key: str, each: Mapping[str, Any]) -> Complaint:
         "volume": volume,
         "area": area,
         "wanted": 1e6 * each["limit"],
+        "x": 1e3 * x,
+        "y": 1e3 * y,
+        "z": 1e3 * z,
     }
     values["under"] = f"the {BODY}" if each["first"] == BODY else f"the board under the {each['first']}"
     complaint = case.found(key, each["value"], each["limit"], each["unit"], **values)
@@ -106,7 +109,8 @@ def settles(document: Mapping[str, Any]) -> frozenset[str]:
 
 
 IN_EACH_OTHER = Case(
-    "{first} and {second} stand in each other: both take {volume:.3g} mm3",
+    "{first} and {second} stand in each other: both take {volume:.3g} mm3 about x = {x:.2f}, y = {y:.2f}, z = {z:.2f} "
+    "mm of the board's drawing",
     hint="give one of them other sizes; mount/fit.json says how much (build --force), assembly.step where",
 )
 
