@@ -33,7 +33,7 @@ PAPERS: tuple[Writer, ...] = (
         is_mounted,
     ),
     Writer("print report", "papers.assembly.print_report", "mount", ("solids", "aids", "spec"), is_mounted),
-    Writer("jaw drawing", "papers.drawings.jaw", "mount", ("layout", "forced"), is_mounted),
+    Writer("jaw drawing", "papers.drawings.jaw", "assembly", ("layout", "forced"), is_mounted),
     Writer("assembly picture", "papers.assembly.picture", "assembly", ("solids", "spec"), is_mounted),
     Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates", "forced")),
     Writer(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from probe_spots import touched
 
 import sitscad
 from sitscad.estimates.circuit.track_ends import spared_squares
@@ -101,7 +102,7 @@ def test_wide_and_narrow_leads_have_the_resistance_of_their_copper(tmp_path, wid
     layout = wide(width)
     built = sitscad.build(layout.spec, tmp_path, ["gerber"], force=True)
     net = extract(built.directory).net("C1")
-    start, end = (contact.touched() for contact in sorted(net.contacts, key=lambda contact: contact.function))
+    start, end = (touched(contact) for contact in sorted(net.contacts, key=lambda contact: contact.function))
     stackup = layout.spec.fpc.stackup
     thickness, depths = zip(*((foil.thickness, foil.z) for foil in stackup.copper), strict=True)
     plating = stackup.plating_thickness

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from probe_spots import touched
 
 pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
@@ -87,7 +88,7 @@ def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(finished):
     estimates = {coil.name: coil for coil in estimate(layout).coils}
     for coil in layout.coils:
         net = board.net(coil.net)
-        start, end = (contact.touched() for contact in sorted(net.contacts, key=lambda contact: contact.function))
+        start, end = (touched(contact) for contact in sorted(net.contacts, key=lambda contact: contact.function))
         found = copper_resistance(
             net,
             start,

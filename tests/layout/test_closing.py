@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pytest
 
+from sitscad.estimates.circuit import leads
 from sitscad.estimates.circuit.leads import estimate_leads
 from sitscad.estimates.winding.methods import choose_method, winding_geometry
 from sitscad.layout import lay_out
@@ -118,3 +119,13 @@ def test_the_turns_of_a_circle_move_the_contacts_as_they_move_the_winding():
     steps = [max(abs(b - a) for a, b in zip(one, other, strict=True)) for one, other in pairwise(shares)]
     assert sorted(steps)[-2] < 0.01
     assert max(abs(share) for row in shares for share in row) < 0.055
+
+
+@pytest.mark.parametrize("case", [("one layer", 8.6), ("two circles", 8.3), ("squares", 8.25), ("racetracks", 6)])
+def test_the_winding_is_sampled_finely_enough_for_its_leads(case, monkeypatch):
+    """Chords 50 um off the outermost turn, with a lead 100 um beside it, were 6e-4 of the winding wrong."""
+    layout = board(*case)
+    found = shares_of(layout)
+    monkeypatch.setattr(leads, "SAMPLED", 0.5e-6)
+    monkeypatch.setattr(leads, "LONGEST", 0.05e-3)
+    assert found == pytest.approx(shares_of(layout), abs=1e-4)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from probe_spots import touched
 
 import sitscad
 from sitscad.estimates import estimate
@@ -161,7 +162,7 @@ def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_p
             (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / file).write_bytes(content)
     net = extract(tmp_path).net("C1")
-    ends = [contact.touched() for contact in sorted(net.contacts, key=lambda contact: contact.function)]
+    ends = [touched(contact) for contact in sorted(net.contacts, key=lambda contact: contact.function)]
     copper, plating = layout.spec.fpc.stackup.copper, layout.spec.fpc.stackup.plating_thickness
     found = copper_resistance(
         net, *ends, [c.thickness for c in copper], depths=[c.z for c in copper], plating=plating or None, fineness=1.0

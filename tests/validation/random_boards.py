@@ -24,7 +24,10 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))
 sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from probe_spots import touched
 
 import sitscad
 from sitscad.checks.rules import outcomes
@@ -262,7 +265,7 @@ def resistance_gap(now: Board) -> float:
     layout = sitscad.lay_out(now.load())
     stackup, coil = layout.spec.fpc.stackup, layout.coils[0]
     net = nets.net(coil.net)
-    start, end = (contact.touched() for contact in sorted(net.contacts, key=lambda contact: contact.function))
+    start, end = (touched(contact) for contact in sorted(net.contacts, key=lambda contact: contact.function))
     thickness, depths = zip(*((foil.thickness, foil.z) for foil in stackup.copper), strict=True)
     plating = stackup.plating_thickness or None
     found = copper_resistance(net, start, end, thickness, depths=depths, plating=plating, fineness=2.0)

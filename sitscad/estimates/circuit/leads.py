@@ -38,10 +38,10 @@ FLATTENED = 10e-6
 CHORD = math.radians(5.0)
 """Those of a turned tail become chords of this angle at most (rad)."""
 
-SAMPLED = 50e-6
+SAMPLED = 2.5e-6
 """Chords of the winding, for its coupling with the leads, lie within this distance (m) of it."""
 
-LONGEST = 0.8e-3
+LONGEST = 0.4e-3
 """Straight sides of a winding are cut to this (m) for the same purpose."""
 
 SELF_DISTANCE = 0.2235
