@@ -35,12 +35,12 @@ def test_slopes_by_tilt_are_within_a_quarter_of_the_largest(both):
         assert point.tilts[:, :2] == pytest.approx(tilts, abs=0.25 * np.abs(tilts).max() + 0.02)
 
 
-def test_errors_by_a_degree_of_tilt_are_within_five_per_cent_of_the_largest(both):
+def test_errors_by_a_degree_of_tilt_are_within_seven_per_cent_of_the_largest(both):
     """A coil alone has them too: at second order, of which slopes know nothing."""
     quick, whole = both
     for point, other in zip(quick.points, whole, strict=True):
         errors = np.array([list(row.values()) for row in other.tilt_error.values()])
-        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.05 * errors.max())
+        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.07 * errors.max())
 
 
 def test_temperature_is_within_a_tenth(both):

@@ -33,6 +33,18 @@ CASES = {
         COIL.format("racetrack", [3.65, 3.02], 4) + "\narray: {pattern: line, count: 2, pitch: 3.85}",
         "rectangle, size: [4.43, 2.12], thickness: 0.05, material: copper", [4.43, 3],
     ),
+    "a racetrack under a turned rectangle": (
+        COIL.format("racetrack", [12, 4], 7), "rectangle, size: [13, 5], rotation: 40 deg, thickness: 0.2, material: "
+        "copper", [13, 5],
+    ),
+    "a turned racetrack": (
+        COIL.format("racetrack", [12, 4], 7) + "\narray: {pattern: explicit, centres: [[0, 0]], rotations: [40 deg]}",
+        "rectangle, size: [13, 5], thickness: 0.2, material: copper", [13, 5],
+    ),
+    "a thick block between two coils": (
+        COIL.format("circle", 7, 8) + "\narray: {pattern: line, count: 2, pitch: 7.5}",
+        "square, size: 5, thickness: 2, material: copper", 6,
+    ),
 }  # fmt: skip
 """Coil, target and pad (mm): shares of an endless one were off by 2 to 190 % of the change, R by up to half."""
 

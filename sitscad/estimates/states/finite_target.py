@@ -52,6 +52,7 @@ class TargetShares:
     error: float = 0.0
     loss_error: float = 0.0
     is_usual: bool = True
+    is_thin: bool = False
 
     def of(self, coil: str, state: str) -> tuple[float, float]:
         """The shares of inductance and loss for a coil in a state: 1 where nothing is known to be smaller."""
@@ -59,7 +60,8 @@ class TargetShares:
 
     def widened(self) -> TargetShares:
         """The same of a target that should be solved and takes too long for that."""
-        errors = self.error + WIDER[0], self.loss_error + WIDER[1]
+        wider = WIDER_THIN if self.is_thin else WIDER
+        errors = self.error + wider[0], self.loss_error + wider[1]
         said = TOO_LARGE.format(*(f"{100.0 * error:.0f}" for error in errors))
         return replace(self, error=errors[0], loss_error=errors[1], notes=(*self.notes, said))
 
@@ -68,12 +70,13 @@ class TargetShares:
         return self.of(coil, state)
 
 
-WIDER = 0.1, 0.5
-"""What is added to the relative errors of shares, of inductance and loss, of a target that takes too long to solve."""
+WIDER, WIDER_THIN = (0.1, 0.5), (0.3, 0.8)
+"""What is added to the relative errors of shares, of inductance and loss, of a target that takes too long to solve; and
+of one that is thinner than the field goes into it."""
 
 TOO_LARGE = (
-    "the target is so much larger than its distance from the coils that it is not solved for the states: shares serve, "
-    "known within {} % (inductance) and {} % (loss) of themselves; `response` solves it"
+    "the target is so much larger than its distance from the coils, or so thin, that it is not solved for the states: "
+    "shares serve, known within {} % (inductance) and {} % (loss) of themselves; `response` solves it"
 )
 """What is said of such a target."""
 
@@ -133,13 +136,16 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     names, error = [name for name, _, _ in covered], max(f.error for f in found) + _elongated(spec.coil)
     errors = error, max(f.loss_error for f in found)
     notes = _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
-    return TargetShares(shares, losses, tuple(notes), *errors, is_usual=_is_usual(spec, spec.target, states))
+    is_thin = spec.target.thickness < OPAQUE * _skin_depth(spec.target)
+    is_usual = not is_thin and _is_usual(spec, spec.target, states)
+    return TargetShares(shares, losses, tuple(notes), *errors, is_usual=is_usual, is_thin=is_thin)
 
 
-OPAQUE, ASPECT, HANGING, RETURNED = 1.2, 1.3, 0.05, 0.7
-"""Of usual targets: skin depths of thickness, at least; how long a polygon is over its width, at most; by what part of
-its width a coil longer than wide may reach beyond the target; and what part of the field the metal behind the board
-returns, at least."""
+OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
+"""Of usual targets: skin depths of thickness, at least; thickness over the shorter side, at most, for shares know no
+side walls; the angle (rad) at most between the sides of a coil longer than wide and of the target; how long a
+polygon is over its width, at most; by what part of its width a coil longer than wide may reach beyond the target;
+and what part of the field the metal behind the board returns, at least."""
 
 SHORTEST, LONGEST = 4.0, 2.0
 """The waves that matter of what that returns, over one by the coil's smaller side."""
@@ -151,15 +157,23 @@ def _is_usual(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) 
     (tests/validation/states_of_response.py): poor conductors and magnets by up to all of the loss.
     """
     long, short = max(spec.coil.size), min(spec.coil.size)
-    if like_a_conductor(target, 0.25 * (long + short)) < 1.0 - PURE or target.thickness < OPAQUE * _skin_depth(target):
+    if like_a_conductor(target, 0.25 * (long + short)) < 1.0 - PURE or target.thickness > THICKEST * min(target.size):
         return False
-    if long - short > 1e-9 and _uncovered(spec, target) > HANGING * short:
+    if long - short > 1e-9 and (_is_askew(spec, target) or _uncovered(spec, target) > HANGING * short):
         return False
     if long > ASPECT * short and spec.coil.outline.sides:
         return False
     waves = np.array([LONGEST, SHORTEST]) / short
     behind = (around.below for around in states if around.above is not None and around.below is not None)
     return all(bool(np.all(-reflection(waves, FREQUENCY, below.plates).real >= RETURNED)) for below in behind)
+
+
+def _is_askew(spec: SensorSpec, target: Target) -> bool:
+    """Whether coils longer than wide lie askew under the target, or not all alike: shares stand for one way to lie."""
+    turns = [target.rotation - placement.rotation for placement in spec.array.placements]
+    if not target.outline.is_round and any(abs(math.remainder(turn, math.pi / 2)) > TURNED for turn in turns):
+        return True
+    return any(abs(math.remainder(turn - turns[0], math.pi)) > TURNED for turn in turns)
 
 
 def _uncovered(spec: SensorSpec, target: Target) -> float:
