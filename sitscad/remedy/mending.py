@@ -175,7 +175,14 @@ def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Findin
     read = [f"{_new_key(edit)}." for edit in applied.remedy.edits if edit.what == "name"]
     seen = [found for found in after if not any(f"{found.key}.".startswith(key) for key in read)]
     now, then = _weighed(seen), _weighed(before)
-    return then - now, now - then
+    gone, new = then - now, now - then
+    return gone, Counter({one: count for one, count in new.items() if one[0] == applied.finding.rule
+                          or _of_rule(now, one) > _of_rule(then, one)})  # fmt: skip
+
+
+def _of_rule(weighed: _Weighed, one: tuple[str, str | None, Severity]) -> int:
+    """How many findings of a rule weigh so much, whatever their key: which key one names hangs on what was tried."""
+    return sum(count for (rule, _, severity), count in weighed.items() if (rule, severity) == (one[0], one[2]))
 
 
 def _place(applied: Applied) -> tuple[str, str | None, Severity]:

@@ -279,3 +279,22 @@ def test_what_brings_a_warning_is_not_written():
     remedy = Remedy((Edit("coil.turns", "7"),), ("SIT205",))
     found = mended_text("coil: {turns: 6}\n", lambda _: Said((finding("SIT201", remedy),)), always)
     assert not found.applied
+
+
+def test_a_finding_whose_key_hangs_on_what_was_tried_is_not_new():
+    """SIT113 names the pitch where a pitch was tried and the start angle where none was: a good fix was rolled back."""
+    remedy = Remedy((Edit("target.size", "[4, 3]"),))
+    wrong = Finding("SIT307", "overhang", Severity.ERROR, "it hangs over", key="target.size", fixes=(remedy,))
+
+    def findings(text, key):
+        routing = Finding("SIT113", "room", Severity.ERROR, "no room", key=key)
+        return (routing,) if "[4, 3]" in text else (routing, wrong)
+
+    text = "sitscad: 1\ntarget: {size: [9, 9]}\n"
+    done = mended_text(
+        text,
+        lambda said: Said(findings(said, "array.pitch")),
+        always,
+        lambda said: Said(findings(said, "coil.start_angle")),
+    )
+    assert "[4, 3]" in done.text and not done.rolled_back
