@@ -98,7 +98,8 @@ def skin(layout: Layout, film: Encapsulation) -> str:
     if poured is None:
         return (
             f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on or "
-            "dipped, the contacts masked; no copper may be left open. Let it cure."
+            "dipped, the contacts masked; no copper may be left open. Let it cure. Measure the sensor's height before "
+            "and after: a coat that is too thin is given another, of silicone thinned as its maker says."
         )
     sealed = " (its print sealed as said above)" if cures_badly(layout) else ""
     return (

@@ -16,6 +16,8 @@ from sitscad.parts.tooling.mould import pour
 from sitscad.parts.tooling.skin_mould import skin_pour
 from sitscad.scene.column import Levels, column, levels, plate_thickness
 from sitscad.scene.fit import measures
+from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
+from sitscad.scene.grasper.seating import retention
 from sitscad.scene.toleranced import Toleranced
 from sitscad.spec.unverified import unverified_figures
 from sitscad.units import in_mm
@@ -40,7 +42,7 @@ def render(
 def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     """The whole page; ``bench`` are the estimates at 20 degrees Celsius, at which boards and sensors are tested."""
     spec = layout.spec
-    parts = [f"{spec.name}: how it is put together", "", *_wrapped("", _head()), ""]
+    parts = [f"{spec.name}: how it is put together", "", *_wrapped("", _head(layout)), ""]
     for number, step in enumerate(_steps(layout, estimates, bench), 1):
         said, *lines = step.split("\n")
         parts += [*_wrapped(f"{number:>2}. ", said), *(row for line in lines for row in _wrapped("    ", line)), ""]
@@ -51,8 +53,12 @@ def _wrapped(start: str, words: str) -> list[str]:
     return textwrap.wrap(words, WIDTH, initial_indent=start, subsequent_indent=" " * len(start))
 
 
-def _head() -> str:
+def _head(layout: Layout) -> str:
+    """What is needed, and where the pictures are."""
+    mount = layout.spec.mount
+    jaws = "" if mount is None or mount.jaw is None else f", mount/{layout.spec.name}-jaw-drawing.pdf the closed pair"
     return (
+        f"mount/assembly.svg shows the pieces apart{jaws}. "
         "Parts and quantities are in bom.csv. Work under a microscope, with gloves; clean metal and plastic with "
         "isopropanol. Wax the jig, or wipe it with mould release, so that no glue holds it. Lengths are in mm."
     )
@@ -153,8 +159,22 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     yield (
         f"Degrease the jaw's face. Glue on it with {_glue(layout)}, in this order: {', '.join(order)}, the board "
         f"against the stop at the tip; press each until it is as high above the jaw's metal as this: {heights}."
+        f"{_squared(layout)}"
     )
     yield tail_held(layout, _glue(layout))
+
+
+def _squared(layout: Layout) -> str:
+    """Where on the jaw the mount is glued, and how it is kept straight; empty where pocket or joint place it."""
+    jaw, mount = fitted_jaw(layout), layout.spec.mount
+    if jaw is None or mount is None or jaw.pocket is not None or retention(layout) is not None:
+        return ""
+    away = layout.body[0] - jaw_range(layout, jaw)[0]
+    return (
+        f" The board's end lies {in_mm(away, 2)} mm behind the jaw's tip, its middle on the jaw's: clamp two straight "
+        "strips against the jaw's sides and set the mount between them with feeler gauges alike on both sides, until "
+        "the glue has set. What it is turned by is read as force."
+    )
 
 
 def _sealed(layout: Layout) -> Iterator[str]:

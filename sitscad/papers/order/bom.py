@@ -19,6 +19,7 @@ from sitscad.papers.capacitor import capacitance_text
 from sitscad.papers.order.codes import Order, capacitor, order_of
 from sitscad.parts.mounts.screws import adapter_needed
 from sitscad.parts.tooling.mould import pour
+from sitscad.parts.tooling.skin_mould import skin_pour
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
 from sitscad.scene.column import column
@@ -73,7 +74,7 @@ def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     )
 
 
-SHARED = ("adhesive", "primer", "jig", "mould")
+SHARED = ("adhesive", "primer", "jig", "mould", "skin mould", "sealer", "mould release", "cleaner")
 """What one of serves for many sensors."""
 
 
@@ -232,6 +233,15 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         yield Item(
             "jig", 1, "jig-*", "printed", "", "print from mount/: aligns the pieces while the glue sets; reusable"
         )
+    poured, cast = pour(layout), skin_pour(layout)
+    if poured is not None:
+        yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
+    if cast is not None:
+        yield Item("skin mould", 1, "mould-skin", "printed", "", "print from mount/; where the encapsulation is cast")
+    if cures_badly(layout) and (poured is not None or cast is not None):
+        yield Item("sealer", 1, "clear acrylic lacquer", "", "", "on moulds printed in resin (mount/assembly.txt)")
+    yield Item("mould release", 1, "or wax", "", "", "on jig and moulds, so that no glue holds them")
+    yield Item("cleaner", 1, "isopropanol", "", "", "for metal and plastic before gluing")
 
 
 def _glue(layout: Layout) -> Iterator[Item]:
