@@ -23,8 +23,9 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
     settles on, NoResponse (one, too) where the design has nothing to calibrate, OSError for a file that cannot be
     opened.
     """
-    from sitscad.calibration.bench_data import points_of, read_table
+    from sitscad.calibration.bench_data import BenchError, points_of, read_table
     from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of, turned_otherwise
+    from sitscad.calibration.maps.least_squares import NoFit
     from sitscad.calibration.possible import require_possible, require_told
     from sitscad.calibration.second_readings import second_readings
     from sitscad.calibration.suspicion import require_plausible
@@ -36,7 +37,11 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
     found = points_of(table, sensors)
     require_possible(table, found, sensors)
     require_plausible(table, found, sensors)
-    made = calibrate_by(sensors, found)
+    try:
+        made = calibrate_by(sensors, found)
+    except NoFit as error:
+        raise BenchError(f"{table.path}:{table.lines[0]}:1 no sensor of this design reads so: {error}; is it this "
+                         "sensor's spec?") from error  # fmt: skip
     assert made.fit is not None
     require_told(table, found, sensors, made.fit)
     turned = turned_otherwise(made, made.fit.errors)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.least_squares import Fitted, levenberg_marquardt
+from sitscad.calibration.maps.least_squares import Fitted, NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, foretold, load_slopes, tared, whiteners
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
@@ -49,7 +49,7 @@ class ModelFit:
 
 
 def fit_model(sensors: Sensors, points: Points, start: Array | None = None) -> ModelFit:
-    """The most likely errors of a sensor that read so (after drift is taken out)."""
+    """The most likely errors of a sensor that read so (after drift is taken out); raises NoFit where none are found."""
     points = points.settled
     sigma = np.array([one.sigma for one in sensors.known])
     chosen = np.array([one.is_fitted for one in sensors.known])
@@ -118,7 +118,10 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, excess
     """What is to be fitted, whitened where the unknowns have these values (prior standard deviations)."""
     sigma = np.array([one.sigma for one in sensors.known])
     chosen = np.array([one.is_fitted for one in sensors.known])
-    white = whiteners(sensors, _errors(values, sigma, chosen), points, excess)
+    try:
+        white = whiteners(sensors, _errors(values, sigma, chosen), points, excess)
+    except np.linalg.LinAlgError as error:
+        raise NoFit("the model foretells no readings where a fit went") from error
     return _Problem(sensors, points, aim, white, sigma, chosen)
 
 

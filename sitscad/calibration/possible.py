@@ -33,14 +33,17 @@ ALONE, UNLIKE = 4.0, 0.3
 scale."""
 
 HONEST = 5.0
-"""How many times larger than expected errors may be before a fit that did not settle is refused, and a row is looked
-for that all others contradict: true readings of 5 points left up to 2.3, a load of the wrong sign 80 and more. Below, a
-fit that did not settle is taken, and it is said that its unknowns are not to be trusted.
-"""
+"""How many times larger than expected errors may be before a row is looked for that all others contradict: true
+readings of 5 points left up to 2.3, a load of the wrong sign 80 and more."""
 
-WORST = 40.0
-"""How many times larger than expected errors may be: loads that are off by a fifth of themselves. Hysteresis of a tenth
-of full scale makes 6."""
+UNSETTLED = 2.5
+"""How many times larger than expected errors may be of a fit that did not settle. Below, where true readings of few
+points come to lie, it is taken, and it is said that its unknowns are not to be trusted."""
+
+WORST, WORST_OF_POSES = 15.0, 40.0
+"""How many times larger than expected errors may be: loads that are off by a thirteenth of themselves (hysteresis of a
+tenth of full scale makes 6, and 20 a map that is a third of full scale off); and of poses, for whose own errors nothing
+is allowed."""
 
 
 def require_possible(table: Table, points: Points, sensors: Sensors) -> None:
@@ -64,7 +67,7 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit) 
     one, far = sensors.known[k], float(fit.moved[k])
     row, share = _worst(points, fit)
     where = f"{table.path}:{table.lines[row]}:1"
-    if not fit.settled and fit.excess > HONEST:
+    if not fit.settled and fit.excess > UNSETTLED:
         raise BenchError(f"{where} the fit did not settle: {one.name} went to {far:+.1f} sigma of manufacture, and "
                          f"this row is farthest off ({share}): another sensor's spec, or rows of several runs?"
                          )  # fmt: skip
@@ -72,9 +75,10 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit) 
         raise BenchError(f"{where} the readings ask for {one.name} {far:+.1f} sigma off ({far * one.sigma:.3g} "
                          f"{'relative' if one.unit == '1' else one.unit}), which no sensor of this design is; this row "
                          f"is farthest off ({share}): is it this sensor's spec?")  # fmt: skip
-    if fit.excess > WORST:
+    if fit.excess > (WORST_OF_POSES if points.loads is None else WORST):
         raise BenchError(f"{where} loads and readings disagree, by {fit.excess:.0f} times what is expected, and this "
-                         f"row is farthest off ({share}): rows of several sensors, or loads in another order?"
+                         f"row is farthest off ({share}): another sensor's spec, rows of several, or loads in another "
+                         "order?"
                          )  # fmt: skip
     if points.loads is not None:
         _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")

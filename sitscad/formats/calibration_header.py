@@ -70,7 +70,7 @@ def _opening(found: InverseMap) -> list[str]:
         "",
         "#define SITSCAD_OK 0",
         "#define SITSCAD_NO_READING 1 /* a coil or its tare reads nothing, or over its range: forces are 0 */",
-        "#define SITSCAD_BEYOND 2     /* outside the loads that the map was made for: forces are a guess */",
+        "#define SITSCAD_BEYOND 2     /* outside what the map was made for: forces are those at its end */",
         "",
         "/* Counts without load. */",
         "struct sitscad_tare {",
@@ -171,14 +171,20 @@ def _changes(found: InverseMap) -> list[str]:
 
 
 def _mixed() -> list[str]:
-    """C that mixes the coils, says where that is beyond the map, and takes powers of it."""
+    """C that mixes the coils, says where that is beyond the map and stays at its end, and takes powers of it."""
     return [
         "    for (int axis = 0; axis < SITSCAD_AXES; ++axis) {",
         "        float mixed = 0.0f;",
         "        for (int coil = 0; coil < SITSCAD_COILS; ++coil)",
         "            mixed += sitscad_mix[axis][coil] * seen[coil];",
-        "        if (!(mixed >= sitscad_low[axis] && mixed <= sitscad_high[axis]))",
+        "        /* beyond its ends the map would run away: it is read at the end */",
+        "        if (!(mixed >= sitscad_low[axis])) {",
+        "            mixed = sitscad_low[axis];",
         "            result = SITSCAD_BEYOND;",
+        "        } else if (mixed > sitscad_high[axis]) {",
+        "            mixed = sitscad_high[axis];",
+        "            result = SITSCAD_BEYOND;",
+        "        }",
         "        power[axis][0] = 1.0f;",
         "        for (int k = 1; k < SITSCAD_POWERS; ++k)",
         "            power[axis][k] = power[axis][k - 1] * mixed;",

@@ -130,10 +130,11 @@ def test_every_kind_of_form_is_written(tmp_path, sensors, hidden, form: Form):
 @pytest.mark.clients("gcc")
 def test_faults_are_told(tmp_path, foretold):
     tare = foretold.map.rest
-    counts = np.array([tare, 0 * tare, 0 * tare + 2**28 - 1, 1.1 * tare])
+    counts = np.floor([tare, 0 * tare, 0 * tare + 2**28 - 1, 1.1 * tare, 0.9 * tare])
     result, forces, _ = _run_c(tmp_path, foretold.map, counts, tare)
-    assert list(result) == [0, 1, 1, 2]
+    assert list(result) == [0, 1, 1, 2, 2]
     assert np.all(forces[:3] == 0.0), "no change is no force, exactly"
+    assert np.abs(forces[3:] - foretold.map(counts[3:], tare)).max() < 1e-4 * foretold.map.full_scale.max()
 
 
 def test_bytes_are_the_same_every_time(foretold):

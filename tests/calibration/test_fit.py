@@ -11,7 +11,7 @@ from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibrate import calibrate_by
 from sitscad.calibration.maps.basis import exponents, monomials, spread
 from sitscad.calibration.maps.forms import Form, Samples, fitted
-from sitscad.calibration.maps.least_squares import levenberg_marquardt, ridge
+from sitscad.calibration.maps.least_squares import NoFit, levenberg_marquardt, ridge
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import units
 from sitscad.package.calibration_files import calibration_files
@@ -191,6 +191,28 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
     off = _off(found.map, (tried[1:, sensors.range.columns], sensors.under(own, tried, exact=True)))
     assert found.fit.settled and found.fit.excess < 1.5
     assert np.all(off < 0.015) and np.all(off * found.map.full_scale < 2.0 * found.map.error)
+
+
+def test_a_fit_at_an_edge_has_finite_slopes():
+    """Closer to an edge than the step of the differences."""
+
+    def residuals(values):
+        return values - 3.0 if values[0] <= 0.9995 else np.full(1, np.inf)
+
+    found = levenberg_marquardt(residuals, np.array([0.9993]))
+    assert np.all(np.isfinite(found.slopes)) and np.all(np.isfinite(found.covariance))
+    assert found.slopes[0, 0] == pytest.approx(1.0) and not found.settled
+    with pytest.raises(NoFit, match="no slopes"):
+        levenberg_marquardt(lambda values: values if abs(values[0]) < 1e-4 else np.full(1, np.nan), np.zeros(1))
+
+
+def test_a_reading_beyond_the_map_is_the_force_where_it_ends(foretold):
+    """Simulated units of a soft pad read 1,400 full scales, and that was stated as the error of any unit."""
+    found, rest = foretold.map, foretold.map.rest
+    far = np.array([rest * (1.0 + k) for k in (0.1, 0.3, -0.1, -0.3)])
+    assert not found.holds(far, rest).any()
+    assert np.abs(found(far, rest) / found.full_scale).max() < 3.0
+    assert np.abs(found.forces_at(found.mixed(far, rest)) / found.full_scale).max() > 10.0
 
 
 def test_steps_that_an_edge_makes_small_are_not_settled():

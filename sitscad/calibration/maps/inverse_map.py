@@ -31,8 +31,9 @@ class InverseMap:
     force = full_scale x (numerator . terms of v) / (1 + denominator . terms of v); no reading, no force.
 
     Terms are products of v to the `powers`, then those to `spline_powers` times (v[0] - knot)^3 beyond every knot.
-    `low` and `high` are the v that it was made for, `error` one sigma (N) on every axis, `rest` the counts to be
-    expected at rest.
+    `low` and `high` are the v that it was made for: v beyond them by more than `BEYOND` counts as no farther, because
+    out there the terms run to thousands of full scales. `error` is one sigma (N) on every axis, `rest` the counts to
+    be expected at rest.
     """
 
     sensor: str
@@ -55,11 +56,12 @@ class InverseMap:
     spline_powers: Exponents = field(default_factory=lambda: np.zeros((0, 1), dtype=np.int64))
 
     def __call__(self, readings: ArrayLike, tare: ArrayLike) -> Array:
-        """Forces (n, axes; N) of readings (n, coils) after a tare (coils): counts or frequencies, both of one kind.
+        """Forces (n, axes; N) of readings (n, coils) after a tare (coils): counts or frequencies, both of one kind. Of
+        readings beyond what the map was made for (`holds`) it is the force where it ends.
 
         Raises ValueError for other shapes, and for readings that are not positive.
         """
-        return self.forces_at(self.mixed(readings, tare))
+        return self.forces_at(np.clip(self.mixed(readings, tare), self.low - BEYOND, self.high + BEYOND))
 
     def mixed(self, readings: ArrayLike, tare: ArrayLike) -> Array:
         """About the force on every axis over its full scale, (n, axes)."""
@@ -71,7 +73,7 @@ class InverseMap:
         return changes(given, rest, self.gain, self.logarithmic) @ self.mix.T
 
     def forces_at(self, mixed: Array) -> Array:
-        """Forces (n, axes; N) at what `mixed` gives."""
+        """Forces (n, axes; N) at what `mixed` gives, however far beyond what the map was made for."""
         top = terms(mixed, self.powers, self.knots, self.spline_powers) @ self.numerator.T
         bottom = 1.0 + monomials(mixed, self.denominator_powers) @ self.denominator.T
         return np.asarray(self.full_scale * top / bottom)

@@ -23,6 +23,10 @@ SHORT = 0.1
 """Steps (prior standard deviations) so short that the slopes are still taken for the same."""
 
 
+class NoFit(ValueError):
+    """Residuals or their slopes are not finite where a fit begins or ends."""
+
+
 @record(eq=False)
 class Fitted:
     """The outcome of a fit: `values` (k) in prior standard deviations, their `covariance` (k, k), the `residuals` that
@@ -45,14 +49,17 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
     """The values that make residuals and the values themselves smallest in squares: with whitened residuals and values
     in standard deviations from what is expected, the most likely ones (Marquardt, SIAM J. Appl. Math. 11, 1963).
 
-    `residuals` gives (n,) numbers at (k,) values; where they are not finite a step is taken back, and at the start that
-    raises ValueError.
+    `residuals` gives (n,) numbers at (k,) values; where they are not finite a step is taken back, and a fit ends that
+    comes so close that it has no slopes; at the start that raises NoFit (a ValueError), and so do values of
+    which no finite covariance is known.
     """
     values, damping, settled = np.array(start, dtype=float), 1e-4, False
     left = residuals(values)
     if not np.all(np.isfinite(left)):
-        raise ValueError("a fit cannot begin where its residuals are not finite")
+        raise NoFit("a fit cannot begin where its residuals are not finite")
     slope = _slopes(residuals, values, left)
+    if not np.all(np.isfinite(slope)):
+        raise NoFit("a fit cannot begin where its residuals have no slopes")
     for _ in range(MOST_STEPS):
         normal = slope.T @ slope + np.eye(values.size)
         step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope.T @ left + values)
@@ -70,8 +77,13 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
         if settled:
             break
         if np.abs(step).max() > SHORT:
-            slope = _slopes(residuals, values, left)
+            here = _slopes(residuals, values, left)
+            if not np.all(np.isfinite(here)):
+                break  # between edges: the last slopes are all that is known, and nothing has settled
+            slope = here
     covariance = np.asarray(np.linalg.inv(slope.T @ slope + np.eye(values.size)), dtype=float)
+    if not np.all(np.isfinite(covariance)):
+        raise NoFit("a fit ended where nothing is known of its values")
     return Fitted(values, covariance, left, slope, settled)
 
 
@@ -83,9 +95,14 @@ def _is_settled(step: Array, normal: Array, gradient: Array) -> bool:
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array) -> Array:
-    """How the residuals change with the values, (n, k), by forward differences."""
-    steps = np.eye(values.size) * STEP
-    return np.stack([(residuals(values + step) - there) / STEP for step in steps], axis=1)
+    """How the residuals change with the values, (n, k), by forward differences, or backward ones at an edge beyond
+    which residuals are not finite; not finite between two edges.
+    """
+    found = []
+    for step in np.eye(values.size) * STEP:
+        slope = (residuals(values + step) - there) / STEP
+        found.append(slope if np.all(np.isfinite(slope)) else (there - residuals(values - step)) / STEP)
+    return np.stack(found, axis=1)
 
 
 def ridge(columns: Array, wanted: Array, weight: float) -> tuple[Array, Array]:
