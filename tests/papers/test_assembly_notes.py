@@ -211,7 +211,7 @@ def test_a_mount_that_nothing_places_is_said_how_to_be_placed():
     """A reader of the package alone had to guess how the mount is squared on the jaw, and where the pictures are."""
     pages = {}
     for jaw in ("generic-5mm", "toothless-5mm"):
-        spec = sitscad.load_text(JAW.format(jaw=jaw), "jaw.yaml")
+        spec = sitscad.load_text(JAW.format(jaw=jaw, tail=", tail: {length: 40}"), "jaw.yaml")
         layout = sitscad.lay_out(spec)
         found = sitscad.estimate(layout)
         pages[jaw] = " ".join(assembly_notes.text(layout, found, found).split())
@@ -219,13 +219,15 @@ def test_a_mount_that_nothing_places_is_said_how_to_be_placed():
         assert "frequency with the tank's capacitor of" in pages[jaw] and "Bend the tail by 30 deg down" in pages[jaw]
     assert "two straight strips against the jaw's sides" in pages["generic-5mm"]
     assert "straight strips" not in pages["toothless-5mm"]  # its pocket places the mount
+    bare = sitscad.lay_out(sitscad.load_text(JAW.format(jaw="generic-5mm", tail=""), "jaw.yaml"))
+    assert "the tail" not in " ".join(text(bare).split()).replace("the tail's bend", "")
 
 
 JAW = """
 sitscad: 1
 name: placed
 coil: {{shape: circle, outer_diameter: 3, turns: 6, layers: 4, trace_width: 80 um, trace_spacing: 80 um}}
-fpc: {{stackup: flex-4l}}
+fpc: {{stackup: flex-4l{tail}}}
 target: {{shape: circle, size: 3, thickness: 0.1, material: copper}}
 elastomer: {{shape: circle, size: 3, thickness: 0.5, material: dragon-skin-10}}
 mount: {{kind: grasper-pad, jaw: {jaw}, standoff: 0.5}}

@@ -161,7 +161,8 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
         f"against the stop at the tip; press each until it is as high above the jaw's metal as this: {heights}."
         f"{_squared(layout)}"
     )
-    yield tail_held(layout, _glue(layout))
+    if layout.spec.fpc.tail is not None:
+        yield tail_held(layout, _glue(layout))
 
 
 def _squared(layout: Layout) -> str:
