@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.diagnosis import finding_from_flaw
+from sitscad.spec.format.documents import circuit
 from sitscad.spec.format.documents import spec as form
 from sitscad.spec.format.documents.fabricator import RulesDocument
 from sitscad.spec.format.documents.materials import ConductorDocument, ElastomerDocument
@@ -56,10 +57,10 @@ SECTIONS: dict[type, type[Section]] = {
     SensorSpec: form.SpecDocument,
     Issue: form.SpecDocument,
     CoilSpec: form.CoilDocument,
-    FpcSpec: form.FpcDocument,
+    FpcSpec: circuit.FpcDocument,
     DesignRules: RulesDocument,
-    PanelSpec: form.PanelDocument,
-    Tail: form.TailDocument,
+    PanelSpec: circuit.PanelDocument,
+    Tail: circuit.TailDocument,
     Target: form.TargetDocument,
     ElastomerPad: form.ElastomerPadDocument,
     Encapsulation: form.EncapsulationDocument,

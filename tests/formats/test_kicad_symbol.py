@@ -16,7 +16,7 @@ from sitscad.formats.kicad import project as kicad
 from sitscad.formats.kicad import stackup as kicad_stackup
 from sitscad.formats.kicad import symbol as kicad_symbol
 from sitscad.layout import lay_out
-from sitscad.spec.format.documents.spec import FINISHES
+from sitscad.spec.format.documents.fabricator import FINISHES
 from sitscad.spec.load import load_text
 
 TEXT = """\

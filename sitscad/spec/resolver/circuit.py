@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format.documents.spec import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
+from sitscad.spec.format.documents.circuit import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
 from sitscad.spec.format.remarks import Remarks
 from sitscad.spec.pieces.mounting import Jaw
 from sitscad.spec.profiles import presets
