@@ -16,7 +16,7 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.terminals import tank_frequencies
 from sitscad.mechanics.motion import angles, rotations
-from sitscad.mechanics.pad import VALID_STRAIN
+from sitscad.mechanics.pad import HELD_STRAIN
 from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
@@ -77,7 +77,7 @@ class Sensors:
         """
         off = named(self.known, errors)
         travel, thickness = self._travel(off["gap"], off["modulus"], loads)
-        travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * VALID_STRAIN))
+        travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * HELD_STRAIN))
         more = off["softening"] * loads[:, :1] / self.range.normal - off["shear_modulus"]
         travel[:, [0, 1, 3, 4]] *= np.exp(more)
         return self.placed(errors, travel)

@@ -12,7 +12,7 @@ from sitscad.estimates.performance.bench import SLIP, axes_told_apart
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.pad import holding, soft_pad
 from sitscad.mechanics.elastomer import VALID_SHEAR
-from sitscad.mechanics.pad import VALID_SHEAR as HELD_SHEAR
+from sitscad.mechanics.pad import HELD_SHEAR
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 

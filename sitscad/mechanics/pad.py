@@ -20,7 +20,7 @@ from sitscad.record import record
 
 Array = NDArray[np.float64]
 
-VALID_STRAIN, VALID_SHEAR = 0.35, 0.5
+HELD_STRAIN, HELD_SHEAR = 0.35, 0.5
 """Compression and shear (travel over thickness) up to which the law is held against finite elements; tilts to 5 deg."""
 
 TOLERANCE = 2e-6

@@ -25,7 +25,7 @@ from sitscad.estimates.performance.values import AXES, AxisPerformance, Performa
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
-from sitscad.mechanics.pad import VALID_SHEAR as HELD_SHEAR
+from sitscad.mechanics.pad import HELD_SHEAR
 from sitscad.record import record
 from sitscad.scene.state import FREE
 
