@@ -113,11 +113,12 @@ class Plate:
         mirror = self.targets[0].mirror
         return mirror is not None and (len(self.potentials) > self.coils or abs(mirror.strength - 1.0) > 0.02)
 
-    def changes(self, turns: Array, places: Array) -> tuple[ComplexArray, ComplexArray]:
+    def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
         """Of the coils' inductance matrix (H, complex) at every frequency, (frequencies, poses, coils, coils): all of
-        it, and what it would be with a mirror that does not lose, whose loss is the target's own.
+        it, and what it would be with a mirror that does not lose, whose loss is the target's own. `once` where no other
+        poses follow.
         """
-        found = changes_at(self.targets, turns, places, self.potentials, self.centres)
+        found = changes_at(self.targets, turns, places, self.potentials, self.centres, once)
         n = self.coils
         own = found[..., :n, :n]
         if found.shape[-1] == n:
@@ -158,7 +159,8 @@ def _solved(
     metal = _conductivity(target), target.thickness, target.material.relative_permeability
     skins = [skin(frequency, *metal) for frequency in frequencies]
     targets = tuple(solve(whole, near_face, one, mirror, images) for one in skins)
-    tables = _potentials(_Coils(coils, coil.trace_width, detail.height / finer, reach), behind, middle)
+    tables = _potentials(_Coils(coils, coil.trace_width, detail.height / finer, reach), behind,
+                         None if behind is None else middle)  # fmt: skip
     twice = len(tables) // len(coils)
     return Plate(frequencies, targets, tables, np.tile(centres, (twice, 1)), len(coils), unlike)
 
@@ -250,9 +252,11 @@ class _Coils:
         return tuple(known[coil.placement.rotation] for coil in self.coils)
 
 
-def _potentials(seen: _Coils, behind: Reflector | None, frequency: float) -> tuple[CoilPotential, ...]:
+@lru_cache(maxsize=1)
+def _potentials(seen: _Coils, behind: Reflector | None, frequency: float | None) -> tuple[CoilPotential, ...]:
     """The coils' potentials, with what comes back from behind in phase, and out of phase where that loses."""
-    if behind is None:
+    # with nothing behind them they are the same at all frequencies, and for every target at that height
+    if behind is None or frequency is None:
         return seen.potentials()
     plates, floor = behind.plates, -behind.distance
 

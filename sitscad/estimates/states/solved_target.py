@@ -55,7 +55,7 @@ def solved_target(
     placed = _placed(spec, assembly)
     top, height, reach = placed.cover(spec, coils)
     plate = solved_plate(spec, coils, band, metal_behind(spec), height + top, tabled(spec, reach))
-    total, lossless = (_rounded(part) for part in plate.changes(placed.turns, placed.places))
+    total, lossless = (_rounded(part) for part in plate.changes(placed.turns, placed.places, True))
     frequency, size = math.sqrt(band[0] * band[1]), np.abs(total).max(axis=0)
     change, own = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
     behind = plate.mirror_error + LOSSY * plate.is_over_a_poor_mirror
@@ -86,4 +86,4 @@ def own_changes(spec: SensorSpec, coils: Sequence[Coil], poses: Array, frequency
     placed = Placed.of(spec, at_rest(spec), poses)
     top, height, reach = placed.cover(spec, coils)
     plate = solved_plate(spec, coils, (frequency,), metal_behind(spec), height + top, tabled(spec, reach))
-    return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places)[0][0]).real)
+    return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0]).real)

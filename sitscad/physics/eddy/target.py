@@ -7,6 +7,7 @@ behind the coils the image of every coil is in its potential, and the image of t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,19 +25,37 @@ ComplexArray = NDArray[np.complex128]
 AT_ONCE = 100_000
 """Points at which fields are worked out together."""
 
+NOTHING = 1e-7
+"""Part of the most that any class of currents answers, about, below which a class is left out."""
+
 
 @record(eq=False)
 class SolvedTarget:
-    """A target at one frequency: inverses of its classes' systems (1/H), and the height (m) of its near face in the
-    surface's own frame. With a mirror, the combinations that its image couples, and what one drives of another.
+    """A target at the frequency of a skin, and the height (m) of its near face in the surface's own frame. With a
+    mirror, the combinations that its image couples.
     """
 
     surface: Surface
     near_face: float
-    answers: tuple[ComplexArray, ...]
+    skin: Skin
     mirror: Mirror | None = None
     images: ImageModes | None = None
-    among_images: ComplexArray | None = None
+
+    @cached_property
+    def answers(self) -> tuple[ComplexArray, ...]:
+        """Inverses (1/H) of its classes' systems: for many poses."""
+        return tuple(np.linalg.inv(self._system(one)) for one in self.surface.classes)
+
+    @cached_property
+    def among_images(self) -> ComplexArray | None:
+        """What one of the image's combinations drives of another (1/H)."""
+        if self.images is None:
+            return None
+        driven = [(answer @ one).astype(complex) for answer, one in zip(self.answers, self.images.within, strict=True)]
+        return combined(driven, self.images.within)
+
+    def _system(self, one: CurrentClass) -> ComplexArray:
+        return np.asarray(one.inductance + _material(one, self.skin), dtype=complex)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
         """Change of the coils' inductance matrix (H, complex; times j omega the impedance): (poses, coils, coils).
@@ -46,21 +65,40 @@ class SolvedTarget:
         """
         return changes_at([self], turns, places, coils, centres)[0]
 
-    def _changes(self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int]) -> ComplexArray:
-        """The change (H) from what the coils drive (Wb) of every class, and what the image couples in every pose."""
+    def _changes(
+        self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int], once: bool
+    ) -> ComplexArray:
+        """The change (H) from what the coils drive (Wb) of every class, and what the image couples in every pose;
+        `once` without the systems' inverses.
+        """
         total = np.zeros((*shape, shape[1]), dtype=complex)
-        responses = []
-        for drive, answer in zip(linked, self.answers, strict=True):
-            response = answer @ drive
+        responses, among = self._driven_once(linked) if once else ([a @ d for a, d in zip(self.answers, linked,
+                                                                    strict=True)], self.among_images)  # fmt: skip
+        for drive, response in zip(linked, responses, strict=True):
             total -= np.einsum("npc,npd->pcd", drive.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
-            responses.append(response)
-        if self.images is None or self.among_images is None:
+        if self.images is None or among is None:
             return total
         driven = combined(responses, self.images.within).reshape(-1, *shape)
         for pose, coupling in enumerate(couplings):
-            both = np.eye(len(coupling)) + coupling @ self.among_images
+            both = np.eye(len(coupling)) + coupling @ among
             total[pose] += driven[:, pose].T @ np.linalg.solve(both, coupling @ driven[:, pose])
         return total
+
+    def _driven_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
+        """What is driven (A) in every class, and among the image's combinations (1/H)."""
+        images = self.images
+        size = [np.sum(drive**2 / np.diag(one.inductance)[:, None], axis=0)
+                for one, drive in zip(self.surface.classes, linked, strict=True)]  # fmt: skip
+        least, responses, driven = NOTHING * np.max(size, axis=0), [], []
+        for number, (one, drive) in enumerate(zip(self.surface.classes, linked, strict=True)):
+            if images is None and np.all(size[number] <= least):
+                responses.append(np.zeros(drive.shape, dtype=complex))
+                continue
+            wanted = drive if images is None else np.concatenate([drive, images.within[number]], axis=1)
+            found = np.linalg.solve(self._system(one), wanted.astype(complex))
+            responses.append(found[:, : drive.shape[1]])
+            driven.append(found[:, drive.shape[1] :])
+        return responses, None if images is None else combined(driven, images.within)
 
     def _potential(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> Array:
         """Of every coil in every pose, in the target's own directions: (points, 3, poses * coils)."""
@@ -76,11 +114,13 @@ class SolvedTarget:
 
 
 def changes_at(
-    targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array
-) -> ComplexArray:
+    targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array,
+    once: bool = False,
+) -> ComplexArray:  # fmt: skip
     """`SolvedTarget.changes` (H) of one target that was solved at several frequencies: (targets, poses, coils, coils).
 
-    What the coils drive in it is worked out once for all of them.
+    What the coils drive in it is worked out once for all of them. Where poses are few and no others follow, `once`
+    spares the inverses of its systems: two thirds of the work, and their memory.
     """
     first = targets[0]
     at_once = max(1, AT_ONCE // (len(first.surface.points) * len(centres)))
@@ -94,7 +134,7 @@ def changes_at(
             posed = zip(turns[some], places[some], strict=True)
             couplings = [first.images.coupling(turn, place, first.mirror) for turn, place in posed]
         for number, target in enumerate(targets):
-            found[number, some] = target._changes(linked, couplings, (len(places[some]), len(centres)))
+            found[number, some] = target._changes(linked, couplings, (len(places[some]), len(centres)), once)
     return found
 
 
@@ -102,12 +142,7 @@ def solve(
     surface: Surface, near_face: float, skin: Skin, mirror: Mirror | None = None, images: ImageModes | None = None
 ) -> SolvedTarget:
     """The target's currents at the frequency of a skin."""
-    answers = tuple(np.linalg.inv(one.inductance + _material(one, skin)).astype(complex) for one in surface.classes)
-    if mirror is None or images is None:
-        return SolvedTarget(surface, near_face, answers)
-    driven = [(answer @ one).astype(complex) for answer, one in zip(answers, images.within, strict=True)]
-    among = combined(driven, images.within)
-    return SolvedTarget(surface, near_face, answers, mirror, images, among)
+    return SolvedTarget(surface, near_face, skin, mirror, images if mirror is not None else None)
 
 
 def _material(one: CurrentClass, skin: Skin) -> ComplexArray:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.current_modes import ModeSystem, ProximityLoss, joined, losses, mode_system
 from sitscad.physics.loss.mode_matrix import NearAndFar, mode_matrix
+from sitscad.physics.loss.path_field import Filaments, box_of, path_field
 from sitscad.physics.loss.proximity import arc_field, smooth_rings
 from sitscad.physics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
 from sitscad.physics.special.legendre import gauss
@@ -36,9 +37,6 @@ those of turns that begin elsewhere lie abreast."""
 
 ABREAST = math.radians(5.0)
 """Sides whose directions differ by less than this lie abreast."""
-
-AT_ONCE = 60_000
-"""Points and filaments that are worked on at once: as many as stay near the processor."""
 
 DISTANT = 1.5
 """Distance of a block of arcs from a cut, in its length, from which it is a third of the chords."""
@@ -325,38 +323,16 @@ def _smooth_field(sides: _Sides, index: Index, cut: Cut, along: Array, tangent: 
     point = along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
     chords, own = _seen(sides, index, along[:, None] * tangent + cut.across[:, None] * normal)
     filaments = _straight(chords, own, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
-    total = np.empty_like(offset)
-    rows = max(1, AT_ONCE // (len(chords.start) * offset.shape[1]))
-    for level in np.unique(cut.height):
-        abreast = np.nonzero(cut.height == level)[0]
-        for low in range(0, abreast.size, rows):
-            part = abreast[low : low + rows]
-            ratio = np.sqrt(cut.length[None, :] / cut.length[part, None])
-            total[part] = _field(filaments, point[part], float(level), ratio, sides.block[index[part]])
+    root = np.sqrt(cut.length)
+    total = path_field(filaments, point, cut.height, root[None, :] / root[:, None], sides.block[index])
     return np.asarray(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset))
-
-
-@record(eq=False)
-class _Straight:
-    # Filaments as a cut sees them: axes (2, n), starts along and to the left of them, lengths, heights (m); the square
-    # (m2) of the least distance from each, which of them are the cut's own tracks, and the blocks of arcs.
-    axis: Array
-    left: Array
-    start: Array
-    lateral: Array
-    length: Array
-    height: Array
-    clear: Array
-    own: Index
-    block: Index
 
 
 def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     """The chords that a cut at places (n, 2) sees, fewer where arcs are farther than they are long; and which of them
     are the cut's own.
     """
-    apart = np.sum(sides.middle**2, axis=1)[:, None] - 2.0 * (sides.middle @ place.T)
-    near = np.min(apart + np.sum(place**2, axis=1), axis=1) < (DISTANT * sides.reach) ** 2
+    near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
     many, few = near[sides.block], ~near[sides.few.block]
     rest = sides.few
@@ -366,49 +342,16 @@ def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     ))), np.cumsum(many)[index] - 1  # fmt: skip
 
 
-def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, least: float) -> _Straight:
+def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
     """The chords as straight filaments in the plane, with the least distance squared (m2) that each counts at."""
-    axis = (chords.end - chords.start).T
-    length = np.hypot(*axis)
-    axis = axis / length
-    left = np.stack([-axis[1], axis[0]])
+    axis = chords.end - chords.start
     # Sides round the corner have the width of a track: as filaments they would be too near.
-    turned = np.abs(tangent @ axis) < 0.94
+    turned = np.abs(axis @ tangent) < 0.94 * np.hypot(axis[:, 0], axis[:, 1])
     clear = np.maximum(turned * CORNER * chords.width, least) ** 2
     clear[own] = least**2
     # An arc of the cut is a part of a ring near it, not chords: see `_bend_flux`.
-    block = chords.block if is_curved else np.full(length.size, -1)
-    return _Straight(axis, left, np.sum(chords.start.T * axis, axis=0), np.sum(chords.start.T * left, axis=0), length,
-                     chords.height, clear, own, block)  # fmt: skip
-
-
-def _field(filaments: _Straight, point: Array, level: float, ratio: Array, block: Index) -> Array:
-    """Normal field per ampere of straight filaments at points (tracks, nodes, 2) of a height (m), by Biot and
-    Savart.
-    """
-    # At points (tracks, nodes, 2) of a height (m): for each filament its distance to the right, where the field points
-    # down (the current's own normal is to the right), over the squared distance, times the difference of the cosines at
-    # its ends; less 2 `ratio` (tracks, own) for the cut's own tracks, nothing for chords of the own `block`. Where they
-    # lie to the points in double precision, the rest in single.
-    flat = point.reshape(-1, 2)
-    lateral = (filaments.lateral - flat @ filaments.left).astype(np.float32)
-    square = lateral * lateral
-    square += ((level - filaments.height) ** 2 + filaments.clear).astype(np.float32)
-    x = (filaments.start - flat @ filaments.axis).astype(np.float32)
-    far, near = np.empty_like(x), np.sqrt(x * x + square)
-    np.divide(x, near, out=near)
-    x += filaments.length.astype(np.float32)
-    np.multiply(x, x, out=far)
-    far += square
-    np.sqrt(far, out=far)
-    np.divide(x, far, out=far)
-    far -= near
-    far[:, filaments.own] -= np.repeat((2.0 * ratio).astype(np.float32), point.shape[1], axis=0)
-    lateral /= square
-    far *= lateral
-    if filaments.block[0] >= 0:
-        far[np.repeat(block, point.shape[1])[:, None] == filaments.block] = 0.0
-    return np.asarray(far.sum(axis=1, dtype=np.float64).reshape(point.shape[:2]))
+    block = chords.block if is_curved else np.full(len(axis), -1)
+    return Filaments(chords.start, chords.end, chords.height, clear, own, block)
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
