@@ -66,7 +66,9 @@ PLUGIN = click.option(
     "--plugin", multiple=True, metavar="FILE", type=click.Path(), expose_value=False, is_eager=True,
     callback=_use_plugins, help="A Python file with rules or writers of your own.",
 )  # fmt: skip
-BASELINE = click.option("--baseline", help="A file of check --format json: what it holds does not fail again.")
+BASELINE = click.option(
+    "--baseline", metavar="FILE", help="What check --format json printed: what it holds does not fail again."
+)
 
 
 def specs_of(paths: Iterable[str]) -> list[str]:

@@ -14,9 +14,15 @@ from sitscad.cli.telling import opened_or_told, print_result, say, told_errors
 @click.argument("data", required=False, type=click.Path())
 @click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: NAME-calibration).")
 @click.option("--points", type=click.IntRange(3, 40), default=8, show_default=True, help="Loads that are planned.")
-@click.option("--rotation", default="free", show_default=True, help="free: loads may tilt the target; held: level.")
+@click.option(
+    "--rotation",
+    default="free",
+    show_default=True,
+    metavar="free|held",
+    help="Whether loads may tilt the target or a flat face keeps it level.",
+)
 def calibrate(spec: str, data: str | None, output: str | None, points: int, rotation: str) -> int:
-    """Plan the calibration of SPEC's sensor, or fit it to the measured points in DATA.
+    """Plan a calibration, or fit the points of DATA.
 
     Without DATA it writes plan.csv, the loads that tell most, and plan.txt, how to take them; and the map from counts
     to newtons of the sensor as it is drawn, with the error that it has on sensors as they are made.
@@ -25,6 +31,7 @@ def calibrate(spec: str, data: str | None, output: str | None, points: int, rota
     poses from rest (x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg), and every coil with its unit (C1_counts, C1_Hz, C1_uH).
     A row without load is the tare; every row goes with the tare before it. Three points beside it at least, five to
     ten serve well.
+
     The model's few unknowns are fitted first (gap, offsets, tilts, modulus, coils, capacitors), held by the scatter of
     manufacture; then what that leaves, where the points say that it serves. Tables that no sensor of this spec would
     give are refused, with file:line:column.
@@ -33,7 +40,7 @@ def calibrate(spec: str, data: str | None, output: str | None, points: int, rota
     Files:
       calibration.h     the map in C99: no heap, sitscad_forces() and its tare.
       example.c         a program that calls it: counts in, newtons out.
-      calibration.json  the same for programs; sitscad.calibration.map_of reads it.
+      calibration.json  the same for programs; sitscad.map_of reads it.
       calibration.html  errors, unknowns, every point and what is left of it.
       plan.csv, .txt    the points to take (without DATA).
 

@@ -21,18 +21,28 @@ if TYPE_CHECKING:
 
 @click.command(cls=Example, example="sitscad check sensor.yaml --format json")
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
-@click.option("--format", "format_name", default="text", show_default=True, help="text, json, sarif, junit or github.")
+@click.option(
+    "--format", "format_name", default="text", show_default=True, metavar="text|json|sarif|junit|github",
+    help="For people, programs, code hosts, CI servers, GitHub Actions.",
+)  # fmt: skip
 @click.option("--select", type=Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
 @click.option("--ignore", type=Names(), default=(), help="Not these rules.")
 @click.option("--strict", is_flag=True, help="As --fail-on warning.")
-@click.option("--fail-on", default="error", show_default=True, help="What fails: note, warning or error, and graver.")
+@click.option(
+    "--fail-on", default="error", show_default=True, metavar="note|warning|error", help="What fails, with all graver."
+)
 @BASELINE
 @JOBS
 @PLUGIN
 @click.option(
-    "--hints", default="decisive", show_default=True, help="What is tried: none (fixed words), decisive, full."
+    "--hints", default="decisive", show_default=True, metavar="none|decisive|full", help="What is tried for hints."
 )
-@click.option("--picture", type=click.Path(), help="Draw why it does not fit: FILE.svg, of several specs a folder.")
+@click.option(
+    "--picture",
+    type=click.Path(),
+    metavar="PATH",
+    help="Draw why it does not fit: FILE.svg, of several specs a folder.",
+)
 @click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
 @click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
 @click.option("--unsafe-fixes", is_flag=True, help="With these: turns, sizes, layers, materials and scan rate, too.")
@@ -53,19 +63,24 @@ def check(
 ) -> int:
     """Check SPECS against every rule that applies.
 
-    SPECS are files, folders (every spec in them and below) and - for standard input. The nearest sitscad.toml, or
-    [tool.sitscad] in pyproject.toml, above each spec chooses rules and severities; a comment
-    "# sitscad: ignore SIT103 reason" silences a rule on its line.
-    Writes no files without --fix or --picture. --fix writes every fix into the spec that was tried, mends its finding
-    and brings no error or warning; comments and order stay. Of standard input (-) it prints the mended text.
-    The verdict does not depend on --hints: decisive tries changes for as long as the check itself takes, for errors
-    first; full tries all that may mend a finding, which can take minutes; none tries nothing, and hints are then the
-    rules' own fixed words.
-    --picture draws, without CAD, the closed jaws cut open with what does not fit in red beside its limit; where all
-    fits, with their dimensions; without a jaw, what lies on the board from above.
-    Exit code: 0 no errors, 1 errors found (with --fail-on: or milder findings), 2 a spec cannot be read; with --fix of
-    what it leaves, and with --diff at least 1 where it would change something.
-    """
+    SPECS are files, folders (every spec in them and below) and - for standard input. Nothing is written without --fix
+    or --picture.
+
+    The nearest sitscad.toml, or [tool.sitscad] in pyproject.toml, above each spec chooses rules and severities; a
+    comment "# sitscad: ignore SIT103 reason" silences a rule on its line.
+
+    \b
+    --fix      writes what was tried, mends its finding and brings no error or
+               warning; comments and order stay. Of - it prints the mended text.
+    --hints    decisive tries changes for as long as the check itself takes,
+               errors first; full tries all, which can take minutes; none tries
+               nothing. The verdict is the same.
+    --picture  draws the closed jaws cut open, what does not fit in red beside
+               its limit; without a jaw, what lies on the board from above.
+
+    Exit code: 0 no errors, 1 errors (with --fail-on milder findings, too), 2 a spec cannot be read or wrong usage.
+    With --fix it is that of what is left; with --diff at least 1 where there is something to change.
+    """  # noqa: D301 - click asks for the control character itself
     show = row_of(sitscad.FINDING_FORMATS, format_name, "--format")
     _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
     for pattern in (*select, *ignore):

@@ -13,9 +13,11 @@ from sitscad.cli.telling import coloured, print_result, say, told_errors
 
 @click.command(cls=Example, example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
 @click.argument("spec", type=click.Path())
-@click.option("--format", "format_name", default="text", show_default=True, help="text or json.")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
 @click.option("--tolerance", type=Tolerance(), help="Relative error of the inductance.")
-@click.option("--method", help="The inductance method (default: the cheapest that meets the tolerance).")
+@click.option(
+    "--method", metavar="NAME", help="The inductance method (default: the cheapest that meets the tolerance)."
+)
 def estimate(spec: str, format_name: str, tolerance: float | None, method: str | None) -> int:
     """Print the electrical numbers of SPEC.
 

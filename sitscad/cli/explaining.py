@@ -28,10 +28,13 @@ def explain(rule: str) -> int:
 
 
 @click.command(cls=Example, example="sitscad rules")
-@click.option("--format", "format_name", default="text", show_default=True, help="text, json or markdown.")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|markdown")
 @PLUGIN
 def rules(format_name: str) -> int:
-    """List every rule with the severities that it can have; json and markdown have all its texts."""
+    """List every rule with its severities.
+
+    json and markdown have all its texts.
+    """
     print_result(row_of(sitscad.RULE_FORMATS, format_name, "--format")(tuple(sitscad.all_rules())))
     return 0
 
@@ -42,9 +45,13 @@ def rules(format_name: str) -> int:
     "document",
     default="spec",
     show_default=True,
-    help="spec; check: what --format json prints; calibration: calibration.json.",
+    metavar="spec|check|calibration",
+    help="check: what its --format json prints; calibration: calibration.json.",
 )
 def schema(document: str) -> int:
-    """Print the JSON Schema of the spec, for editors, or of what `check` or `calibrate` write for programs."""
+    """Print the JSON Schema of the spec.
+
+    Editors complete and validate from it. --of prints that of what `check` or `calibrate` write for programs.
+    """
     print_result(json.dumps(row_of(sitscad.SCHEMAS, document, "--of")(), indent=1))
     return 0

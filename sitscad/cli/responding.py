@@ -20,12 +20,19 @@ from sitscad.cli.telling import coloured, counted, opened_or_told, print_result,
 @click.option("--loads", "load_files", multiple=True, metavar="FILE", help="Loads of a CSV file.")
 @click.option("--scan", "scans", multiple=True, metavar="x=-2:2:41,...", help="FIRST:LAST:COUNT of any of these names.")
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="A load case of the spec's loads, or all of them.")
-@click.option("--method", default="law", show_default=True, help="How loads become poses: law, finite-elements (slow).")
-@click.option("--frequency", help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).")
+@click.option(
+    "--method", default="law", show_default=True, metavar="law|finite-elements",
+    help="How loads become poses; finite elements are slow.",
+)  # fmt: skip
+@click.option(
+    "--frequency",
+    metavar="FREQUENCY",
+    help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).",
+)
 @click.option("--tolerance", type=Tolerance(), help="What a map of many poses may be off by.")
 @click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
 @click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (JSON always does).")
-@click.option("--format", "format_name", default="text", show_default=True, help="text, json or csv.")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|csv")
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .npz, .csv or .json.")
 def response(
     spec: str,
@@ -43,7 +50,7 @@ def response(
     format_name: str,
     output: str | None,
 ) -> int:
-    """Print what the coils of SPEC read when the target moves or is pushed.
+    """Print what the coils read at poses and under loads.
 
     Any number of poses, loads, files and scans; at rest where none is given. Points come in this order: poses, files
     of poses, scans over poses, loads, files of loads, scans over loads, load cases (--case scissor, --case all). A scan

@@ -103,6 +103,12 @@ class Layout:
     capacitors: tuple[Capacitor, ...] = ()
     tail_length: float = 0.0
 
+    def __repr__(self) -> str:
+        """A line: all fields are half a million characters."""
+        return (
+            f"<Layout of {self.spec.name}: {len(self.coils)} coils, {len(self.traces)} traces, {len(self.vias)} vias>"
+        )
+
     @property
     def all_pads(self) -> tuple[Pad, ...]:
         """The contacts, and the capacitors' pads."""

@@ -1,7 +1,7 @@
 """Comments in a spec that silence rules: ``turns: 9   # sitscad: ignore SIT103 their quotation of 3 May``.
 
 Such a comment is for the findings whose key starts on its line: of a flow mapping all its keys, of a section's line the
-section alone. Several rules are separated by commas; the reason is required.
+section alone. Several rules are separated by commas; the reason is required. It may follow another comment on that line.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
     found = []
     for number, line in enumerate(text.splitlines(), 1):
         start = _comment_start(line)
-        match = _WORDS.match(line, start) if start is not None else None
-        if match is not None and start is not None:
-            found.append(_comment(number, start + 1, match[1], rules))
+        match = _WORDS.search(line, start) if start is not None else None
+        if match is not None:
+            found.append(_comment(number, match.start() + 1, match[1], rules))
     return tuple(found)
 
 

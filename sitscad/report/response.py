@@ -29,7 +29,8 @@ SHOWN = 60
 
 def response_text(path: str, response: Response, colour: bool = False, felt: Felt = ()) -> str:
     """A row a point, and what is worth saying of them."""
-    head = ["x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *COLUMNS]
+    cases = ["case"] if any(response.cases) else []
+    head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *COLUMNS]
     rows = [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
     lines = table(head, rows)
     if len(response) > SHOWN:
@@ -48,13 +49,19 @@ COLUMNS = ("L", "R", "by target", "+-", "frequency", "counts", "Rp")
 def _rows(response: Response, k: int) -> Iterator[list[str]]:
     """One row a coil; the point itself is said once."""
     x, y, z, rx, ry, rz = response.poses[k]
-    place = ", ".join(f"{1e3 * value + 0.0:.4g}" for value in (x, y, z))
-    turn = ", ".join(f"{math.degrees(value) + 0.0:.4g}" for value in (rx, ry, rz))
+    place = ", ".join(_figure(1e3 * value) for value in (x, y, z))
+    turn = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))
     held = NONE
     if response.force is not None and np.all(np.isfinite(response.force[k])):
-        held = ", ".join(f"{value + 0.0:.4g}" for value in response.force[k])
+        held = ", ".join(_figure(value) for value in response.force[k])
+    point = [*([response.cases[k]] if any(response.cases) else []), place, turn, held]
     for c, name in enumerate(response.coils):
-        yield [*((place, turn, held) if c == 0 else ("", "", "")), name, *_cells(response, k, c)]
+        yield [*(point if c == 0 else [""] * len(point)), name, *_cells(response, k, c)]
+
+
+def _figure(value: float) -> str:
+    """Four digits; what a solver leaves of a zero (below a nanonewton, a picometre) is one."""
+    return f"{round(float(value), 9) + 0.0:.4g}"
 
 
 def _cells(response: Response, k: int, c: int) -> list[str]:
@@ -95,14 +102,16 @@ def response_csv(path: str, response: Response, colour: bool = False, felt: Felt
     columns = _flat(response)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*columns, "notes"])
+    named = any(response.cases)
+    writer.writerow([*(["case"] if named else []), *columns, "notes"])
     for k in range(len(response)):
-        writer.writerow([*(_cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
+        case = [response.cases[k]] if named else []
+        writer.writerow([*case, *(_cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
     return text.getvalue()
 
 
 def _cell(value: float) -> str:
-    return f"{value:.10g}" if math.isfinite(value) else ""
+    return f"{value + 0.0:.10g}" if math.isfinite(value) else ""
 
 
 AXES = ("x", "y", "z")

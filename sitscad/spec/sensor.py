@@ -67,6 +67,10 @@ class SensorSpec:
     cutting: Cutting = Cutting()
     loads: tuple[LoadCase, ...] = ()
 
+    def __repr__(self) -> str:
+        """A line: all fields are tens of thousands of characters, too many for a notebook or a debugger."""
+        return f"<SensorSpec {self.name}: {len(self.array.placements)} x {self.coil.shape}>"
+
     @property
     def coil_copper(self) -> tuple[CopperLayer, ...]:
         """The copper layers that the coil is wound on, in winding order, with their heights."""

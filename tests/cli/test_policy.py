@@ -65,6 +65,16 @@ def test_a_comment_on_a_sections_line_is_not_for_the_keys_below(run, good):
     assert {"SIT103", "SIT020"} <= rules_of(spec) and not spec["ignored"]
 
 
+def test_a_comment_may_follow_another_one_on_its_line(run, good):
+    good.write_text(
+        waived(waived(good.read_text(), "trace_width", "").replace(COMMENT, "# fine"), "trace_width", "SIT103 asked")
+    )
+    spec = spec_of(run, "good.yaml")
+    assert ignored_of(spec) == {"SIT103": ("comment", "asked")}
+    (found,) = comments("turns: 9  # eight do not do  # sitscad: ignore SIT103", {"SIT103"})
+    assert (found.column, found.fault) == (30, "it gives no reason: who said so, and when?")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

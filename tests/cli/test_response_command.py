@@ -98,7 +98,12 @@ def test_load_cases_by_name(run, pair, tmp_path):
     assert [point.get("case") for point in points] == [None, "press", "scissor", "edge"]
     assert points[1]["force_N"] == pytest.approx([0.0, 0.0, -2.0], abs=1e-6)
     assert points[2]["pose"]["ry_rad"] == pytest.approx(np.radians(10.0))
-    assert "load case scissor: 1 N" in run("response", "cases.yaml", "--case", "scissor").out
+    text = run("response", "cases.yaml", "--case", "scissor", "--case", "edge").out
+    assert "load case scissor: 1 N" in text and [line.split()[0] for line in text.splitlines()[2:7:2]] == [
+        "case", "C2", "C2"]  # fmt: skip
+    rows = run("response", "cases.yaml", "--case", "all", "--pose", "z=-0.1", "--format", "csv").out.splitlines()
+    assert [row.split(",")[0] for row in rows] == ["case", "", "press", "scissor", "edge"]
+    assert not any(cell == "-0" for row in rows for cell in row.split(","))
     done = run("response", "cases.yaml", "--case", "scisor")
     assert (done.code, "did you mean scissor" in done.err) == (2, True)
     assert "names no load case" in run("response", pair, "--case", "all").err

@@ -48,6 +48,16 @@ def test_runs_of_rules_are_drawn_together():
     assert as_text([checked]).startswith("not checked: SIT099-SIT103, SIT105, SIT107, SIT108 (why)\n")
 
 
+def test_requirements_that_are_not_stated_make_one_line():
+    reasons = ("no requirements.bandwidth in the spec", "no shield in the spec",
+               "no requirements.tilt or requirements.tilt_error in the spec")  # fmt: skip
+    checked = CheckedSpec("x", "", (), tuple(map(NotChecked, ("SIT210", "SIT309", "SIT404"), reasons)))
+    assert as_text([checked]).splitlines()[:2] == [
+        "not checked: SIT210, SIT404 (no requirements in the spec for bandwidth, tilt or tilt_error)",
+        "not checked: SIT309 (no shield in the spec)",
+    ]
+
+
 def test_exit_codes_follow_the_worst_finding():
     spec_error = Finding("SIT004", "type", Severity.ERROR, "x")
     warning = Finding("SIT201", "floor", Severity.WARNING, "x")

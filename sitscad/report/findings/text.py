@@ -73,8 +73,16 @@ def _finding_text(spec: CheckedSpec, finding: Finding, colour: bool) -> str:
 def _not_checked_text(spec: CheckedSpec, name_it: bool, colour: bool) -> list[str]:
     """The rules that were not checked, one line a reason."""
     reasons: dict[str, list[str]] = {}
+    requirements: list[str] = []  # all that are not stated make one line, not one each
     for skipped in spec.not_checked:
-        reasons.setdefault(skipped.reason, []).append(skipped.rule)
+        reason = skipped.reason
+        if reason.startswith("no requirements.") and reason.endswith(" in the spec"):
+            requirements.append(reason.removeprefix("no ").removesuffix(" in the spec").replace("requirements.", ""))
+            reason = "requirements"
+        reasons.setdefault(reason, []).append(skipped.rule)
+    if requirements:
+        unstated = f"no requirements in the spec for {', '.join(dict.fromkeys(requirements))}"
+        reasons = {unstated if reason == "requirements" else reason: rules for reason, rules in reasons.items()}
     prefix = f"{printable(spec.path)}: " if name_it else ""
     grouped = ((", ".join(_in_runs(rules)), printable(reason)) for reason, rules in reasons.items())
     return [styled(f"{prefix}not checked: {rules} ({reason})", "dim", colour) for rules, reason in grouped]
