@@ -111,15 +111,21 @@ class Command(Scratch):
     """Runs the commands of its text, a line each, and shows them with what they print."""
 
     has_content = True
-    option_spec: ClassVar = {"exit": directives.nonnegative_int, "lines": directives.positive_int}
+    option_spec: ClassVar = {
+        "exit": directives.nonnegative_int,
+        "lines": directives.positive_int,
+        "last": directives.positive_int,
+    }
 
     def run(self) -> list[nodes.Node]:
-        """The commands and their output, as on a terminal."""
+        """The commands and their output, as on a terminal: all of it, the first `:lines:` or the `:last:` ones."""
         shown: list[str] = []
         for line in self.content:
             said = output_of(shlex.split(line), self.folder, self.options.get("exit", 0)).splitlines()
-            most = self.options.get("lines", len(said))
-            shown += [f"$ {line}", *said[:most], *(["..."] if len(said) > most else [])]
+            last = self.options.get("last", 0)
+            first = self.options.get("lines", 0 if last else len(said))
+            left_out = ["..."] if len(said) > first + last else []
+            shown += [f"$ {line}", *said[:first], *left_out, *said[max(first, len(said) - last) :]]
         return [literal("\n".join(shown) + "\n", "console")]
 
 

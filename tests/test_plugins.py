@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 import sitscad
+from sitscad.checks.rules import NEEDS
 from sitscad.cli import cli
 from sitscad.spec import templates
+from sitscad.writer import STAGES
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "docs" / "examples" / "plugin.py"
@@ -95,6 +99,28 @@ def test_files_of_ones_own_are_in_the_package_and_go_with_the_plugin(tmp_path, s
     assert not (package / "field").exists() and "configuration" not in json.loads(
         (package / "manifest.json").read_text()
     )
+
+
+def test_the_pages_plugin_and_profile_work_as_shown(tmp_path, spec):
+    page = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    blocks = {kind: page.partition(f"```{kind}\n")[2].partition("```")[0] for kind in ("python", "yaml")}
+    (tmp_path / "lab.py").write_text(blocks["python"])
+    (tmp_path / "ourshop.yaml").write_text(blocks["yaml"])
+    spec.write_text(re.sub("rules: [^ ]+", "rules: ourshop.yaml", spec.read_text(), count=1))
+    done = ran("build", spec, "-o", tmp_path, "--only", "firmware,report", "--plugin", tmp_path / "lab.py")
+    assert (
+        done.exit_code == 0 and "LAB001 warning our copper is 0.3 mm thick" in done.stderr and "our shop" in done.stderr
+    )
+    (row,) = (tmp_path / "jaw-5x20/lab/coils.csv").read_text().splitlines()[1:]
+    assert row.startswith("C1,") and float(row[3:]) > 1e-7
+    for name in (*STAGES, "target", "plate", "jaw", "tail", "normal force", "bandwidth"):
+        assert f"`{name}`" in page and (name in STAGES or name in NEEDS)
+    for table, kind in (
+        (page.partition("## A writer")[0], sitscad.Rule),
+        (page.partition("## A writer")[2], sitscad.Writer),
+    ):
+        named = set(re.findall(r"`(\w+)`", " ".join(re.findall(r"^\| (`.*?) \|", table, re.MULTILINE))))
+        assert named == {one.name for one in fields(kind)} - {"applies"}
 
 
 def test_a_file_is_used_once_however_often_it_is_named(spec):

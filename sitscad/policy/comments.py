@@ -1,7 +1,7 @@
 """Comments in a spec that silence rules: ``turns: 9   # sitscad: ignore SIT103 their quotation of 3 May``.
 
 Such a comment is for the findings whose key starts on its line: of a flow mapping all its keys, of a section's line the
-section alone. Several rules are separated by commas; the reason is required. It may follow another comment on that line.
+section alone. Several rules are separated by commas; the reason is required. Another comment may stand before.
 """
 
 from __future__ import annotations

@@ -93,4 +93,4 @@ def _formula_per_newton(estimates: Estimates) -> list[list[str]]:
 
 def _percent(share: float) -> str:
     percent = 100.0 * share
-    return f"{percent:+.1f} %" if abs(percent) >= 0.995 else f"{percent:+.2g} %"  # 0.995 and more are 1.0 in two digits
+    return f"{percent:+.1f} %" if abs(percent) >= 0.995 else f"{percent:+.2g} %"  # 0.995 is 1.0 in two digits
