@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import shlex
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -64,9 +65,16 @@ def build(
         work = functools.partial(_compare_one, **asked)
     else:
         work = functools.partial(_build_one, **asked, force=force, progress=progress if alone else None)
+    again = _options(output, only, baseline)
     for result in sitscad.each_of(work, loaded, jobs):
-        code = max(code, _told(result, only or ()))
+        code = max(code, _told(result, only or (), again, len(loaded) > 1))
     return code
+
+
+def _options(output: str, only: tuple[str, ...] | None, baseline: str | None) -> str:
+    """The options that a build was asked for, as they are written."""
+    given = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
+    return "".join(f" {name} {shlex.quote(value)}" for name, value in given.items() if value)
 
 
 def _build_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
@@ -79,15 +87,18 @@ def _compare_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
     return sitscad.stale(spec, **how, policy=policy)
 
 
-def _told(result: BuildResult, only: tuple[str, ...]) -> int:
-    """Say what became of a build of some stages (all, if none is named); its exit code."""
+def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool) -> int:
+    """Say what became of a build of some stages (all, if none is named); its exit code.
+
+    `again` are the options that make it again; every line names the spec where `named`, for it is one of several.
+    """
     if result.checked.findings or result.checked.ignored:
-        show_findings([result.checked])
+        show_findings([result.checked], named)
     if result.stale:
-        for words in result.stale:
+        is_there = not all(words.endswith(" is missing") for words in result.stale)
+        for words in result.stale if is_there else [f"there is no package, {len(result.stale)} files are missing"]:
             print_result(f"{result.directory}: {words}")
-        asked = f" --only {','.join(only)}" if only else ""
-        say(f"{result.directory} is stale: sitscad build {result.checked.path}{asked} makes it anew")
+        say(f"{result.directory} is stale: sitscad build {result.checked.path}{again} makes it anew")
         return max(1, result.checked.exit_code)
     if not result.written and not result.checked.ok:
         path = result.checked.path

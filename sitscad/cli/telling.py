@@ -51,9 +51,10 @@ def progress(stage: str, outcome: str, seconds: float) -> None:
         click.echo(f"\r  {stage:<9} {text if colour else f'{outcome:<8}'} {seconds:6.2f} s", err=True, color=colour)
 
 
-def show_findings(checked: list[CheckedSpec]) -> None:
-    """Findings as text to stderr, where they are a message and not the result."""
-    text = sitscad.FINDING_FORMATS["text"](checked, sitscad.Manner(coloured(sys.stderr)))  # which needs no rules' texts
+def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
+    """Findings as text to stderr, where they are a message and not the result; `named` as of `sitscad.Manner`."""
+    manner = sitscad.Manner(coloured(sys.stderr), named=named)  # text needs no rules' texts
+    text = sitscad.FINDING_FORMATS["text"](checked, manner)
     click.echo(text, err=True, nl=False, color=True)
 
 

@@ -164,8 +164,18 @@ def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path
     assert stale.code == 1 and "outputs/good-coil: firmware/ldc1614_config.h is stale\n" in stale.out
     assert "outputs/good-coil is stale: sitscad build good.yaml --only firmware,report makes it anew" in stale.err
     assert (tmp_path / "outputs/good-coil/manifest.json").read_bytes() == stamp
+    none = run("build", "good.yaml", "--check", "-o", "a b", *only)
+    assert (none.code, none.out) == (1, "a b/good-coil: there is no package, 8 files are missing\n")
+    assert "sitscad build good.yaml -o 'a b' --only firmware,report makes it anew" in none.err
     assert run("build", "weak.yaml", "--check").code == 1
     assert run("build", "broken.yaml", "--check").code == 2
+
+
+def test_of_several_specs_every_line_names_its_own(run):
+    said = run("build", "good.yaml", "weak.yaml", "--check", "--only", "firmware").err
+    lines = [line for line in said.splitlines() if not line.startswith((" ", "sitscad: "))]
+    assert lines and all(line.startswith(("good.yaml:", "weak.yaml:")) for line in lines)
+    assert "weak.yaml: not ok: " in said and "good.yaml: ok: " in said
 
 
 def test_a_package_of_some_parts_is_not_what_a_build_of_all_makes(run):

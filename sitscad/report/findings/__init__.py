@@ -52,7 +52,7 @@ def _module(name: str) -> Format:
 
 
 FINDING_FORMATS: Mapping[str, Format] = {
-    "text": lambda checked, manner: as_text(checked, manner.colour),
+    "text": lambda checked, manner: as_text(checked, manner.colour, manner.named),
     "json": lambda checked, manner: as_json(checked),
     "sarif": _module("sarif"),
     "junit": _module("junit"),

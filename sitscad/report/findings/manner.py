@@ -36,13 +36,14 @@ class Manner:
 
     ``colour`` is whether a terminal's colours may be used, ``rules`` are all rules in the order of their identifiers,
     ``fail_on`` is the mildest severity that counts as failed, and ``root`` the folder that forms for machines name
-    paths from (the repository's).
+    paths from (the repository's). ``named`` makes every line of the text name its spec though it is told alone.
     """
 
     colour: bool = False
     rules: tuple[RuleTexts, ...] = ()
     fail_on: Severity = Severity.ERROR
     root: str = "."
+    named: bool = False
 
     def path_from_root(self, path: str) -> str:
         """A spec's path from the root, with forward slashes; as it was typed where it lies elsewhere."""

@@ -8,15 +8,20 @@ from sitscad.finding import Finding, Severity
 from sitscad.report.findings.checked import CheckedSpec, in_order
 
 
-def as_text(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
-    """``file:line:column rule severity message``, the offending line under it, a hint, and a summary in the end."""
+def as_text(checked: Sequence[CheckedSpec], colour: bool = False, named: bool = False) -> str:
+    """``file:line:column rule severity message``, the offending line under it, a hint, and a summary in the end.
+
+    Every line names its spec where there are several, or `named` says that others are told before or after.
+    """
+    name_it = named or len(checked) > 1
     blocks = [_finding_text(spec, finding, colour) for spec in checked for finding in in_order(spec.findings)]
-    left_out = [line for spec in checked for line in _not_checked_text(spec, len(checked) > 1, colour)]
-    left_out += [line for spec in checked for line in _ignored_text(spec, len(checked) > 1, colour)]
-    felt = [line for spec in checked for line in _signal_text(spec, len(checked) > 1)]
-    felt += [line for spec in checked for line in _felt_text(spec, len(checked) > 1)]
-    felt += [line for spec in checked for line in _fit_text(spec, len(checked) > 1)]
-    return "\n".join([*blocks, *left_out, *felt, *_fixes_text(checked), summary(checked, colour)]) + "\n"
+    left_out = [line for spec in checked for line in _not_checked_text(spec, name_it, colour)]
+    left_out += [line for spec in checked for line in _ignored_text(spec, name_it, colour)]
+    felt = [line for spec in checked for line in _signal_text(spec, name_it)]
+    felt += [line for spec in checked for line in _felt_text(spec, name_it)]
+    felt += [line for spec in checked for line in _fit_text(spec, name_it)]
+    verdict = f"{printable(checked[0].path)}: " * (named and len(checked) == 1) + summary(checked, colour)
+    return "\n".join([*blocks, *left_out, *felt, *_fixes_text(checked), verdict]) + "\n"
 
 
 def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:

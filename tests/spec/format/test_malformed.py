@@ -407,6 +407,13 @@ def test_a_key_in_the_wrong_section_is_told_its_home():
     assert "did you mean readout.scan_rate?" in finding.hint
 
 
+def test_a_decimal_comma_in_braces_is_told():
+    (finding,) = findings_of("sitscad: 1\nname: a\ncoil: {shape: circle, trace_spacing: 0,1}\n")
+    assert finding.rule == "SIT013" and "decimals take a point" in finding.hint
+    (finding,) = findings_of("sitscad: 1\nname: a\ncoil: {true: 1}\n")
+    assert finding.hint == "keys are plain words"
+
+
 def test_the_nearest_turns_are_named():
     text, _, _ = with_value("coil.turns", "7.8")
     (finding,) = findings_of(text.replace("shape: circle", "shape: square"))

@@ -165,7 +165,10 @@ def _key_name(event: Event) -> str:
     plain = event.implicit[0] and event.style in (None, "")
     if plain and not isinstance(plain_value(name), str):
         what = name[:40] or "nothing"
-        raise TextError("SIT013", f"the key is {what}, which is not a text", "keys are plain words", _place(event))
+        hint = "keys are plain words"
+        if what[0].isdigit():  # {trace_spacing: 0,1} is two entries, the second one with the key 1
+            hint += "; if it is the end of a number: decimals take a point, a comma ends what stands before it"
+        raise TextError("SIT013", f"the key is {what}, which is not a text", hint, _place(event))
     return name
 
 
