@@ -20,7 +20,7 @@ def as_text(checked: Sequence[CheckedSpec], colour: bool = False, named: bool = 
     felt = [line for spec in checked for line in _signal_text(spec, name_it)]
     felt += [line for spec in checked for line in _felt_text(spec, name_it)]
     felt += [line for spec in checked for line in _fit_text(spec, name_it)]
-    verdict = f"{printable(checked[0].path)}: " * (named and len(checked) == 1) + summary(checked, colour)
+    verdict = (f"{printable(checked[0].path)}: " if named and len(checked) == 1 else "") + summary(checked, colour)
     return "\n".join([*blocks, *left_out, *felt, *_fixes_text(checked), verdict]) + "\n"
 
 
