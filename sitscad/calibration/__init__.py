@@ -26,6 +26,7 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
     from sitscad.calibration.bench_data import BenchError, points_of, read_table
     from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.maps.least_squares import NoFit
+    from sitscad.calibration.misfit import turned_fit
     from sitscad.calibration.possible import require_possible, require_told
     from sitscad.calibration.second_readings import second_readings
     from sitscad.calibration.suspicion import require_plausible
@@ -33,6 +34,7 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
     if data is None:
         return foretell(design.response, is_held, points)
     table = read_table(data, [coil.name for coil in design.layout.coils])
+    table.require_rotation(is_held)
     sensors = sensors_of(design.response, is_held)
     found = points_of(table, sensors)
     require_possible(table, found, sensors)
@@ -43,6 +45,8 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
         raise BenchError(f"{table.path}:{table.lines[0]}:1 no sensor of this design reads so: {error}; is it this "
                          "sensor's spec?") from error  # fmt: skip
     assert made.fit is not None
-    require_told(table, found, sensors, made.fit)
-    turned = turned_otherwise(made, made.fit.errors)
-    return replace(made, remarks=second_readings(table, found, sensors), turned=turned)
+    other = turned_fit(sensors, sensors_of(design.response, not is_held), found, made.fit)
+    said = "" if other is None else other.note
+    require_told(table, found, sensors, made.fit, said)
+    turned, remarks = turned_otherwise(made, made.fit.errors), second_readings(table, found, sensors)
+    return replace(made, remarks=(*((said,) if said else ()), *remarks), turned=turned)

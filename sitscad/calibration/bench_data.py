@@ -32,6 +32,9 @@ KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm
          **dict.fromkeys(POSE[3:], ("rad", "deg"))}  # fmt: skip
 """The units of every load and pose."""
 
+ROTATIONS = {"free": "free to tilt", "held": "kept level"}
+"""How a target may be loaded, as a table's line ``# rotation: held`` and the command's option say it."""
+
 LARGEST = 16_000_000
 """Bytes at most of a file."""
 
@@ -64,12 +67,25 @@ class Column:
 
 @record(eq=False)
 class Table:
-    """A table: its path, its columns, the lines (n) and the numbers (n, columns) in their own units."""
+    """A table: its path, its columns, the lines (n) and the numbers (n, columns) in their own units; the line on which
+    it says how the target was loaded, and what it says (`free`, `held`; empty where it says nothing).
+    """
 
     path: str
     columns: tuple[Column, ...]
     lines: tuple[int, ...]
     values: Array
+    rotation: tuple[int, str] = (0, "")
+
+    def require_rotation(self, is_held: bool) -> None:
+        """Raises BenchError where the table says that its target was loaded otherwise, or neither of both."""
+        (line, said), asked = self.rotation, "held" if is_held else "free"
+        if said and said not in ROTATIONS:
+            raise BenchError(f"{self.path}:{line}:1 rotation {said!r}: {' or '.join(ROTATIONS)} is read")
+        if said and said != asked:
+            raise BenchError(f"{self.path}:{line}:1 the table was taken with the target {ROTATIONS[said]}, and the map "
+                             f"is asked for one {ROTATIONS[asked]}: `--rotation {said}`, or mend this line"
+                             )  # fmt: skip
 
     def where(self, row: int, column: Column) -> str:
         """The place of a number."""
@@ -101,14 +117,25 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
         text = table_text(path, LARGEST)
     except TableError as error:
         raise BenchError(f"{path}:1:1 {error}") from error
-    rows = [(number, cells) for number, cells in enumerate(csv.reader(io.StringIO(text)), start=1)
-            if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")]  # fmt: skip
+    whole = [(number, cells) for number, cells in enumerate(csv.reader(io.StringIO(text)), start=1)
+             if any(cell.strip() for cell in cells)]  # fmt: skip
+    rows = [(number, cells) for number, cells in whole if not cells[0].lstrip().startswith("#")]
     if not rows:
         raise BenchError(f"{path}:1:1 is empty: a header like normal_N,shear_x_N,C1_counts,C2_counts is wanted")
     (line, head), body = rows[0], rows[1:]
     columns = _columns(f"{path}:{line}", head, coils)
     values = [_numbers(f"{path}:{number}", cells, head, columns) for number, cells in body]
-    return Table(path, columns, tuple(number for number, _ in body), np.array(values).reshape(-1, len(columns)))
+    return Table(path, columns, tuple(number for number, _ in body), np.array(values).reshape(-1, len(columns)),
+                 _rotation(whole))  # fmt: skip
+
+
+def _rotation(whole: Sequence[tuple[int, list[str]]]) -> tuple[int, str]:
+    """The line that says how the target was loaded (``# rotation: held``), and what it says."""
+    for number, cells in whole:
+        title, parted, said = cells[0].strip().lstrip("#").partition(":")
+        if cells[0].lstrip().startswith("#") and parted and title.strip().lower() == "rotation":
+            return number, (said.split() or ["?"])[0].strip(",;").lower()
+    return 0, ""
 
 
 def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Column, ...]:

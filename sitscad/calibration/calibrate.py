@@ -10,14 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.making import chosen_form, drawn_map, error_by_unknowns, own_map
+from sitscad.calibration.making import chosen_form, drawn_map, error_by_misfit, error_by_unknowns, own_map
 from sitscad.calibration.maps.forms import Tried
 from sitscad.calibration.maps.inverse_map import InverseMap
+from sitscad.calibration.maps.least_squares import NoFit
 from sitscad.calibration.maps.residual import Correction, correct
-from sitscad.calibration.model_fit import ModelFit, fit_model
+from sitscad.calibration.misfit import far_off, pattern
+from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
 from sitscad.calibration.plan import Plan, plan
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
@@ -32,6 +35,10 @@ AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear 
 
 SHOWN = (3, 5)
 """Numbers of points whose error is shown beside that of a whole plan."""
+
+
+SURE = 0.95
+"""Share of sensors, of all from which measured points may come, that a calibration's stated error holds for."""
 
 
 @record(eq=False)
@@ -91,7 +98,9 @@ class Calibration:
         """What `unit_errors` are errors of, in words."""
         tilts = "kept level" if self.sensors.is_held else "free to tilt"
         if self.plan is None:
-            return f"One sigma of the force over all loads, the target {tilts}, as the points foretell each other."
+            return (f"Error of the force, rms over all loads, the target {tilts}, that {100.0 * SURE:.0f} % of the "
+                    "sensors stay below which these points may come from. Noise, hysteresis, creep and temperature "
+                    "come on top.")  # fmt: skip
         return (f"One sigma of the force from unit to unit, over all loads, the target {tilts}; noise, hysteresis, "
                 "creep and temperature come on top.")  # fmt: skip
 
@@ -109,9 +118,13 @@ class Calibration:
                          "the other map")  # fmt: skip
         if len(self.map.axes) < 3:
             found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
-        if self.fit is not None and self.fit.excess > 1.5:
-            found.append(f"loads and model were off by {self.fit.excess:.1f} times what is expected: hysteresis, "
-                         "creep, or loads that were not what the file says")  # fmt: skip
+        if self.fit is not None and self.fit.excess > SUSPECT:
+            assert self.points is not None
+            why = pattern(self.points, self.fit, self.sensors) or (
+                "no pattern in them: hysteresis, creep, or loads that were not what the file says")  # fmt: skip
+            found.append(f"loads and model were off by {self.fit.excess:.1f} times what is expected; {why}")
+        if self.fit is not None:
+            found += far_off(self.sensors, self.fit)
         if self.fit is not None and not self.fit.settled:
             found.append("the fit of the model did not settle: its unknowns are not to be trusted")
         return tuple(found)
@@ -211,28 +224,47 @@ def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) ->
     tried: tuple[Tried, ...] = ()
     if form is None:
         form, tried = chosen_form(sensors)
-    fit = fit_model(sensors, points)
+    sensors, fit = charted_fit(sensors, points)
     found = own_map(sensors, form.form, fit.errors)
-    found = replace(found, error=np.maximum(found.error, error_by_unknowns(sensors, found, fit)))
     settled = points.settled
     rest = np.rint(sensors.counts(points.rest))
-    if points.loads is None or fit.force_errors is None:
-        return Calibration(sensors, replace(found, rest=rest), form, tried, None, points, fit)
+    if points.loads is None:
+        error = stated_error(sensors, found, fit)
+        return Calibration(sensors, replace(found, rest=rest, error=error), form, tried, None, points, fit)
     pressed = ~points.at_rest
     forces = points.loads[pressed][:, sensors.range.columns]
     correction = correct(found, settled.frequency[pressed], settled.rest, forces)
-    error = stated_error(found, fit, correction)
+    error = stated_error(sensors, found, fit, correction)
     return Calibration(
         sensors, replace(correction.map, rest=rest, error=error), form, tried, None, points, fit, correction
     )
 
 
-def stated_error(found: InverseMap, fit: ModelFit, correction: Correction) -> Array:
-    """One sigma (N) on every axis: what the other points foretell of each point's force, less what the correction takes
-    of it, and what the map itself leaves.
+def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
+    """The fit of a sensor, and the sensors about which it was charted: where the target rests or the pad is farther off
+    than any sensor's that the usual chart is made for, the fit goes on with a chart about what it found.
     """
-    assert fit.force_errors is not None
-    alone = np.sqrt(np.nanmean(fit.force_errors**2, axis=0))
-    before, after = (np.linalg.norm(part, axis=0) for part in (correction.before, correction.after))
-    share = np.where(before > 0.0, np.minimum(after / np.maximum(before, 1e-300), 1.0), 1.0)
-    return np.asarray(np.hypot(alone * share, found.error))
+    fit = fit_model(sensors, points)
+    moving = [one.name in (*POSE_ERRORS, *PAD_ERRORS) for one in sensors.known]
+    far = float(np.abs(fit.moved[moving]).max())
+    if not WIDEST < far < SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
+        return sensors, fit
+    nearer = replace(sensors, around=fit.errors)
+    try:
+        again = fit_model(nearer, points, fit.errors)
+    except NoFit:
+        return sensors, fit
+    return nearer, again
+
+
+def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit, correction: Correction | None = None) -> Array:
+    """The error (axes; N), rms over the working range, that `SURE` of the sensors stay below which the points may come
+    from: by what they leave open of the unknowns, by what loads and model disagree, less what a correction takes of
+    that, and by what the map itself leaves.
+    """
+    misfit = error_by_misfit(sensors, fit)
+    if correction is not None:
+        before, after = (np.linalg.norm(part, axis=0) for part in (correction.before, correction.after))
+        misfit = misfit * np.minimum(after / np.maximum(before, 1e-300), 1.0)
+    by_unknowns = np.quantile(error_by_unknowns(sensors, fit), SURE, axis=0)
+    return np.asarray(np.sqrt(by_unknowns**2 + misfit**2 + found.error**2))

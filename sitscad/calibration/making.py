@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from sitscad.calibration.maps.basis import exponents, monomials
 from sitscad.calibration.maps.forms import Form, Samples, Shape, Tried, best, compared, fitted
 from sitscad.calibration.maps.inverse_map import InverseMap
-from sitscad.calibration.model_fit import ModelFit
+from sitscad.calibration.model_fit import SUSPECT, ModelFit
+from sitscad.calibration.points import load_errors, load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
 
@@ -24,6 +25,9 @@ SENSORS, SEED = 6, 7
 
 SCATTERED, SCATTER_SEED = 24, 8
 """Simulated sensors by which the error of the drawn sensor's map on others is found, and the seed of their errors."""
+
+LIKELY = 400
+"""Sensors that measured points may come from, by which the error of a map is stated."""
 
 SOLVED, DEGREE = 40, 3
 """Loads that are solved, not charted, for a sensor's own map, and the degree of what that adds."""
@@ -80,22 +84,31 @@ def own_map(sensors: Sensors, form: Form, errors: Array, is_exact: bool = True) 
     return replace(found, error=np.sqrt(np.mean(left**2, axis=0)) * sensors.range.full_scales)
 
 
-def error_by_unknowns(sensors: Sensors, found: InverseMap, fit: ModelFit) -> Array:
-    """One sigma (N) on every axis by what the points left open of the unknowns: the map's error on sensors that the
-    same points would come from, drawn from the fit's covariance.
+def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
+    """Errors (`LIKELY`, axes; N), rms over the working range, of the map of the sensor that a fit found, on sensors
+    that the same points may come from: drawn from the fit's covariance, to first order.
     """
-    chosen = np.array([one.is_fitted for one in sensors.known])
-    scale = np.array([one.sigma for one in sensors.known])[chosen]
-    drawn = np.random.default_rng(SCATTER_SEED).multivariate_normal(
-        np.zeros(len(scale)), fit.covariance, SCATTERED, method="eigh"
-    )
-    loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
-    for each in drawn:
-        errors = fit.errors.copy()
-        errors[chosen] += scale * each
-        other = samples(sensors, errors, loads)
-        square.append((found(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
-    return np.asarray(np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
+    loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(ASKED // 2, LEARNT)])
+    slopes = unknown_slopes(sensors, loads, True, fit.errors)
+    towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))
+    values, vectors = np.linalg.eigh(fit.covariance)
+    wrong = towards @ (slopes[1:] - slopes[:1]) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+    drawn = np.random.default_rng(SCATTER_SEED).normal(size=(LIKELY, len(values)))
+    square = np.mean((drawn @ np.swapaxes(wrong, 1, 2)) ** 2, axis=0)
+    return np.asarray(np.sqrt(square) * sensors.range.full_scales)
+
+
+def error_by_misfit(sensors: Sensors, fit: ModelFit) -> Array:
+    """What forces (axes; N), rms over the working range, are off by because loads and model disagree by more than is
+    expected: whether hysteresis or another law of the pad makes it, it is met again wherever a force is read. Where
+    that is sure, it is what the other points foretell of each, which alone knows on which axis.
+    """
+    expected = load_errors(sensors, sensors.range.inside(ASKED // 2, LEARNT))
+    found = np.sqrt((fit.believed**2 - 1.0) * np.mean(expected**2)) * sensors.range.full_scales
+    if fit.force_errors is None or fit.excess < SUSPECT:
+        return np.asarray(found)
+    alone = np.sqrt(np.nanmean(fit.force_errors**2, axis=0))
+    return np.asarray(np.maximum(found, (1.0 - fit.believed**-2) * alone))
 
 
 def _set_right(sensors: Sensors, errors: Array, loads: Array) -> Array:

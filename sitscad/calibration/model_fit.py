@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,14 @@ COARSER = (10.0, 30.0, 1.0)
 """How many times larger errors may be in the fits from which one is begun, one after the other while it is needed."""
 
 SUSPECT = 1.5
-"""How many times larger than expected errors are where a fit is begun again."""
+"""How many times larger than expected errors are where a fit is begun again, and where it is told."""
+
+TRUSTED = 4.0
+"""Degrees of freedom that count for loads and model being off by as much as is expected, beside those of the readings:
+three loads alone show little of it."""
+
+CONSIDERED = 0.1
+"""Step (prior standard deviations) of the slopes over unknowns that are not looked for."""
 
 FARTHEST = 8.0
 """Standard deviations beyond which no unknown is looked for."""
@@ -33,9 +41,12 @@ FARTHEST = 8.0
 @record(eq=False)
 class ModelFit:
     """The errors of one sensor (unknowns; in their own units), how many prior standard deviations each was moved
-    (`moved`) and how sure it is (`sigma`, of the prior's: 1 is nothing learnt); how many times larger than expected
-    loads and model were off (`excess`); and, foretold by the other points, the force error of each point (n, axes; N;
-    NaN at rest; None for poses) and that of ln f over rest (n, coils).
+    (`moved`) and how sure it is (`sigma`, of the prior's: 1 is nothing learnt), with the `covariance` (unknowns,
+    unknowns; in prior standard deviations) of what the fit leaves open, those among them that it does not look for; how
+    many times larger than expected loads and model were off (`excess`), and are believed to be after so few points
+    (`believed`); and, foretold by the other points, the force error of each point (n, axes; N; NaN at rest; None for
+    poses) and that of ln f over rest (n, coils). `cost` is that of the readings with errors as expected and of the
+    prior, in squares of standard deviations.
     """
 
     errors: Array
@@ -43,9 +54,11 @@ class ModelFit:
     sigma: Array
     covariance: Array
     excess: float
+    believed: float
     force_errors: Array | None
     reading_errors: Array
     settled: bool
+    cost: float
 
 
 def fit_model(sensors: Sensors, points: Points, start: Array | None = None) -> ModelFit:
@@ -56,14 +69,14 @@ def fit_model(sensors: Sensors, points: Points, start: Array | None = None) -> M
     values = np.zeros(int(chosen.sum())) if start is None else (start / sigma)[chosen]
     given = np.log(points.frequency)
     found = _first(_problem(sensors, points, given, values), values)
-    excess = _excess(found, 1.0)
+    believed, cost = _believed(found, 1.0), found.cost
     for _ in range(ROUNDS - 1):
         errors = _errors(found.values, sigma, chosen)
         off = np.log(foretold(sensors, errors, points)) - np.log(foretold(sensors, errors, points, exact=True))
-        problem = _problem(sensors, points, given + np.where(np.isfinite(off), off, 0.0), found.values, excess)
+        problem = _problem(sensors, points, given + np.where(np.isfinite(off), off, 0.0), found.values, believed)
         found = levenberg_marquardt(problem.residuals, found.values)
-        excess = _excess(found, excess)
-    return _told(problem, found, excess)
+        excess, believed = _excess(found, believed), _believed(found, believed)
+    return replace(_told(problem, found, excess, believed), cost=cost)
 
 
 def _first(problem: _Problem, values: Array) -> Fitted:
@@ -89,10 +102,20 @@ def _errors(values: Array, sigma: Array, chosen: NDArray[np.bool_]) -> Array:
 
 def _excess(found: Fitted, before: float) -> float:
     """How many times larger than expected errors are, by what is left over what degrees of freedom are."""
-    learnt = len(found.values) - float(np.trace(found.covariance))
-    freedom = max(len(found.residuals) - learnt, 1.0)
-    share = math.sqrt(float(found.residuals @ found.residuals) / freedom)
+    share = math.sqrt(float(found.residuals @ found.residuals) / _freedom(found))
     return min(max(before * share, 1.0), MOST)
+
+
+def _believed(found: Fitted, before: float) -> float:
+    """The same after what is known beforehand of it (`TRUSTED`): the mean of a variance's posterior."""
+    square = before**2 * float(found.residuals @ found.residuals)
+    return min(max(math.sqrt((TRUSTED + square) / (TRUSTED + _freedom(found))), 1.0), MOST)
+
+
+def _freedom(found: Fitted) -> float:
+    """Degrees of freedom that the readings have beside what is learnt from them, 1 at least."""
+    learnt = len(found.values) - float(np.trace(found.covariance))
+    return max(len(found.residuals) - learnt, 1.0)
 
 
 @record(eq=False)
@@ -125,7 +148,7 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, excess
     return _Problem(sensors, points, aim, white, sigma, chosen)
 
 
-def _told(problem: _Problem, found: Fitted, excess: float) -> ModelFit:
+def _told(problem: _Problem, found: Fitted, excess: float, believed: float) -> ModelFit:
     """The fit as it is told: what every unknown came to, how sure it is, and what every point is off by."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
     errors = _errors(found.values, problem.sigma, problem.chosen)
@@ -139,7 +162,27 @@ def _told(problem: _Problem, found: Fitted, excess: float) -> ModelFit:
     moved, sure = np.zeros(len(problem.sigma)), np.ones(len(problem.sigma))
     moved[problem.chosen] = found.values
     sure[problem.chosen] = np.sqrt(np.diag(found.covariance))
-    return ModelFit(errors, moved, sure, found.covariance, excess, force, reading, found.settled)
+    return ModelFit(errors, moved, sure, _open(problem, found), excess, believed, force, reading, found.settled, 0.0)
+
+
+def _open(problem: _Problem, found: Fitted) -> Array:
+    """Covariance (unknowns, unknowns; prior standard deviations) of what a fit leaves open: what it is unsure of, and
+    what the unknowns that it does not look for put into those that it does ("consider" parameters: Schmidt, Advances in
+    Control Systems 3, 1966).
+    """
+    sensors, errors = problem.sensors, _errors(found.values, problem.sigma, problem.chosen)
+    here, slopes = np.log(foretold(sensors, errors, problem.points)), []
+    for k in np.flatnonzero(~problem.chosen):
+        moved = errors.copy()
+        moved[k] += CONSIDERED * problem.sigma[k]
+        apart = tared(np.log(foretold(sensors, moved, problem.points)) - here, problem.points.at_rest)
+        slopes.append(np.einsum("ncd,nd->nc", problem.white, -apart / CONSIDERED).ravel())
+    covariance = np.eye(len(problem.sigma))
+    into = -found.covariance @ found.slopes.T @ np.array(slopes).reshape(-1, len(found.residuals)).T
+    covariance[np.ix_(problem.chosen, problem.chosen)] = found.covariance + into @ into.T
+    covariance[np.ix_(problem.chosen, ~problem.chosen)] = into
+    covariance[np.ix_(~problem.chosen, problem.chosen)] = into.T
+    return np.asarray(covariance)
 
 
 def left_out(found: Fitted, count: int) -> Array:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.points import Points, load_slopes, tared, whiteners
+from sitscad.calibration.points import Points, load_slopes, tared, unknown_slopes, whiteners
 from sitscad.calibration.sensors import Sensors
 from sitscad.estimates.performance.values import AXES
 from sitscad.record import record
@@ -25,9 +25,6 @@ DIRECTIONS = 8
 
 TRIED = 40
 """Loads at which errors of the map are foretold."""
-
-STEP = 0.02
-"""Step (prior standard deviations) of the differences by which slopes over unknowns are taken."""
 
 
 @record(eq=False)
@@ -81,20 +78,6 @@ def _facts(sensors: Sensors, loads: Array) -> Array:
     points = Points(loads, None, sensors.under(none, loads), rest)
     slopes = whiteners(sensors, none, points) @ tared(unknown_slopes(sensors, loads), rest)
     return np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
-
-
-def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False) -> Array:
-    """Change of ln f with every unknown that is fitted (or `of_all`), in prior standard deviations: (n, coils,
-    unknowns).
-    """
-    found = []
-    for k, one in enumerate(sensors.known):
-        if one.is_fitted or of_all:
-            moved = np.zeros(len(sensors.known))
-            moved[k] = STEP * one.sigma
-            above, below = np.log(sensors.under(moved, loads)), np.log(sensors.under(-moved, loads))
-            found.append((above - below) / (2.0 * STEP))
-    return np.stack(found, axis=2)
 
 
 def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:

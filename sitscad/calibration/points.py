@@ -25,6 +25,9 @@ LEAST_LOAD = 1e-3
 STEP = 1e-3
 """Step (of full scale) of the differences by which slopes over loads are taken."""
 
+MOVE = 0.02
+"""Step (prior standard deviations) of the differences by which slopes over unknowns are taken."""
+
 
 @record(eq=False)
 class Points:
@@ -79,6 +82,20 @@ def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
     return np.stack(found, axis=2)
 
 
+def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors: Array | None = None) -> Array:
+    """Change of ln f with every unknown that is fitted (or `of_all`), in prior standard deviations: (n, coils,
+    unknowns); of the sensor as drawn, or with these `errors` (unknowns).
+    """
+    found, here = [], np.zeros(len(sensors.known)) if errors is None else errors
+    for k, one in enumerate(sensors.known):
+        if one.is_fitted or of_all:
+            moved = np.zeros(len(sensors.known))
+            moved[k] = MOVE * one.sigma
+            above, below = (np.log(sensors.under(here + way, loads)) for way in (moved, -moved))
+            found.append((above - below) / (2.0 * MOVE))
+    return np.stack(found, axis=2)
+
+
 def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0, readings: int | None = None) -> Array:
     """Matrices (n, coils, coils) that turn errors of `tared` ln f into independent ones of unit size: noise of the
     converter, what the chart may be off by, and what loads are off by; those last two `more` times as large.
@@ -92,12 +109,16 @@ def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0
     diagonal = np.arange(noise.shape[1])
     square[:, diagonal, diagonal] = noise + charted
     if points.loads is not None:
-        scale = sensors.range.full_scales
-        size = np.linalg.norm(points.loads[:, sensors.range.columns] / scale, axis=1)
-        sigma = more * np.where(points.at_rest, 0.0, np.hypot(usual("force") * size, LEAST_LOAD))
+        sigma = more * np.where(points.at_rest, 0.0, load_errors(sensors, points.loads))
         slopes = load_slopes(sensors, errors, points.loads) * sigma[:, None, None]
         square += slopes @ np.swapaxes(slopes, 1, 2)
     return np.asarray(np.linalg.inv(np.linalg.cholesky(square)))
+
+
+def load_errors(sensors: Sensors, loads: Array) -> Array:
+    """One sigma (n; of full scale) of loads (n, 3; N) as they are put on."""
+    size = np.linalg.norm(loads[:, sensors.range.columns] / sensors.range.full_scales, axis=1)
+    return np.asarray(np.hypot(usual("force") * size, LEAST_LOAD))
 
 
 def tared(values: Array, at_rest: NDArray[np.bool_]) -> Array:

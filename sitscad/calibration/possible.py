@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.calibration.bench_data import BenchError, Table
+from sitscad.calibration.misfit import cause
 from sitscad.calibration.model_fit import ModelFit
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import SURELY
 from sitscad.mechanics.motion import rotations
 from sitscad.scene.motions import LOAD, POSE
 
@@ -21,9 +23,6 @@ STEEPEST = math.radians(15.0)
 
 STIFF = 2.0
 """Standard deviations by which a pad may be stiffer than its preset, before a load is more than it can bear."""
-
-SURELY = 6.0
-"""Standard deviations beyond which no unknown is believed."""
 
 THINNEST = 0.1
 """What is left of the pad's height at the least: no silicone is pressed further and is whole afterwards."""
@@ -58,10 +57,11 @@ def require_possible(table: Table, points: Points, sensors: Sensors) -> None:
         _require_borne(table, points.loads, sensors, errors, stiffer)
 
 
-def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> None:
+def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit, said: str = "") -> None:
     """Raises BenchError where the fit of a table did not settle, put an unknown where none is, was pulled there by one
-    row, or has the pad give way under a load of the table.
+    row, or has the pad give way under a load of the table; what is `said` of the fit beside stands at the end.
     """
+    said = f". {said[:1].upper()}{said[1:]}" if said else ""
     _require_alike(table, points, sensors, fit)
     k = int(np.argmax(np.abs(fit.moved)))
     one, far = sensors.known[k], float(fit.moved[k])
@@ -69,17 +69,17 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit) 
     where = f"{table.path}:{table.lines[row]}:1"
     if not fit.settled and fit.excess > UNSETTLED:
         raise BenchError(f"{where} the fit did not settle: {one.name} went to {far:+.1f} sigma of manufacture, and "
-                         f"this row is farthest off ({share}): another sensor's spec, or rows of several runs?"
-                         )  # fmt: skip
+                         f"this row is farthest off ({share}): {cause(one.name)}; another "
+                         f"sensor's spec, or rows of several runs?{said}")  # fmt: skip
     if abs(far) > SURELY:
         raise BenchError(f"{where} the readings ask for {one.name} {far:+.1f} sigma off ({far * one.sigma:.3g} "
                          f"{'relative' if one.unit == '1' else one.unit}), which no sensor of this design is; this row "
-                         f"is farthest off ({share}): is it this sensor's spec?")  # fmt: skip
+                         f"is farthest off ({share}): {cause(one.name)}? Or is it another sensor's spec?{said}"
+                         )  # fmt: skip
     if fit.excess > (WORST_OF_POSES if points.loads is None else WORST):
         raise BenchError(f"{where} loads and readings disagree, by {fit.excess:.0f} times what is expected, and this "
                          f"row is farthest off ({share}): another sensor's spec, rows of several, or loads in another "
-                         "order?"
-                         )  # fmt: skip
+                         f"order or unit?{said}")  # fmt: skip
     if points.loads is not None:
         _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
 

@@ -34,11 +34,13 @@ DRAWN, SEED = 40, 15
 class Sensors:
     """The sensors of a design: its response, and what they may be off by. `is_held`: whether loads leave targets level.
 
-    Errors (unknowns) are those of one sensor, in the order of `known`; all zero is the sensor as it is drawn.
+    Errors (unknowns) are those of one sensor, in the order of `known`; all zero is the sensor as it is drawn, `around`
+    (None: that one) the one about which the chart is made.
     """
 
     model: ResponseModel
     is_held: bool = False
+    around: Array | None = None
     pushed: dict[tuple[float, float, bytes], Array] = field(default_factory=dict)
 
     @cached_property
@@ -59,17 +61,24 @@ class Sensors:
     @cached_property
     def chart(self) -> Chart:
         """The chart of all poses that the working range takes simulated sensors to."""
-        drawn = np.vstack([np.zeros(len(self.known)), units(self.known, DRAWN, SEED)])
+        drawn = self._middle + np.vstack([np.zeros(len(self.known)), units(self.known, DRAWN, SEED)])
         loads = np.vstack([np.zeros((1, 3)), self.range.corners])
         return chart(self.model, np.stack([self.poses(errors, loads) for errors in drawn]), self._moved(loads))
+
+    @property
+    def _middle(self) -> Array:
+        """The errors (unknowns) of the sensor about which the chart is made."""
+        return np.zeros(len(self.known)) if self.around is None else self.around
 
     def _moved(self, loads: Array) -> Array:
         """How far the widest error of every unknown by itself moves the poses under (n, 3) loads, either way:
         (ways, unknowns, n, 6).
         """
-        drawn = self.poses(np.zeros(len(self.known)), loads)
+        drawn = self.poses(self._middle, loads)
         alone = WIDEST * np.diag([one.sigma for one in self.known])
-        return np.array([[self.poses(errors, loads) - drawn for errors in way * alone] for way in (-1.0, 1.0)])
+        return np.array(
+            [[self.poses(self._middle + errors, loads) - drawn for errors in way * alone] for way in (-1.0, 1.0)]
+        )
 
     def poses(self, errors: Array, loads: Array) -> Array:
         """Where loads (n, 3; N: normal, shear along x, along y) take one sensor's target, (n, 6) from where it is drawn

@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from sitscad.calibration.bench_data import BenchError, Table
 from sitscad.calibration.points import Points, foretold
 from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import SURELY
 from sitscad.scene.motions import LOAD, POSE
 
 Array = NDArray[np.float64]
-
-SURELY = 6.0
-"""Standard deviations of manufacture beyond which a reading is none of this design."""
 
 FAR_BEYOND = 4.0
 """Full scales beyond which a load is a slip of the unit."""

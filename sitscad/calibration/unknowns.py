@@ -89,6 +89,10 @@ WIDEST = 2.0
 """Standard deviations beyond which no simulated sensor lies: a sensor outside is sorted out, not calibrated."""
 
 
+SURELY = 6.0
+"""Standard deviations of manufacture beyond which no unknown, and no reading, is believed to be of a design."""
+
+
 def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
     """Errors (count, unknowns; m, rad, relative) of simulated sensors, always the same for a seed: normal, cut off at
     `WIDEST` standard deviations.

@@ -18,12 +18,15 @@ GRAVITY = 9.80665
 
 
 def table(found: Calibration, plan: Plan) -> bytes:
-    """The loads as CSV, the coils' columns empty: filled in it is what `sitscad calibrate` reads."""
+    """The loads as CSV, the coils' columns empty: filled in it is what `sitscad calibrate` reads. Its first line says
+    how the target is loaded.
+    """
     sensors = found.sensors
     head = [*load_names(sensors.range.axes), *(f"{coil}_counts" for coil in sensors.coils)]
     rows = [_numbers(load[sensors.range.columns]) + [""] * len(sensors.coils)
             for load in np.vstack([np.zeros((1, 3)), plan.loads])]  # fmt: skip
-    return ("\n".join(",".join(row) for row in [head, *rows]) + "\n").encode("ascii")
+    said = [f"# rotation: {'held' if sensors.is_held else 'free'}"]
+    return ("\n".join(",".join(row) for row in [said, head, *rows]) + "\n").encode("ascii")
 
 
 def _numbers(load: Array) -> list[str]:
@@ -48,6 +51,8 @@ def words(found: Calibration, plan: Plan) -> bytes:
         "   raw readings drift after start, and silicones soften on the first pulls.",
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
         f"   {readings} readings (counts) of every coil. The target is {held}.",
+        "   The line `# rotation:` of plan.csv says so, too; calibrate refuses it where its option says the other, and",
+        "   tells where the readings look like the other.",
         "3. The first row is the tare, without load. Repeat it between as often as you like, as a row of its own:",
         "   every row goes with the tare before it, so drift is taken out.",
         f"4. `sitscad calibrate SPEC plan.csv{option}` fits the sensor, and writes calibration.h and calibration.json.",

@@ -50,7 +50,9 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
         "plan.csv", "plan.txt", "calibration.h", "example.c", "calibration.json", "calibration.html"
     }  # fmt: skip
     before = json.loads((folder / "calibration.json").read_text())
-    rows = list(csv.DictReader(io.StringIO((folder / "plan.csv").read_text())))
+    said, _, text = (folder / "plan.csv").read_text().partition("\n")
+    assert said == "# rotation: free"
+    rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == 6
     sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
     hidden = units(sensors.known, 1, number)[0]

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +19,13 @@ from sitscad.drawing.pdf import pdf
 from sitscad.drawing.plotted import plot
 from sitscad.drawing.sheet import Label, Sheet, flattened
 from sitscad.drawing.svg import svg
+from sitscad.estimates.performance.bench import held_shear
 from sitscad.estimates.performance.curves import curves
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.package.calibration_files import drawn_calibration
 from sitscad.papers import PAPERS
-from sitscad.papers.datasheet.figures import difference
-from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT
+from sitscad.papers.datasheet.figures import BEYOND, BEYOND_LINES, difference, figures
+from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, summary
 from sitscad.papers.datasheet.sheets import render
 from sitscad.units import show
 
@@ -167,6 +169,26 @@ def test_only_what_feels_has_one(bench):
     assert WRITER.applies(bench.spec)
     assert not WRITER.applies(sitscad.load(TEMPLATES / "single_coil.yaml"))
     assert render(bench.layout, bench.estimates, bench.response, (), "") == {}
+
+
+def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
+    """Curves ran on to the pad's thickness as if they were as good there as at half of it."""
+    most = max(float(np.abs(curve.forces).max()) for curve in drawn.shears)
+    for held, is_marked in ((0.6 * most, True), (1.1 * most, False)):
+        plots, texts, captions = figures(replace(drawn, held=held), bench.performance), [], ""
+        for one in plots[:2]:
+            sheet = Sheet("plot", one.size)
+            plot(sheet, (0.0, 0.0, *one.size), one.draw)
+            texts.append({item.text for item in flattened(sheet.items) if isinstance(item, Label)})
+        captions = " ".join(one.caption for one in plots)
+        assert [("extrapolated" in found) for found in texts] == [is_marked] * 2
+        assert (BEYOND in captions) is is_marked and (BEYOND_LINES in captions) is is_marked
+
+
+def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):
+    rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout))
+    assert rows["extrapolated by the pad's law beyond"][-1] == show(held_shear(bench.spec), "N", 3)
+    assert rows["extrapolated by the pad's law beyond"][0] == "-"
 
 
 def test_a_plot_is_shapes_and_letters_of_the_sheet():

@@ -32,8 +32,9 @@ class InverseMap:
 
     Terms are products of v to the `powers`, then those to `spline_powers` times (v[0] - knot)^3 beyond every knot.
     `low` and `high` are the v that it was made for: v beyond them by more than `BEYOND` counts as no farther, because
-    out there the terms run to thousands of full scales. `error` is one sigma (N) on every axis, `rest` the counts to
-    be expected at rest.
+    out there the terms run to thousands of full scales. `error` (N) is what forces are off by on every axis, rms over
+    the loads: one sigma of sensors for a map that was drawn, what 95 % of them stay below for one that was measured;
+    `rest` are the counts to be expected at rest.
     """
 
     sensor: str

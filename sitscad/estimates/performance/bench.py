@@ -17,7 +17,7 @@ from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.states.pressing import loaded_face
 from sitscad.estimates.values import Estimates
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
-from sitscad.mechanics.pad import Pad
+from sitscad.mechanics.pad import HELD_SHEAR, Pad
 from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.spec.sensor import ArraySpec, SensorSpec
@@ -172,6 +172,11 @@ def shear_per_strain(spec: SensorSpec) -> float:
     pad = spec.elastomer
     assert pad is not None
     return pad.material.shear_modulus * loaded_face(spec)[0].area
+
+
+def held_shear(spec: SensorSpec) -> float:
+    """The shear force (N) up to which the pad's law was held against finite elements."""
+    return HELD_SHEAR * shear_per_strain(spec)
 
 
 def normal_at(spec: SensorSpec, strain: float) -> float:

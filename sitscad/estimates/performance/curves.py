@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.performance.bench import Bench, Solved, bench_of
+from sitscad.estimates.performance.bench import Bench, Solved, bench_of, held_shear
 from sitscad.estimates.performance.quick import quick_performance
 from sitscad.estimates.performance.scatter import manufacturing_scatter
 from sitscad.estimates.performance.units import readings_of, together
@@ -36,7 +36,8 @@ class Curve:
 @record(eq=False)
 class Curves:
     """The courses of all axes that are told apart, shear at rest, half and full normal force; the places of the coils
-    (coils, 2; m), and for every shear axis the inductances (normal, shear, coils; H) over the working range.
+    (coils, 2; m), and for every shear axis the inductances (normal, shear, coils; H) over the working range; the shear
+    force (N) up to which the pad's law was `held` against finite elements: beyond, curves are extrapolated.
     """
 
     coils: tuple[str, ...]
@@ -44,6 +45,7 @@ class Curves:
     normal: Curve
     shears: tuple[Curve, ...]
     ranges: tuple[tuple[str, Array, Array, Array], ...]
+    held: float
 
 
 def curves(model: ResponseModel) -> Curves:
@@ -55,7 +57,7 @@ def curves(model: ResponseModel) -> Curves:
     found = tuple(_curve(bench, model, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
     return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(bench, model, "normal", 0.0), found,
-                  tuple(_range(bench, model, name) for name in shears))  # fmt: skip
+                  tuple(_range(bench, model, name) for name in shears), held_shear(spec))  # fmt: skip
 
 
 def _loads(bench: Bench, axis: str, normal: float) -> Array:

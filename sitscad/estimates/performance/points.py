@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates import estimated
-from sitscad.estimates.performance.bench import Bench, Solved, bench_of, shear_per_strain
+from sitscad.estimates.performance.bench import Bench, Solved, bench_of, held_shear
 from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, crosstalk, working_range
 from sitscad.estimates.performance.mechanics import resonances
@@ -25,7 +25,6 @@ from sitscad.estimates.performance.values import AXES, AxisPerformance, Performa
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
-from sitscad.mechanics.pad import HELD_SHEAR
 from sitscad.record import record
 from sitscad.scene.state import FREE
 
@@ -204,7 +203,7 @@ def _beyond_the_law(bench: Bench) -> list[str]:
     pressed, found = bench.estimates.compression, []
     if pressed is not None and not pressed.valid:
         found.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
-    held, named = HELD_SHEAR * shear_per_strain(bench.spec), [name for name in bench.names if name != "normal"]
+    held, named = held_shear(bench.spec), [name for name in bench.names if name != "normal"]
     if named and max(bench.full[name] for name in named) > held:
         found.append(
             f"shear beyond {held:.3g} N (half the pad's thickness) is extrapolated: the pad's law was held against "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -35,14 +35,16 @@ class Figure:
 
 def figures(found: Curves, felt: Sequence[Performance]) -> list[Figure]:
     """All plots of a sensor."""
+    far = f" {BEYOND}" if _is_beyond(found) else ""
     plots = [Figure("Each coil over the normal force, and over shear under half of it; bands: one sigma from "
                     "unit to unit, tared, not calibrated. Inductance is what firmware/ computes from a "
                     "reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", (262.0, 72.0), _coils(found)),
              Figure("Combinations of the coils: their sum over the normal force, and their difference over "
-                    "shear under no, half and full normal force.", (262.0, 72.0), _combined(found))]  # fmt: skip
+                    "shear under no, half and full normal force." + far, (262.0, 72.0), _combined(found))]  # fmt: skip
     if found.ranges:
         plots.append(Figure("The working range: where the readings go. Lines of equal normal force (blue) and of equal "
-                            "shear (orange); where lines of one colour cross, no map tells the loads apart.",
+                            "shear (orange); where lines of one colour cross, no map tells the loads apart."
+                            + (f" {BEYOND_LINES}" if far else ""),
                             (130.0, 100.0), _range(found)))  # fmt: skip
     plots.append(
         Figure(
@@ -53,6 +55,26 @@ def figures(found: Curves, felt: Sequence[Performance]) -> list[Figure]:
         )
     )
     return plots
+
+
+BEYOND = "Shaded, above too: shear at which the pad's law is extrapolated, beyond half its thickness."
+BEYOND_LINES = "Dashed: the pad's law is extrapolated there, the shear beyond half its thickness."
+EXTRAPOLATED = "extrapolated"
+
+
+def _is_beyond(found: Curves) -> bool:
+    """Whether curves go beyond where the pad's law was held."""
+    return any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears)
+
+
+def _shade(axes: Any, curve: Curve, held: float) -> None:
+    """Marks the shear beyond which the pad's law is extrapolated, and names it once in the legend."""
+    most, label = float(np.abs(curve.forces).max()), EXTRAPOLATED
+    if curve.axis == "normal" or most <= held:
+        return
+    for low, high in ((-most, -held), (held, most)):
+        axes.axvspan(low, high, color="#8a939b", alpha=0.22, linewidth=0.0, label=label, zorder=0.5)
+        label = "_nolegend_"
 
 
 def difference(found: Curves, axis: str) -> tuple[str, Array]:
@@ -89,6 +111,7 @@ def _coils(found: Curves) -> Draw:
             for k, name in enumerate(found.coils):
                 dashes = "--" if k % 2 else "-"  # coils whose readings are the same by symmetry stay told apart
                 _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
+            _shade(axes, curve, found.held)
             under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
             axes.set(xlabel=f"{NAMES[curve.axis]} (N)", ylabel="inductance (nH)", title=f"each coil{under}")
             axes.legend()
@@ -111,6 +134,7 @@ def _combined(found: Curves) -> Draw:
             for one in (curve for curve in found.shears if curve.axis == kind):
                 sigma = np.sqrt((one.sigma * weights) ** 2 @ np.ones(len(weights)))
                 _line(axes, one, NANO * one.inductance @ weights, NANO * sigma, f"{one.normal:.3g} N normal")
+            _shade(axes, one, found.held)
             axes.set(xlabel=f"{NAMES[kind]} (N)", ylabel="nH", title=words)
             axes.legend()
 
@@ -133,15 +157,28 @@ def _range(found: Curves) -> Draw:
             apart = _rounded(NANO * inductance @ weights)
             total = _rounded(NANO * inductance.sum(axis=2))
             for k, force in enumerate(normal):
-                axes.plot(apart[k], total[k], color="#1f5fa8", linewidth=0.9 if k in (0, len(normal) - 1) else 0.45)
+                width = 0.9 if k in (0, len(normal) - 1) else 0.45
+                for part, dashes in _parted(shear, found.held):
+                    line = (np.interp(part, shear, values[k]) for values in (apart, total))
+                    axes.plot(*line, color="#1f5fa8", linewidth=width, linestyle=dashes)
                 if k in (0, len(normal) - 1):
                     axes.annotate(f"{force:.3g} N", (apart[k, -1], total[k, -1]), color="#1f5fa8")
             for k in range(len(shear)):
-                axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45)
+                axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45,
+                          linestyle="-" if abs(shear[k]) <= found.held else "--")  # fmt: skip
             axes.margins(x=0.2)  # room for the words at the ends of the lines
             axes.set(xlabel=f"{words} (nH)", ylabel=f"{_total(found)} (nH)", title=f"normal and {NAMES[kind]}")
 
     return draw
+
+
+def _parted(shear: Array, held: float) -> Iterator[tuple[Array, str]]:
+    """The shear forces (N) of a line, those beyond where the pad's law was held apart, each part with its dashes."""
+    ends = np.clip([-held, held], shear[0], shear[-1])
+    yield np.array([ends[0], *shear[np.abs(shear) < held], ends[1]]), "-"
+    for low, high in ((shear[0], ends[0]), (ends[1], shear[-1])):
+        if low < high:
+            yield np.array([low, *shear[(shear > low) & (shear < high)], high]), "--"
 
 
 def _errors(felt: Sequence[Performance]) -> Draw:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sitscad.calibration.calibrate import AXIS_WORDS, Calibration
+from sitscad.estimates.performance.bench import held_shear
 from sitscad.estimates.performance.values import AxisPerformance, Performance, largest_lasting
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
@@ -17,7 +18,7 @@ Rows = list[tuple[str, ...]]
 NAMES = AXIS_WORDS
 
 
-def summary(felt: Sequence[Performance]) -> Rows:
+def summary(felt: Sequence[Performance], layout: Layout) -> Rows:
     """What every axis can do."""
     rest, half, full = felt
     names = list(full.axes)
@@ -26,9 +27,11 @@ def summary(felt: Sequence[Performance]) -> Rows:
     def row(what: str, *texts: str) -> None:
         rows.append((what, *texts))
 
-    axes = [full.axes[name] for name in names]
+    axes, held = [full.axes[name] for name in names], held_shear(layout.spec)
     row("full scale", *(_newtons(axis.full_scale) for axis in axes))
     row("range, and what ends it", *(f"{_newtons(axis.range)}, {axis.limited_by}" for axis in axes))
+    if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in names if name != "normal"):
+        row("extrapolated by the pad's law beyond", *(NONE if name == "normal" else _newtons(held) for name in names))
     for point in (rest, half, full):
         row(f"resolution {point.at}: the noise alone", *(_newtons(point.axes[name].resolution) for name in names))
     lasting = [largest_lasting(axis.errors) for axis in axes]
@@ -44,6 +47,9 @@ def summary(felt: Sequence[Performance]) -> Rows:
     row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
     return rows
 
+
+NONE = "-"
+"""In place of a figure that there is not."""
 
 LEAST_TOLD = 1e-4
 """Crosstalk of a noiseless map below which its digits mean nothing."""

@@ -90,7 +90,7 @@ def _sheets(
     """The pages on paper."""
     between = from_unit_to_unit(found)
     first = _new(layout, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
-    low = table(first, LEFT, TOP, _widths(summary(felt), 58.0, 150.0), summary(felt), 2.4)
+    low = table(first, LEFT, TOP, _widths(summary(felt, layout), 58.0, 150.0), summary(felt, layout), 2.4)
     low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates), 2.4)
     if found is not None:
         low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, 2.4)
@@ -151,7 +151,7 @@ def _page(
     shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
     parts = [
         f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(_about(layout, felt))}</p></header>{banner}",
-        part("What it feels", _table(summary(felt)) + _table(sensor(felt, layout, estimates))),
+        part("What it feels", _table(summary(felt, layout)) + _table(sensor(felt, layout, estimates))),
         part("Drawing", shown),
         part("Curves", "".join(map(_plotted, plots))),
         part("Errors", _unit_part(found) + _table(errors(felt)) + _table(drift(felt))),

@@ -1,0 +1,128 @@
+"""Why points and model disagree, in words: unknowns far off, errors with a pattern, a target that turns otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.maps.least_squares import NoFit
+from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
+from sitscad.calibration.points import Points
+from sitscad.calibration.sensors import Sensors
+from sitscad.record import record
+
+Array = NDArray[np.float64]
+
+UNUSUAL = 3.0
+"""Standard deviations of manufacture from which on an unknown is told with what may be the cause: no simulated sensor
+is off by more than 2."""
+
+LIKELIER = 12.0
+"""Difference of the fits' costs (twice a logarithm of likelihoods: odds of 400 to 1) from which on the other way of
+loading is said to be the true one."""
+
+FEWEST, EXPLAINED = 6, 0.6
+"""Points from which on a pattern is looked for, and the share of an axis' squared errors that it explains at least."""
+
+CAUSES = {
+    "gap": "a pad of another thickness (elastomer.thickness), or another glue line",
+    "glue": "another glue line, or a pad that is not bonded",
+    "offset": "a target that lies beside its place (target.offset)",
+    "tilt": "a target or pad that was glued on askew",
+    "twist": "a target that is turned (target.rotation)",
+    "modulus": "another silicone or mix (elastomer.material), or normal loads in another unit (g, kgf)",
+    "shear_modulus": "shear loads of another size than the table says (a thread that pulls askew or rubs, another "
+                     "unit), or a target that turns otherwise (--rotation)",
+    "pad_curve": "a pad that stiffens otherwise than its law, or the largest normal loads are not what the table says",
+    "inductance": "coils of another spec",
+    "target_change": "a target of another size or metal, or metal behind the coils that the spec does not have",
+    "capacitor": "another capacitor, another reference clock (readout.clock), or coils of another spec",
+}  # fmt: skip
+"""What may have put an unknown far off, by its name without its coil or direction."""
+
+
+def cause(name: str) -> str:
+    """What may have put an unknown far off, in words."""
+    first = name.partition(".")[0]
+    return CAUSES.get(first) or CAUSES[first.rpartition("_")[0]]
+
+
+def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
+    """A note on each unknown that is `UNUSUAL`, the farthest first."""
+    for k in np.argsort(-np.abs(fit.moved), kind="stable"):
+        one, far = sensors.known[k], float(fit.moved[k])
+        if abs(far) > UNUSUAL:
+            amount = f"{fit.errors[k]:.3g} {'relative' if one.unit == '1' else one.unit}"
+            yield (f"unusual: {one.name} is {far:+.1f} sigma of manufacture off ({amount}): {cause(one.name)}? The "
+                   "forces are right for the loads of the table only if those are right")  # fmt: skip
+
+
+def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:
+    """What the errors of the axis that is worst go with, in words, where loads and model disagree; else nothing."""
+    if fit.force_errors is None or points.loads is None or fit.excess < SUSPECT:
+        return ""
+    pressed = ~points.at_rest
+    loads, errors = points.loads[pressed], fit.force_errors[pressed]
+    if len(loads) < FEWEST or not np.all(np.isfinite(errors)):
+        return ""
+    worst = int(np.argmax(np.sum((errors / sensors.range.full_scales) ** 2, axis=0)))
+    column, name, off = sensors.range.columns[worst], sensors.range.axes[worst], errors[:, worst]
+    rows = np.flatnonzero(pressed).astype(float)
+    found = [(_share(rows - rows.mean(), off), f"{name} is off more and more with the rows: drift or creep; take tares "
+              "between, and wait ten seconds on each load")]  # fmt: skip
+    if column:
+        found += [
+            (_share(loads[:, column], off), f"{name} is off in proportion to it: the thread rubs, pulls askew, or the "
+             "loads are in another unit"),
+            (_share(loads[:, column] * loads[:, 0], off), f"{name} is off with the product of shear and normal force: "
+             "under both the pad gives way otherwise than its law, or the target is held otherwise (--rotation)"),
+        ]  # fmt: skip
+    else:
+        aside = np.linalg.norm(loads[:, 1:], axis=1)
+        found.append((_share(aside - aside.mean(), off), "the normal force is off with the shear on it: the thread "
+                      "pulls up or down, or beside the middle of the outermost face"))  # fmt: skip
+    share, words = max(found)
+    return words if share > EXPLAINED else ""
+
+
+def _share(term: Array, off: Array) -> float:
+    """Share of the squares of `off` (n) that a multiple of `term` (n) explains."""
+    size = float(term @ term) * float(off @ off)
+    return float(term @ off) ** 2 / size if size > 0.0 else 0.0
+
+
+@record
+class Turned:
+    """How a fit compares with one of a target that turns otherwise: by how much less its cost is (`likelier`), and how
+    many times larger than expected errors are in it (`excess`).
+    """
+
+    likelier: float
+    excess: float
+    is_held: bool
+
+    @property
+    def note(self) -> str:
+        """What to say of it; nothing where it is not clearly better."""
+        if self.likelier < LIKELIER:
+            return ""
+        other, this, word = (("kept level", "free to tilt", "held") if self.is_held
+                             else ("free to tilt", "kept level", "free"))  # fmt: skip
+        return (f"the readings are those of a target that is {other}, not {this}, as far as the model knows (there "
+                f"they are {self.excess:.1f} times as far off as is expected): was it calibrated so? Then "
+                f"`--rotation {word}`, and the map is for such use")  # fmt: skip
+
+
+def turned_fit(sensors: Sensors, other: Sensors, points: Points, fit: ModelFit) -> Turned | None:
+    """The fit of the same loads to a target that turns otherwise (`other`); None of poses, and of loads without shear,
+    which do not tell one from the other.
+    """
+    if points.loads is None or not np.any(points.loads[:, [k for k in sensors.range.columns if k]]):
+        return None
+    try:
+        found = fit_model(other, points)
+    except NoFit:
+        return None
+    return Turned(fit.cost - found.cost, found.excess, other.is_held)
