@@ -117,8 +117,11 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
         text = table_text(path, LARGEST)
     except TableError as error:
         raise BenchError(f"{path}:1:1 {error}") from error
-    whole = [(number, cells) for number, cells in enumerate(csv.reader(io.StringIO(text)), start=1)
-             if any(cell.strip() for cell in cells)]  # fmt: skip
+    try:
+        whole = [(number, cells) for number, cells in enumerate(csv.reader(io.StringIO(text, newline=None)), start=1)
+                 if any(cell.strip() for cell in cells)]  # fmt: skip
+    except csv.Error as error:
+        raise BenchError(f"{path}:1:1 is no table that can be read: {error}") from error
     rows = [(number, cells) for number, cells in whole if not cells[0].lstrip().startswith("#")]
     if not rows:
         raise BenchError(f"{path}:1:1 is empty: a header like normal_N,shear_x_N,C1_counts,C2_counts is wanted")

@@ -70,8 +70,8 @@ def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:
     worst = int(np.argmax(np.sum((errors / sensors.range.full_scales) ** 2, axis=0)))
     column, name, off = sensors.range.columns[worst], sensors.range.axes[worst], errors[:, worst]
     rows = np.flatnonzero(pressed).astype(float)
-    found = [(_share(rows - rows.mean(), off), f"{name} is off more and more with the rows: drift or creep; take tares "
-              "between, and wait ten seconds on each load")]  # fmt: skip
+    found = [(_share(_centred(rows), _centred(off)), f"{name} is off more and more with the rows: drift or creep; take "
+              "tares between, and wait ten seconds on each load")]  # fmt: skip
     if column:
         found += [
             (_share(loads[:, column], off), f"{name} is off in proportion to it: the thread rubs, pulls askew, or the "
@@ -81,10 +81,14 @@ def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:
         ]  # fmt: skip
     else:
         aside = np.linalg.norm(loads[:, 1:], axis=1)
-        found.append((_share(aside - aside.mean(), off), "the normal force is off with the shear on it: the thread "
-                      "pulls up or down, or beside the middle of the outermost face"))  # fmt: skip
+        found.append((_share(_centred(aside), _centred(off)), "the normal force is off with the shear on it: the "
+                      "thread pulls up or down, or beside the middle of the outermost face"))  # fmt: skip
     share, words = max(found)
     return words if share > EXPLAINED else ""
+
+
+def _centred(values: Array) -> Array:
+    return np.asarray(values - values.mean())
 
 
 def _share(term: Array, off: Array) -> float:

@@ -216,7 +216,11 @@ def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_], Names
         lines = table_text(name, LARGEST)
     except TableError as error:
         raise MotionError(f"{name} {error}") from error
-    table = csv.reader(line for line in io.StringIO(lines) if line.strip() and not line.lstrip().startswith("#"))
+    kept = (line for line in io.StringIO(lines, newline=None) if line.strip() and not line.lstrip().startswith("#"))
+    try:
+        table = iter(list(csv.reader(kept)))
+    except csv.Error as error:
+        raise MotionError(f"{name} is no table that can be read: {error}") from error
     head = [cell.strip() for cell in next(table, [])]
     columns = _columns(name, head, names)
     rows, held = [], []

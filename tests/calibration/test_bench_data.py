@@ -47,6 +47,21 @@ def test_what_cannot_be_read_is_told_with_its_place(tmp_path, text, place, words
     assert words in str(error.value)
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("begin", [b"", b"\xef\xbb\xbf"])
+def test_lines_end_as_they_like(tmp_path, end, begin):
+    """A file of an old Macintosh ended in a traceback."""
+    path = tmp_path / "bench.csv"
+    path.write_bytes(begin + (HEAD + "0,0,5,6\n1,0,7,8\n").replace("\n", end).encode())
+    found = read_table(str(path), COILS)
+    assert found.values.tolist() == [[0, 0, 5, 6], [1, 0, 7, 8]] and found.lines == (2, 3)
+
+
+def test_a_cell_beyond_all_bounds_is_refused(tmp_path):
+    with pytest.raises(BenchError, match=r"bench.csv:1:1 is no table that can be read"):
+        _read(tmp_path, HEAD + "0,0,5," + 200_000 * "6" + "\n")
+
+
 def test_units_are_those_of_the_header(tmp_path, sensors):
     table = _read(tmp_path, "z_um,C1_MHz,C2_kHz\n0,7.5,7500\n-10,7.6,7600\n-20,7.7,7700\n-30,7.8,7800\n")
     points = points_of(table, sensors)

@@ -125,3 +125,13 @@ def test_a_pull_and_a_file_without_end_are_refused(tmp_path):
         read_motions(scans=["normal=-1:1:3"])
     with pytest.raises(MotionError, match="larger than"):
         read_motions(load_files=["/dev/zero"])
+
+
+def test_a_file_of_an_old_macintosh_and_a_cell_beyond_all_bounds(tmp_path):
+    """Both ended in a traceback of the csv module."""
+    path = tmp_path / "loads.csv"
+    path.write_bytes(b"normal_N,shear_x_N\r1,0.5\r2,0\r")
+    assert read_motions(load_files=[str(path)]).loads[:, 0].tolist() == [1.0, 2.0]
+    path.write_text("normal_N\n" + 200_000 * "1" + "\n")
+    with pytest.raises(MotionError, match=r"loads.csv is no table that can be read"):
+        read_motions(load_files=[str(path)])
