@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import cmath
 import re
 
 import pytest
 
 import sitscad
 from sitscad.checks.own_limits import own_limits
-from sitscad.checks.reading.thin_target import THICK
+from sitscad.checks.reading.thin_target import THICK, _resistance_of_sheet
 from sitscad.estimates import estimated
 from sitscad.finding import Severity
 from sitscad.physics.constants import skin_depth
@@ -52,6 +53,25 @@ def test_household_foil_is_not_refused():
 )
 def test_the_severity_follows_the_cost(thickness, severity, judge):
     assert [f.severity for f in judge_alone(judge, foil(thickness))] == ([severity] if severity else [])
+
+
+def test_what_is_hardly_thin_is_not_worked_out_again(monkeypatch, judge):
+    """A second design with a thick target costs as much as the check; from 1.2 skin depths on it cannot matter."""
+    spec = foil("60 um")
+    (mine, change, _), (thick, before, _) = numbers(spec), numbers(foil("115 um"))
+    assert abs(1.0 - mine / thick) < 0.02 and abs(1.0 - change / before) < 0.01
+    estimates = sitscad.estimate(sitscad.lay_out(spec))
+    monkeypatch.setattr("sitscad.checks.reading.thin_target._compared", None)
+    (found,) = judge("SIT305", spec, None, estimates)
+    assert found.severity is Severity.NOTE and "An endless sheet" in found.message
+    assert abs(found.measured) < 0.09 < own_limits()["thin_target_resistance"].value
+
+
+@pytest.mark.parametrize("depths", [1.2, 1.5, 2.0, 3.0])
+def test_the_resistance_of_a_sheet(depths):
+    """Against the impedance of an endless sheet with complex numbers."""
+    ratio = ((1.0 + 1.0j) / cmath.tanh((1.0 + 1.0j) * depths)).real
+    assert _resistance_of_sheet(depths) == pytest.approx(ratio, rel=1e-9) and abs(ratio - 1.0) < 0.09
 
 
 def judge_alone(judge, spec):

@@ -24,6 +24,10 @@ from sitscad.units import show
 THICK = 3.0
 """Skin depths from which on a target counts as thick: they stop 95 % of the field (TI SNOA957B)."""
 
+COMPARED = 1.2
+"""Skin depths up to which a design with a thick target is worked out beside it: from there on the resistance of a sheet
+is within 9 % of a thick one's, and the coil's own comes on top of it, so that no limit can be reached."""
+
 MAGNETIC = 10.0
 """Relative permeability, and skin depths over thickness, from which on a target is a magnet and no conductor."""
 
@@ -54,6 +58,16 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
 def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     """What a target that is thin for its skin depth (m) costs: a note, or a warning where it weighs."""
     target = _target(design)
+    if target.thickness >= COMPARED * depth and target.material.relative_permeability < 1.1:
+        share = _resistance_of_sheet(target.thickness / depth) - 1.0
+        yield THIN.found(
+            "target.thickness", share, _limit("thin_target_resistance"), None,
+            source=own_limits()["thin_target_resistance"].source, thickness=target.thickness,
+            depths=target.thickness / depth, name=target.material.name, frequency=frequency,
+            words=f"An endless sheet of it has {100.0 * share:+.1f} % of resistance against a thick one: too little to "
+            "be compared",
+        )  # fmt: skip
+        return
     cost = _cost(design, thicker_target(design.spec, THICK * depth).spec)
     if cost is None:
         yield Undecided("what so thin a target costs is unknown: no state with it was estimated, or none with a thick")
@@ -75,6 +89,14 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
         frequency=frequency,
         words=cost.words,
     )
+
+
+def _resistance_of_sheet(depths: float) -> float:
+    """Surface resistance of an endless sheet so many skin depths thick over that of a thick one, no unit (Stoll, The
+    Analysis of Eddy Currents, 1974): Re (1 + j) coth((1 + j) t / depth).
+    """
+    twice = 2.0 * depths
+    return (math.sinh(twice) + math.sin(twice)) / (math.cosh(twice) - math.cos(twice))
 
 
 @record
@@ -223,7 +245,8 @@ THIN_TARGET_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT305", "target-thickness", Severity.ERROR,
         "A target thinner than 3 skin depths at the lowest frequency of any coil and state is held against one of 3 "
-        f"skin depths of the same metal, by the same model: a warning where it takes more than "
+        f"skin depths of the same metal, by the same model (from {COMPARED:g} on by the resistance of an endless sheet "
+        "alone, for that decides): a warning where it takes more than "
         f"{100.0 * _limit('thin_target_resistance'):.0f} % of the parallel resistance or "
         f"{100.0 * _limit('thin_target_change'):.0f} % of the change per newton, else a note. An error where it "
         "hardly conducts and changes the inductance by less than "

@@ -51,6 +51,11 @@ class BoxClass:
     numbers: tuple[Index, ...]
     projections: tuple[tuple[Array, Array], ...]
 
+    @property
+    def in_plane(self) -> tuple[int, int]:
+        """Its parities along x and y, no unit."""
+        return self.parity[:2]
+
     def drive(self, potential: Array) -> Array:
         """Flux linkages (Wb): see `CurrentClass`."""
         found = np.zeros((len(self.inductance), potential.shape[-1]))

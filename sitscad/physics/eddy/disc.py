@@ -87,6 +87,11 @@ class DiscClass:
     values: Array
     slopes: Array
 
+    @property
+    def in_plane(self) -> tuple[int, str]:
+        """Its order and phase round the axis, no unit."""
+        return self.order, self.phase
+
     def drive(self, potential: Array) -> Array:
         """Flux linkages (Wb): see `CurrentClass`."""
         return np.asarray(np.einsum("pcn,pcs->ns", self._linkage, potential, optimize=True))

@@ -1,7 +1,8 @@
 """A target over a mirror: what the image of its own eddy currents does to them.
 
 The image is at least twice the target's distance away, so only long waves of the currents matter: a few combinations of
-them are found once, at the nearest pose; at any other pose the image couples these alone (Woodbury's formula).
+them are found once, at the nearest pose, those of each symmetry in the plane by themselves, for a level target's image
+keeps that; at any other pose the image couples these alone (Woodbury's formula).
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ LEAST = 5e-5
 NOISE = 1e-5
 """Least energy of a current, in parts of the largest, that counts as more than the error of the integrals."""
 
-MOST = 360
-"""Combinations among which they are looked for, at most."""
+MOST = 120
+"""Combinations of one symmetry among which they are looked for, at most."""
 
 MIRRORED = np.array([-1.0, -1.0, 1.0])
 """Currents along a perfect conductor are mirrored the other way round, those across it alike."""
@@ -64,19 +65,34 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     in it.
     """
     points = coarse.points - np.array([0.0, 0.0, near_face])
-    factors = [_factor(one.inductance) for one in surface.classes]
-    seen = np.concatenate([_by_energy(one, factor) for one, factor in zip(coarse.classes, factors, strict=True)])
     inverse = _inverse_distance(points + np.array([0.0, 0.0, closest]), mirror.floor)
-    signs = MU0 / (4.0 * math.pi) * MIRRORED
-    returned = np.einsum("npc,pq,c->nqc", seen, inverse, signs, optimize=True).reshape(len(seen), -1)
-    basis = _range(returned)
+    groups: dict[object, list[int]] = {}
+    for number, one in enumerate(surface.classes):
+        groups.setdefault(one.in_plane, []).append(number)
+    found = [_modes([surface.classes[k] for k in group], [coarse.classes[k] for k in group], inverse)
+             for group in groups.values()]  # fmt: skip
+    ends = np.cumsum([currents.shape[2] for _, currents in found])
+    within = [np.zeros((len(one.inductance), int(ends[-1]))) for one in surface.classes]
+    for group, (parts, currents), end in zip(groups.values(), found, ends, strict=True):
+        for number, part in zip(group, parts, strict=True):
+            within[number][:, end - currents.shape[2] : end] = part
+    return ImageModes(tuple(within), points, np.concatenate([currents for _, currents in found], axis=2))
+
+
+def _modes(
+    classes: Sequence[CurrentClass], coarse: Sequence[CurrentClass], inverse: Array
+) -> tuple[list[Array], Array]:
+    """The combinations of classes of one symmetry: within each class, and their currents (A m), (points, 3, k)."""
+    factors = [_factor(one.inductance) for one in classes]
+    seen = np.concatenate([_by_energy(one, factor) for one, factor in zip(coarse, factors, strict=True)])
+    basis = _range(seen, inverse)
     coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", seen, basis, optimize=True)))
     basis = basis @ turned[:, np.abs(coupled) > LEAST]
     within, start = [], 0
     for factor in factors:
         within.append(factor @ basis[start : start + len(factor)])
         start += len(factor)
-    return ImageModes(tuple(within), points, np.einsum("npc,nk->pck", seen, basis, optimize=True))
+    return within, np.einsum("npc,nk->pck", seen, basis, optimize=True)
 
 
 def _factor(inductance: Array) -> Array:
@@ -94,18 +110,35 @@ def _factor(inductance: Array) -> Array:
         return np.asarray(turned * np.sqrt(np.maximum(energies, least)))
 
 
-def _range(returned: Array) -> Array:
-    """An orthonormal basis of what a matrix (n, m) makes, without what is too little: of a large one by some hundred
-    random combinations (Halko, Martinsson and Tropp, SIAM Review 53, 2011), as its values die away exponentially.
+def _range(seen: Array, inverse: Array) -> Array:
+    """An orthonormal basis of what currents (n, points, 3; A m) have returned to them, without what is too little: of
+    many by some hundred random combinations (Halko, Martinsson and Tropp, SIAM Review 53, 2011), as its values die away
+    exponentially.
     """
-    if returned.shape[1] > MOST:
-        own = np.linalg.qr(returned @ np.random.default_rng(0).standard_normal((returned.shape[1], MOST)))[0]
-        seen = own.T @ returned
-        size, left = np.linalg.eigh(seen @ seen.T)
-        returned = own @ (left * np.sqrt(np.maximum(size, 0.0)))
-    size, right = np.linalg.eigh(returned.T @ returned)
-    kept = size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)
-    return np.asarray(np.linalg.qr(returned @ right[:, kept])[0])
+
+    def returned(currents: Array) -> Array:
+        by_axis = np.einsum("npc,pq,c->nqc", currents, inverse, MU0 / (4.0 * math.pi) * MIRRORED, optimize=True)
+        return by_axis.reshape(len(currents), -1)
+
+    if len(seen) <= MOST:
+        found = returned(seen)
+    else:
+        flat = seen.reshape(len(seen), -1)
+        some = np.random.default_rng(0).standard_normal((MOST, *seen.shape[1:]))
+        own = np.linalg.qr(flat @ returned(some).T)[0]
+        kept = returned((own.T @ flat).reshape(MOST, *seen.shape[1:]))
+        size, left = np.linalg.eigh(kept @ kept.T)
+        found = own @ (left * np.sqrt(np.maximum(size, 0.0)))
+    if found.shape[0] < found.shape[1]:
+        size, basis = np.linalg.eigh(found @ found.T)
+        return basis[:, _is_kept(size)]
+    size, right = np.linalg.eigh(found.T @ found)
+    return np.asarray(np.linalg.qr(found @ right[:, _is_kept(size)])[0])
+
+
+def _is_kept(size: Array) -> NDArray[np.bool_]:
+    # Squared values (H2 m-2) of what matters.
+    return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)
 
 
 def _by_energy(one: CurrentClass, factor: Array) -> Array:

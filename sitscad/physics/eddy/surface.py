@@ -24,6 +24,10 @@ class CurrentClass(Protocol):
     def inductance(self) -> Array:
         """Inductances (H) of the functions, (n, n), definite."""
 
+    @property
+    def in_plane(self) -> object:
+        """What symmetry it has in the surface's plane, no unit: the image in a level mirror keeps that."""
+
     def drive(self, potential: Array) -> Array:
         """Flux linkages (n, fields) in Wb of vector potentials (points, 3, fields) in Wb/m at the surface's points."""
 

@@ -44,7 +44,7 @@ class SolvedTarget:
     @cached_property
     def answers(self) -> tuple[ComplexArray, ...]:
         """Inverses (1/H) of its classes' systems: for many poses."""
-        return tuple(np.linalg.inv(self._system(one)) for one in self.surface.classes)
+        return tuple(np.linalg.inv(self._system(one)).astype(complex) for one in self.surface.classes)
 
     @cached_property
     def among_images(self) -> ComplexArray | None:
@@ -89,15 +89,20 @@ class SolvedTarget:
         images = self.images
         size = [np.sum(drive**2 / np.diag(one.inductance)[:, None], axis=0)
                 for one, drive in zip(self.surface.classes, linked, strict=True)]  # fmt: skip
-        least, responses, driven = NOTHING * np.max(size, axis=0), [], []
+        least = NOTHING * np.max(size, axis=0)
+        responses: list[ComplexArray] = []
+        driven: list[ComplexArray] = []
         for number, (one, drive) in enumerate(zip(self.surface.classes, linked, strict=True)):
             if images is None and np.all(size[number] <= least):
                 responses.append(np.zeros(drive.shape, dtype=complex))
                 continue
-            wanted = drive if images is None else np.concatenate([drive, images.within[number]], axis=1)
+            within = np.zeros((len(drive), 0)) if images is None else images.within[number]
+            own = np.any(within != 0.0, axis=0)
+            wanted = np.concatenate([drive, within[:, own]], axis=1)
             found = np.linalg.solve(self._system(one), wanted.astype(complex))
-            responses.append(found[:, : drive.shape[1]])
-            driven.append(found[:, drive.shape[1] :])
+            responses.append(found[:, : drive.shape[1]].astype(complex))
+            driven.append(np.zeros(within.shape, dtype=complex))
+            driven[-1][:, own] = found[:, drive.shape[1] :]
         return responses, None if images is None else combined(driven, images.within)
 
     def _potential(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> Array:
