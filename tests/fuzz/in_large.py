@@ -24,6 +24,9 @@ from killed import killed_build  # noqa: E402
 
 import sitscad  # noqa: E402
 
+MEMORY = 2 * 1024**3
+"""Address space (bytes) of this process: what wants more is found by a MemoryError, and not by the machine."""
+
 
 def load(text: str) -> bool:
     """Read a text, and whether it is a spec; what is wrong with it is a `SpecError` with at least one finding."""
@@ -81,6 +84,7 @@ def main() -> None:
     for name, default in (("loads", 1_000_000), ("checks", 100_000), ("kills", 100), ("seed", 1), ("seconds", 3600)):
         parser.add_argument(f"--{name}", type=int, default=default)
     asked = parser.parse_args()
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     rng = random.Random(asked.seed)
     texts = iter(lambda: mutated(rng), None)
     told("loads", load, asked.loads, texts, asked.seconds)

@@ -14,7 +14,7 @@ from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.errors import LOSSY, stated_errors
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
-from sitscad.estimates.response.placed import LEAST_HEIGHT, Placed, at_rest, tabled
+from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
 from sitscad.estimates.response.plate import Plate, solved_plate
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
@@ -133,8 +133,10 @@ class ResponseModel:
         filled = np.where(np.isfinite(taken_at), taken_at, math.sqrt(self.band[0] * self.band[1]))
         change, lost = shown.at(filled)
         mirror, at = near.plate.mirror_error + LOSSY * near.plate.is_over_a_poor_mirror, float(filled.mean())
+        cover = placed.cover(self.spec, self.layout.coils)
+        mirror += cover.error
         size = np.abs(shown.total).max(axis=0)
-        errors = stated_errors(self.spec, change, size, self._scale, placed.lowest, shown.error, mirror, at)
+        errors = stated_errors(cover.part(self.spec), change, size, self._scale, placed.lowest, shown.error, mirror, at)
         strain, held = self._strain(poses), holding(self.spec, poses)
         return Response(
             coils=tuple(coil.name for coil in self.layout.coils), poses=poses, inductance=inductance,
@@ -218,15 +220,15 @@ class ResponseModel:
 
     def _near(self, placed: Placed, band: tuple[float, float]) -> _Near:
         """What holds for all poses no nearer than these, solved at most once for each step of height and reach."""
-        top, height, reach = placed.cover(self.spec, self.layout.coils)
-        key = (height, reach, band)
+        cover = placed.cover(self.spec, self.layout.coils)
+        key = (cover, band)
         if key not in self.solved:
-            self.solved[key] = self._solve(height + top, reach, band)
+            self.solved[key] = self._solve(cover, band)
         return self.solved[key]
 
-    def _solve(self, lowest: float, reach: float, band: tuple[float, float]) -> _Near:
-        """Plate, bare coils and crowding for a target no lower than that (m) and no farther aside than `reach` (m)."""
-        spec, coils = self.spec, self.layout.coils
+    def _solve(self, cover: Cover, band: tuple[float, float]) -> _Near:
+        """Plate, bare coils and crowding for the target in the poses of `cover`."""
+        spec, coils, lowest = self.spec, self.layout.coils, cover.lowest
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
         near = replace(self.wound.given.assembly, states=(nothing, replace(nothing, above=self._endless(lowest))))
         winding = solve_winding(spec.coil, coils[0], near, self.wound.winding.conductivity, None, None)
@@ -234,7 +236,7 @@ class ResponseModel:
         thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
         heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
         crowding = curves(*band, lambda at: np.stack([self._crowding(winding, at, z) for z in heights], axis=1), 4)
-        plate = solved_plate(spec, coils, band, self.behind, lowest, tabled(spec, reach), self.finer)
+        plate = solved_plate(spec, coils, band, self.behind, cover, self.finer)
         return _Near(plate, bare, np.log(heights), crowding)
 
     def _endless(self, height: float) -> Reflector:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from sitscad.physics.eddy.target import turned
 from sitscad.record import record
 from sitscad.scene.bodies import target as target_body
 from sitscad.scene.gaps import target_gap
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import SensorSpec, Target
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,16 @@ WIDEST, MOST_NODES = 4.4, 800
 """Side of the table of a coil's potential, in the coil's size (beyond, it is a dipole to 2e-4 of a change), and nodes
 along it, at most."""
 
+
+MARGIN, PER_HEIGHT, HIGHEST, MAGNETIC = 0.6, 2.0, 0.75, 1.6
+"""How far a target is solved beyond the outermost coil, in the coil's size: so much and twice its height, of heights up
+to so many sizes (a change is below 1 % of an inductance beyond); of magnetic metals so many times as far."""
+
+LEFT_OUT, LEFT_OUT_OF_MAGNETIC = 0.003, 0.006
+"""What lies beyond carries of a change, at most: held against targets of 11 sizes (tests/estimates/test_placed.py)."""
+
+STEP, WORTH = 0.5, 0.8
+"""Steps, in the coil's size, of how much of a target is solved; from which part of its sides on all of it is."""
 
 FARTHEST, STEEPEST = 1.0, math.radians(89.0)
 """How far (m) from rest and how steep (rad) a pose that is asked for may be."""
@@ -73,6 +84,25 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
             raise NoResponse(f"the pose {words} (mm, degrees) {said}")
 
 
+@record
+class Cover:
+    """The poses that one solution of a target serves: none below `lowest` (m, of the layout), none farther from the
+    coils' middle than `reach` (m); half of the sides (m) of the part of the target that the coils know of, and the
+    relative error of leaving out the rest.
+    """
+
+    lowest: float
+    reach: float
+    half: tuple[float, float]
+    error: float = 0.0
+
+    def part(self, spec: SensorSpec) -> SensorSpec:
+        """The spec with that part of its target, about its middle."""
+        target, size = spec.target, (2.0 * self.half[0], 2.0 * self.half[1])
+        assert target is not None
+        return spec if size == target.size else replace(spec, target=replace(target, size=size))
+
+
 @record(eq=False)
 class Placed:
     """Poses as turns (n, 3, 3) and places (n, 3) of the near face's centre (m), the lowest point of each (m), and half
@@ -92,14 +122,8 @@ class Placed:
         own = 0.0 if target.outline.is_round else target.rotation
         turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, own]]))[0]
         places = rest + poses[:, :3]
-        x, y = 0.5 * target.size[0], 0.5 * target.size[1]
-        along, across = x * np.abs(turns[:, 2, 0]), y * np.abs(turns[:, 2, 1])
-        down = np.hypot(along, across) if target.outline.is_round else along + across
-        return cls(turns, places, places[:, 2] - down, (x, y))
-
-    def reach(self, centre: Array) -> float:
-        """How far (m) from a place any point of the target gets."""
-        return float(np.hypot(*(self.places[:, :2] - centre).T).max()) + math.hypot(*self.half)
+        half = 0.5 * target.size[0], 0.5 * target.size[1]
+        return cls(turns, places, places[:, 2] - _down(target, turns, half), half)
 
     def heights(self, centres: Array) -> Array:
         """Logarithm of the height (m) of the near face's plane over every coil's centre, (n, coils), no more than the
@@ -112,13 +136,27 @@ class Placed:
         middle = self.places[:, 2:]
         return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
 
-    def cover(self, spec: SensorSpec, coils: Sequence[Coil]) -> tuple[float, float, float]:
-        """For which poses a target is solved that serves these: height (m) of the coils' topmost layer, least height
-        over it, and reach from the coils' middle; both in steps, so that one solution serves many.
-        """
+    def cover(self, spec: SensorSpec, coils: Sequence[Coil]) -> Cover:
+        """For which poses a target is solved that serves these, in steps, so that one solution serves many."""
+        assert spec.target is not None
+        is_magnetic = spec.target.material.relative_permeability > 1.1
         top, centre = max(winding.z for winding in coils[0].windings), np.array(spec.array.middle)
         apart = max(math.hypot(*(np.array(coil.placement.centre) - centre)) for coil in coils)
-        reach = FARTHER ** math.ceil(math.log(self.reach(centre) + apart, FARTHER))
-        least = max(LEAST_HEIGHT, WIDEST * max(spec.coil.size) / (FINE * MOST_NODES))
-        height = max(float(self.lowest.min()) - top, least)
-        return top, max(NEARER ** math.floor(math.log(height, NEARER)), least), reach
+        size, aside = max(spec.coil.size), float(np.hypot(*(self.places[:, :2] - centre).T).max())
+        high = min(float(self.places[:, 2].max()) - top, HIGHEST * size)
+        beyond = (MAGNETIC if is_magnetic else 1.0) * (MARGIN * size + PER_HEIGHT * high)
+        kept = STEP * size * math.ceil((aside + apart + 0.5 * size + beyond) / (STEP * size))
+        x, y = (kept if kept < WORTH * side else side for side in self.half)
+        half = x, y
+        reach = FARTHER ** math.ceil(math.log(aside + math.hypot(*half) + apart, FARTHER))
+        least = max(LEAST_HEIGHT, WIDEST * size / (FINE * MOST_NODES))
+        height = max(float((self.places[:, 2] - _down(spec.target, self.turns, half)).min()) - top, least)
+        lowest = max(NEARER ** math.floor(math.log(height, NEARER)), least) + top
+        error = 0.0 if half == self.half else LEFT_OUT_OF_MAGNETIC if is_magnetic else LEFT_OUT
+        return Cover(lowest, reach, half, error)
+
+
+def _down(target: Target, turns: Array, half: tuple[float, float]) -> Array:
+    """How far (m) a target of such sides reaches below the centre of its near face in every turn."""
+    along, across = half[0] * np.abs(turns[:, 2, 0]), half[1] * np.abs(turns[:, 2, 1])
+    return np.hypot(along, across) if target.outline.is_round else np.asarray(along + across)

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.estimates.response.placed import Cover, tabled
 from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil
 from sitscad.physics import constants
@@ -128,15 +129,14 @@ class Plate:
 
 
 def solved_plate(
-    spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, lowest: float,
-    reach: float, finer: float = 1.0,
+    spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, cover: Cover,
+    finer: float = 1.0,
 ) -> Plate:  # fmt: skip
-    """The target solved at frequencies (Hz), for poses whose lowest point stays above z = `lowest` (m) and that stay
-    within `reach` (m) of the coils' middle; `finer` as in `Detail`.
-    """
-    assert spec.target is not None
-    bare = tuple(replace(coil, series=()) for coil in coils)
-    return _solved(spec.target, spec.coil, bare, tuple(frequencies), behind, lowest, reach, finer)
+    """The target solved at frequencies (Hz), for the poses of `cover`; `finer` as in `Detail`."""
+    bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec, cover.reach)
+    part = cover.part(spec).target
+    assert part is not None
+    return _solved(part, spec.coil, bare, tuple(frequencies), behind, cover.lowest, reach, finer)
 
 
 @lru_cache(maxsize=4)
@@ -175,12 +175,13 @@ def _resolved(
     return detail, surface(target, detail, edge)
 
 
-def solving_work(spec: SensorSpec, coils: Sequence[Coil], frequency: float, lowest: float) -> float:
-    """What solving a target takes, for poses no lower than z = `lowest` (m): the cube of the functions in a box's
-    largest class of currents, and as much for what discs link.
+def solving_work(spec: SensorSpec, coils: Sequence[Coil], frequency: float, cover: Cover) -> float:
+    """What solving a target takes for the poses of `cover`: the cube of the functions in a box's largest class of
+    currents, and as much for what discs link.
     """
-    assert spec.target is not None
-    whole = _resolved(spec.target, spec.coil, coils, frequency, lowest, 1.0)[1]
+    part = cover.part(spec).target
+    assert part is not None
+    whole = _resolved(part, spec.coil, coils, frequency, cover.lowest, 1.0)[1]
     if isinstance(whole, Disc):
         functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
         return DISCS * functions * len(whole.points) * whole.orders

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.response.errors import LOSSY, poles_error, stated_errors
-from sitscad.estimates.response.placed import Placed, at_rest, tabled
+from sitscad.estimates.response.placed import Placed, at_rest
 from sitscad.estimates.response.plate import solved_plate, solving_work
 from sitscad.estimates.states.assembly import Assembly, metal_behind
 from sitscad.estimates.states.finite_target import TargetChanges
@@ -36,9 +36,9 @@ def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, b
     near to.
     """
     assert spec.target is not None
-    top, height, _ = _placed(spec, assembly).cover(spec, coils)
+    cover = _placed(spec, assembly).cover(spec, coils)
     most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
-    return solving_work(spec, coils, math.sqrt(band[0] * band[1]), height + top) <= most
+    return solving_work(spec, coils, math.sqrt(band[0] * band[1]), cover) <= most
 
 
 def _placed(spec: SensorSpec, assembly: Assembly) -> Placed:
@@ -53,13 +53,13 @@ def solved_target(
 ) -> TargetChanges:
     """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance."""
     placed = _placed(spec, assembly)
-    top, height, reach = placed.cover(spec, coils)
-    plate = solved_plate(spec, coils, band, metal_behind(spec), height + top, tabled(spec, reach))
+    cover = placed.cover(spec, coils)
+    plate = solved_plate(spec, coils, band, metal_behind(spec), cover)
     total, lossless = (_rounded(part) for part in plate.changes(placed.turns, placed.places, True))
     frequency, size = math.sqrt(band[0] * band[1]), np.abs(total).max(axis=0)
     change, own = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
-    behind = plate.mirror_error + LOSSY * plate.is_over_a_poor_mirror
-    stated = stated_errors(spec, change, size, scale, placed.lowest, 0.0, behind, frequency)
+    behind = plate.mirror_error + LOSSY * plate.is_over_a_poor_mirror + cover.error
+    stated = stated_errors(cover.part(spec), change, size, scale, placed.lowest, 0.0, behind, frequency)
     least = np.maximum(np.abs(change), 0.01 * scale)
     more = np.einsum("pcc->pc", stated * least * np.sign(change))
     poles = poles_error(spec) * np.minimum(2.0 * math.pi * frequency * np.einsum("pcc->pc", size), LEAST_LOSSY * own)
@@ -84,6 +84,5 @@ def own_changes(spec: SensorSpec, coils: Sequence[Coil], poses: Array, frequency
     (Hz), currents even.
     """
     placed = Placed.of(spec, at_rest(spec), poses)
-    top, height, reach = placed.cover(spec, coils)
-    plate = solved_plate(spec, coils, (frequency,), metal_behind(spec), height + top, tabled(spec, reach))
+    plate = solved_plate(spec, coils, (frequency,), metal_behind(spec), placed.cover(spec, coils))
     return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0]).real)

@@ -1,0 +1,88 @@
+"""A target far larger than its coils is solved in part: what is left out is within what is stated for it."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sitscad
+from sitscad.estimates.response.placed import Cover, Placed, at_rest
+from sitscad.estimates.response.plate import solved_plate
+from sitscad.spec import templates
+
+FREQUENCY = 5e6
+
+
+def _changes(spec, coils, cover, placed):
+    plate = solved_plate(spec, coils, (FREQUENCY,), None, cover)
+    return np.einsum("pcc->pc", plate.changes(placed.turns, placed.places)[0][0])[:, 0]
+
+
+@pytest.mark.parametrize(
+    ("material", "thickness", "across", "height"),
+    [
+        ("copper", 50e-6, 7.0, 0.2),
+        pytest.param("copper", 50e-6, 9.0, 0.7, marks=pytest.mark.slow),
+        pytest.param("ferrite", 500e-6, 11.0, 0.3, marks=pytest.mark.slow),
+        pytest.param("stainless-17-4ph", 200e-6, 9.0, 0.2, marks=[pytest.mark.slow, pytest.mark.more]),
+    ],
+)
+def test_what_is_left_out_of_a_wide_target_is_within_what_is_stated_for_it(material, thickness, across, height):
+    spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml").replace("target.material", material)
+    size = max(spec.coil.size)
+    spec = replace(spec, target=replace(spec.target, thickness=thickness, size=(across * size, across * size)))
+    coils, rest = sitscad.lay_out(spec).coils, at_rest(spec)
+    poses = np.zeros((1, 6))
+    poses[0, 2] = height * size - rest[2]
+    placed = Placed.of(spec, rest, poses)
+    cover = placed.cover(spec, coils)
+    assert 0.0 < cover.error < 0.01 and max(cover.half) < 0.8 * max(placed.half)
+    part = _changes(spec, coils, cover, placed)
+    whole = _changes(spec, coils, replace(cover, half=placed.half), placed)
+    least = max(abs(whole[0].real), 0.01 * 2.5e-6)
+    assert abs(part[0].real - whole[0].real) < cover.error * least
+
+
+def test_a_target_of_twice_its_coils_is_solved_whole():
+    spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml")
+    placed = Placed.of(spec, at_rest(spec), np.zeros((1, 6)))
+    cover = placed.cover(spec, sitscad.lay_out(spec).coils)
+    assert cover.half == placed.half and cover.error == 0.0 and cover.part(spec) is spec
+
+
+def test_poses_alike_are_served_by_one_solution():
+    spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml")
+    spec = replace(spec, target=replace(spec.target, size=(0.08, 0.08)))
+    coils, rest = sitscad.lay_out(spec).coils, at_rest(spec)
+    covers: set[Cover] = set()
+    for down in np.linspace(0.0, 0.4e-3, 40):
+        covers.add(
+            Placed.of(spec, rest, np.array([[1e-4 * math.sin(down), 0.0, -down, 0.0, 0.0, 0.0]])).cover(spec, coils)
+        )
+    assert len(covers) <= 4
+
+
+@pytest.mark.slow
+def test_a_target_of_200_mm_takes_no_gigabytes(tmp_path):
+    # It took 23 GB to see what a degree of tilt does to it: the fuzzer's find
+    text = templates.read("robotic_jaw_12mm").replace("size: [9, 8.4]", "size: 200", 1)
+    assert "size: 200" in text
+    (tmp_path / "wide.yaml").write_text(text)
+    found = subprocess.run(
+        [sys.executable, "-c", LIMITED, "check", "--hints", "none", str(tmp_path / "wide.yaml")],
+        capture_output=True, text=True, timeout=600,
+    )  # fmt: skip
+    assert "SIT402" in found.stdout and found.returncode == 1, found.stdout + found.stderr
+
+
+LIMITED = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_AS, (2 * 1024**3,) * 2)
+from sitscad.__main__ import main
+main()
+"""
