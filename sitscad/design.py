@@ -102,7 +102,7 @@ class Design:
     @cached_property
     def performance(self) -> tuple[Performance, ...]:
         """What the sensor feels, in newtons, at rest, half and full load; nothing where it has no target that conducts,
-        no pad under it, or no tank that oscillates. It costs seconds of processor time, once a design.
+        no pad under it that holds it, or no tank that oscillates. It costs seconds of processor time, once a design.
         """
         from sitscad.estimates.performance.points import performance
         from sitscad.estimates.response.pad import NoResponse

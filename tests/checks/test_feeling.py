@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import sitscad
@@ -157,3 +158,37 @@ def test_a_check_without_such_requirements_loads_nothing_of_it(tmp_path):
     done = subprocess.run([sys.executable, "-c", run, str(spec)], capture_output=True, text=True,
                           env={"PYTHONPATH": source})  # fmt: skip
     assert done.stderr.splitlines()[-1] == "[]"
+
+
+# ------------------------------------------------------------------------------------------- pads that do not hold
+
+
+def _pressed(size, force, **needs):
+    """A pair of coils, and a pad of a size (mm) under a force (N)."""
+    text = (TEMPLATES / "robotic_jaw_12mm.yaml").read_text(encoding="utf-8")
+    spec = sitscad.load_text(text, "spec.yaml")
+    pad = replace(spec.elastomer, size=(size * 1e-3, size * 1e-3))
+    return replace(spec, elastomer=pad, requirements=replace(spec.requirements, normal_force=force, **needs))
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_pad_that_gives_way_is_not_said_to_feel():
+    """Its figures at half load were zeros, and the least of noises passed; numpy warned of them."""
+    design = Design(_pressed(0.25, 8.0))
+    for rule_id in ("SIT401", "SIT402", "SIT407", "SIT408"):
+        (rule,) = (rule for rule in RULES if rule.id == rule_id)
+        found, skipped = apply_rule(rule, design)
+        assert "the pad gives way sideways at half load" in skipped[0].reason
+        assert not any("half" in one.message or "full" in one.message for one in found)
+    assert "SIT304" in [f.rule for f in check(design.spec, design.layout, design.estimates, hints="none").findings
+                        if f.severity is Severity.ERROR]  # fmt: skip
+    assert design.performance == ()
+
+
+def test_noise_on_an_axis_that_nothing_tells_is_infinite(bench):
+    """Least squares leave such an axis out, and its noise was none."""
+    from sitscad.checks.feeling.felt import felt
+
+    point = felt(bench).points[0]
+    blind = replace(point, by_pose=0.0 * point.by_pose, inverse=0.0 * point.inverse)
+    assert np.isfinite(point.noise).all() and np.isinf(blind.noise).all()

@@ -22,6 +22,10 @@ NOTHING_FELT = Undecided(
     "nothing of what the sensor feels was estimated: it takes a target on its pad and tanks that oscillate at rest"
 )
 
+GIVES_WAY = (
+    "the pad gives way sideways {where} (SIT304 and SIT312 judge that): nothing can be said of what is felt there"
+)
+
 NOISE_STEPS_SOURCE = (
     "noise by the law measured on an LDC1614 (1 to 1.4 steps of 1/(32 RCOUNT) of the frequency: "
     "data/ldc161x_limits.csv), slopes as in the states and SIT218, pad by its law; within a few per cent of "
@@ -49,7 +53,9 @@ def noted(design: Design) -> tuple[Reached, ...]:
 def where_felt(
     rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],
 ) -> Callable[[Design], Iterator[Verdict]]:
-    """A rule about what the sensor feels, as a rule about a design: undecided where there is nothing to feel."""
+    """A rule about what the sensor feels at working points, as a rule about a design: undecided where there is nothing
+    to feel, and of points at which the pad gives way.
+    """
 
     @wraps(rule)
     def apply(design: Design) -> Iterator[Verdict]:
@@ -58,8 +64,30 @@ def where_felt(
             yield NOTHING_FELT
         else:
             yield from rule(found, design)
+            lost = [at for at, is_held in zip(POINTS, found.held, strict=True) if not is_held]
+            if lost:
+                yield Undecided(GIVES_WAY.format(where=lost[0]))
 
     return apply
+
+
+def where_held(
+    rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],
+) -> Callable[[QuickPerformance, Design], Iterator[Verdict]]:
+    """A rule about the whole working range: nothing where the pad gives way within it, and so undecided."""
+
+    @wraps(rule)
+    def apply(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+        if found.is_range_held:
+            yield from rule(found, design)
+        elif all(found.held):
+            yield Undecided(GIVES_WAY.format(where="under full shear"))
+
+    return apply
+
+
+POINTS = ("at rest", "at half load", "at full load")
+"""The working points, in words."""
 
 
 @record
@@ -72,11 +100,14 @@ class Worst:
 
 
 def worst(found: QuickPerformance, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
-    """The largest of what `of` gives for a working point and an axis by their numbers; None without such axes."""
-    names, points = found.bench.names, ("at rest", "at half load", "at full load")
+    """The largest of what `of` gives for a working point and an axis by their numbers, where the pad holds the target;
+    None without such axes.
+    """
+    names = found.bench.names
     each = [
         Worst(of(point, names.index(axis)), axis.replace("_", " along "), where)
-        for point, where in enumerate(points)
+        for point, where in enumerate(POINTS)
+        if found.held[point]
         for axis in axes
         if axis in names
     ]

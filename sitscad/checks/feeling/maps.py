@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from sitscad.checks.cases import Case
-from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, more_signal, where_felt, worst
+from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, POINTS, more_signal, where_felt, where_held, worst
 from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -20,6 +20,7 @@ BESIDE_NOISE = 10.0
 
 
 @where_felt
+@where_held
 def two_loads_one_reading(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Whether two loads within what is required read alike."""
     twins = found.working.twins
@@ -41,7 +42,7 @@ def tilt_beside_noise(found: QuickPerformance, design: Design) -> Iterator[Verdi
 
     most = worst(found, found.bench.names, over_noise)
     if most is not None and most.value > BESIDE_NOISE:
-        point = found.points[("at rest", "at half load", "at full load").index(most.at)]
+        point = found.points[POINTS.index(most.at)]
         k = [name.replace("_", " along ") for name in found.bench.names].index(most.axis)
         yield TILT_COVERS.found("elastomer.thickness", most.value, BESIDE_NOISE, None, axis=most.axis, at=most.at,
                                 force=float(point.tilt_errors(DEGREE)[k].max()),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitscad.checks.cases import Case
-from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, more_signal, note_reached, where_felt, worst
+from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, more_signal, note_reached, where_felt, where_held, worst
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -60,6 +60,7 @@ ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as 
 
 
 @where_felt
+@where_held
 def crosstalk(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """What every axis errs by while another goes over its full scale, by the curved map."""
     from sitscad.estimates.performance.inverse import crosstalk as crossed
@@ -101,6 +102,7 @@ def tilt_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
 
 
 @where_felt
+@where_held
 def friction_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Error of shear over normal at full load."""
     asked = design.spec.requirements.friction_error
@@ -124,6 +126,8 @@ def temperature_error(found: QuickPerformance, design: Design) -> Iterator[Verdi
     needs = design.spec.requirements
     assert needs.temperature_range is not None and needs.temperature_error is not None
     apart = max(abs(end - needs.temperature) for end in needs.temperature_range)
+    if not found.held[-1]:
+        return
     drift = apart * found.warmed.temperature
     k = int(np.argmax(drift))
     axis = found.bench.names[k].replace("_", " along ")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.derivatives import STEPS
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import pushed, soft_pad
+from sitscad.estimates.response.pad import pushed, soft_pad, straight
 from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.states.pressing import loaded_face
 from sitscad.estimates.values import Estimates
@@ -80,10 +80,19 @@ class Bench:
         return dict(zip(AXES, (self.overload, shear, shear), strict=True))
 
     def poses(self, loads: Array, pad: Pad | None = None) -> Array:
-        """Poses (n, 6) of a level target under (n, 3) loads, on this pad or another."""
+        """Poses (n, 6) of a level target under (n, 3) loads, on this pad or another; a straight estimate where it gives
+        way.
+        """
         if pad is None:
             return pushed(self.spec, loads, np.ones(len(loads), dtype=bool))[0]
-        return pad.pose(loads, is_held=True)
+        found = pad.pose(loads, is_held=True)
+        lost = np.isnan(found[:, 0])
+        found[lost] = straight(pad, loads[lost])
+        return found
+
+    def is_held(self, loads: Array) -> NDArray[np.bool_]:
+        """Whether the pad holds a level target under each of (n, 3) loads: it gives way sideways under the others."""
+        return ~np.isnan(self.pad.pose(loads, is_held=True)[:, 0])
 
     @cached_property
     def rest(self) -> Array:

@@ -29,6 +29,9 @@ FLAT = 3.0
 BESIDE = 0.1e-3
 """How far (m) the force is put beside the middle to see what that does."""
 
+UNTOLD = 0.01
+"""By how much what the straight map makes of 1 N may differ from it: least squares leave out what no reading tells."""
+
 BRANCH = 0.5
 """Part of a loop of hysteresis by which either branch lies beside the middle of both."""
 
@@ -102,10 +105,18 @@ class Disturbed:
         known = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
         return np.asarray(np.hypot(known, self.by_kelvin["capacitors"]))
 
+    @cached_property
+    def by_load(self) -> Array:
+        """Slopes of the readings by the load on the axes told apart (per N; coils, axes)."""
+        return np.asarray((self.by_pose @ self.bench.compliance(self.pose))[:, self.bench.columns])
+
     @property
     def noise(self) -> Array:
-        """One sigma (N) of every axis by the converter's noise."""
-        return np.asarray(np.sqrt(np.sum((self.inverse * self.bench.noise) ** 2, axis=1)))
+        """One sigma (N) of every axis by the converter's noise; infinite where no reading moves with the axis, or only
+        as with another.
+        """
+        found = np.sqrt(np.sum((self.inverse * self.bench.noise) ** 2, axis=1))
+        return np.asarray(np.where(np.abs(np.diag(self.inverse @ self.by_load) - 1.0) < UNTOLD, found, np.inf))
 
     @property
     def hysteresis(self) -> Array:
@@ -148,7 +159,7 @@ class Disturbed:
             "manufacture, after calibration": units.at(self.share, normal, True),
             **self._without_tare(),
         }
-        return {name: np.nan_to_num(error) for name, error in found.items()}
+        return {name: np.nan_to_num(error, posinf=np.inf) for name, error in found.items()}
 
     def _without_tare(self) -> dict[str, Array]:
         """What clock and capacitors would do to a map in hertz."""

@@ -44,7 +44,9 @@ POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))
 
 
 def performance(model: ResponseModel) -> tuple[Performance, ...]:
-    """At rest, half and full load (`Bench.full`); nothing where target, elastomer or tank are missing."""
+    """At rest, half and full load (`Bench.full`); nothing where target, elastomer or tank are missing, or where the pad
+    gives way under full load.
+    """
     spec = model.spec
     if spec.target is None or spec.elastomer is None or not rests_on_pad(spec):
         return ()
@@ -52,6 +54,8 @@ def performance(model: ResponseModel) -> tuple[Performance, ...]:
         return ()
     solved = Solved(model)
     bench = bench_of(spec, model.estimates, solved.frequencies)
+    if not bench.is_held(working_loads(bench)).all():
+        return ()
     working = working_range(bench)
     units = units_of(working, manufacturing_scatter(spec, model.estimates))
     warm = model.estimates.temperature + WARMER
@@ -65,7 +69,7 @@ def performance(model: ResponseModel) -> tuple[Performance, ...]:
 
 def disturbed(bench: Bench, metal: Array) -> tuple[Disturbed, ...]:
     """The working points of a bench; `metal` is what its metals' warmth does to readings at rest (per K; coils)."""
-    loads = np.array([[share * bench.full["normal"], 0.0, 0.0] for _, share in POINTS])
+    loads = working_loads(bench)
     poses = bench.poses(loads)
     slopes = bench.slopes(poses)
     tilts = Tilts(bench, loads, poses)
@@ -73,6 +77,11 @@ def disturbed(bench: Bench, metal: Array) -> tuple[Disturbed, ...]:
         Disturbed(bench, loads[k], share, poses[k], slopes[k], _inverted(bench, poses[k], slopes[k]), metal, tilts, k)
         for k, (_, share) in enumerate(POINTS)
     )
+
+
+def working_loads(bench: Bench) -> Array:
+    """The loads (3, 3; N) of the working points."""
+    return np.array([[share * bench.full["normal"], 0.0, 0.0] for _, share in POINTS])
 
 
 def _inverted(bench: Bench, pose: Array, by_pose: Array) -> Array:
@@ -90,11 +99,6 @@ class _Working:
     units: Units
     solved: Solved
 
-    @property
-    def by_load(self) -> Array:
-        # The readings' slopes by the load (coils, 3; per N).
-        return np.asarray(self.point.by_pose @ self.point.bench.compliance(self.point.pose))
-
 
 def _at(here: _Working) -> Performance:
     """What the sensor feels at one working point, a normal load (N) of the full one."""
@@ -103,7 +107,7 @@ def _at(here: _Working) -> Performance:
     courses = {name: course(bench, here.solved, point.load, name) for name in names}
     errors = point.errors(here.units, here.working.map_errors)
     curved, straight = crosstalk(here.working, point.load, point.inverse)
-    singular = np.linalg.svd(here.by_load[:, bench.columns] * bench.full_scales, compute_uv=False)
+    singular = np.linalg.svd(point.by_load * bench.full_scales, compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))
     twins = here.working.twins
     shear = next((name for name in names if name != "normal"), None)
@@ -131,7 +135,7 @@ def _axes(here: _Working, courses: Mapping[str, Course], errors: Mapping[str, Ar
     bench, found = here.point.bench, {}
     frequencies = bench.frequencies(here.point.pose[None])[0]
     for k, name in enumerate(bench.names):
-        slopes = here.by_load[:, AXES.index(name)] * frequencies
+        slopes = here.point.by_load[:, k] * frequencies
         found[name] = AxisPerformance(
             courses[name].range, courses[name].limited_by, bench.full[name], tuple(map(float, slopes)),
             float(errors["noise"][k]), _nonlinearity(here, name, k),

@@ -19,7 +19,7 @@ from sitscad.estimates import estimated
 from sitscad.estimates.performance.bench import Bench, bench_of
 from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, working_range
-from sitscad.estimates.performance.points import disturbed
+from sitscad.estimates.performance.points import disturbed, working_loads
 from sitscad.estimates.performance.scatter import manufacturing_scatter
 from sitscad.estimates.performance.tilts import QuickTilts
 from sitscad.estimates.performance.units import units_of
@@ -137,6 +137,16 @@ class QuickPerformance:
     def points(self) -> tuple[Disturbed, ...]:
         """Rest, half and full load, what metal does left out."""
         return disturbed(self.bench, np.zeros(len(self.bench.rest)))
+
+    @cached_property
+    def held(self) -> tuple[bool, ...]:
+        """At which of the points the pad holds the target: where it gives way, their figures mean nothing."""
+        return tuple(map(bool, self.bench.is_held(working_loads(self.bench))))
+
+    @cached_property
+    def is_range_held(self) -> bool:
+        """Whether the pad holds the target all over the working range."""
+        return bool(np.all(self.bench.is_held(self.working.loads)))
 
     def friction(self, shear: str) -> dict[str, float]:
         """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import field
 
@@ -39,9 +40,9 @@ class AxisPerformance:
             "limited_by": self.limited_by,
             "full_scale_N": self.full_scale,
             "sensitivity_Hz_per_N": list(self.sensitivity),
-            "resolution_N": self.resolution,
+            "resolution_N": _finite(self.resolution),
             "nonlinearity": self.nonlinearity,
-            "errors_N": dict(self.errors),
+            "errors_N": {cause: _finite(error) for cause, error in self.errors.items()},
         }
 
 
@@ -113,6 +114,11 @@ class Performance:
             "production": _plain(self.production),
             "notes": list(self.notes),
         }
+
+
+def _finite(value: float) -> float | None:
+    """A figure; None of one that is infinite, as of the noise on an axis that no reading tells."""
+    return value if math.isfinite(value) else None
 
 
 def _by_axis(load: Loads) -> dict[str, float]:
