@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -186,7 +187,9 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
     """
     own = units(sensors.known, 5, 100)[4]
     points = simulated(sensors, own, foretold.plan.loads, np.random.default_rng((100, 4)))
-    found = calibrate_by(sensors, points, foretold.form)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # steps that are taken back ended in tanks that do not oscillate
+        found = calibrate_by(sensors, points, foretold.form)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     off = _off(found.map, (tried[1:, sensors.range.columns], sensors.under(own, tried, exact=True)))
     assert found.fit.settled and found.fit.excess < 1.5

@@ -105,6 +105,7 @@ def oscillating(impedances: Impedances, networks: Sequence[Network], tank: Tank,
     return Terminals(np.where(still, np.nan, inductance), np.where(still, np.nan, resistance), after, parallel)
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # what does not oscillate is NaN, which is said
 def tank_frequencies(network: Network, inductance: Array, resistance: Array, delay: float) -> tuple[Array, Array]:
     """`physics.resonator.oscillate` for (n,) coils: frequency (Hz) and parallel resistance (ohm), NaN where there is no
     oscillation. The secant rule on arg Y + omega delay, from the plain resonance.
