@@ -17,6 +17,7 @@ import math
 from dataclasses import replace
 
 from sitscad.mechanics import pad_law
+from sitscad.mechanics.ogden_law import NEO_HOOKEAN
 from sitscad.record import record
 
 VALID_STRAIN = 0.30
@@ -77,18 +78,24 @@ class Face:
 
 @record
 class Surround:
-    """What is around a loaded face: by how much the pad reaches beyond it (m; see `even_rim`), and the thickness (m)
-    and shear modulus (Pa) of a film that is bonded round pad and target.
+    """What is around a loaded face: by how much the pad reaches beyond it (m; see `even_rim`), and the thickness (m),
+    shear modulus (Pa) and Ogden's exponent of a film that is bonded round pad and target.
     """
 
     rim: float = 0.0
     film: float = 0.0
     film_modulus: float = 0.0
+    film_exponent: float = NEO_HOOKEAN
 
-    def block(self, face: Face, thickness: float, shear_modulus: float) -> pad_law.Block:
-        """The face with its surround in thicknesses (m) and shear moduli (Pa), as it looks along x."""
+    def block(
+        self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN
+    ) -> pad_law.Block:
+        """The face with its surround in thicknesses (m) and shear moduli (Pa), as it looks along x; the exponent is
+        Ogden's, of the pad.
+        """
         widths, rim = (face.width_x / thickness, face.width_y / thickness), self.rim / thickness
-        return pad_law.Block(*widths, float(face.round), rim, self.film / thickness, self.film_modulus / shear_modulus)
+        film = self.film / thickness, self.film_modulus / shear_modulus
+        return pad_law.Block(*widths, float(face.round), rim, *film, exponent, self.film_exponent)
 
 
 BARE = Surround()
@@ -110,11 +117,13 @@ def even_rim(pad: Face, face: Face, aside: tuple[float, float], thickness: float
     return max(0.0, 0.5 * sum(spare)) if min(rims) >= thickness else sum(rims) / 4.0
 
 
-def model_sigma(face: Face, thickness: float, around: Surround = BARE, shear_modulus: float = 1.0) -> float:
+def model_sigma(
+    face: Face, thickness: float, around: Surround = BARE, shear_modulus: float = 1.0, exponent: float = NEO_HOOKEAN
+) -> float:
     """One sigma of the bonded block's stiffness, relative, for a loaded face, a thickness (m), what is around it, and
-    the pad's shear modulus (Pa), to which a film's is compared.
+    the pad's shear modulus (Pa), to which a film's is compared, and Ogden exponent.
     """
-    return pad_law.sigma(around.block(face, thickness, shear_modulus))
+    return pad_law.sigma(around.block(face, thickness, shear_modulus, exponent))
 
 
 @record
@@ -184,19 +193,20 @@ def compress(
     force: float,
     circular: float = False,
     around: Surround = BARE,
+    exponent: float = NEO_HOOKEAN,
 ) -> Compression:
     """How far a bonded pad gives way under a normal force, with what is `around` the loaded face.
 
     Widths and thickness in metres, moduli in pascals, force in newtons (0 or more, compressive). `pad_law.compression`:
-    F = Ea A e for small strains e, and the neo-Hookean bar for slender pads. Raises ValueError for sizes or
-    moduli that are not positive or a negative force.
+    F = Ea A e for small strains e, and the neo-Hookean bar for slender pads, or Ogden's of one term and its
+    exponent. Raises ValueError for sizes or moduli that are not positive or a negative force.
     """
     if not all(value > 0.0 for value in (width_x, width_y, thickness, shear_modulus, bulk_modulus)):
         raise ValueError("a pad needs positive widths, thickness and moduli")
     if not force >= 0.0:
         raise ValueError("the compressive force must be 0 or more")
     face = Face(width_x, width_y, circular)
-    law = pad_law.compression(around.block(face, thickness, shear_modulus), bulk_modulus / shear_modulus)
+    law = pad_law.compression(around.block(face, thickness, shear_modulus, exponent), bulk_modulus / shear_modulus)
     strain = law.strain(force / (shear_modulus * face.area))
     reasons = _beyond(strain, face, thickness)
     shape = shape_factor(width_x, width_y, thickness, circular)
@@ -273,6 +283,7 @@ def press_part(
     force: float,
     beside: float = 0.0,
     around: Surround | None = None,
+    exponent: float = NEO_HOOKEAN,
 ) -> Compression:
     """How far the loaded part of a pad gives way, `face` being that part and `beside` how far (m) the force acts from
     its middle; units as in `compress`.
@@ -282,11 +293,12 @@ def press_part(
     gives `least_strain`.
     """
     moduli = shear_modulus, bulk_modulus
-    found = compress(face.width_x, face.width_y, thickness, *moduli, force, face.round, around or BARE)
+    found = compress(face.width_x, face.width_y, thickness, *moduli, force, face.round, around or BARE, exponent)
     share = min(1.0, face.area / pad.area)
     reasons = _beyond(found.strain, face, thickness)
     if around is None:
-        found, more = _bounded(found, pad, share, thickness, *moduli, force)
+        whole = compress(pad.width_x, pad.width_y, thickness, *moduli, force, pad.round, exponent=exponent)
+        found, more = _bounded(found, whole, share)
         reasons += more
     if beside > BESIDE * max(face.width_x, face.width_y):
         reasons.append(
@@ -296,11 +308,10 @@ def press_part(
     return replace(found, valid=not reasons, note=_note(reasons), loaded_share=share)
 
 
-def _bounded(
-    found: Compression, pad: Face, share: float, thickness: float, shear: float, bulk: float, force: float
-) -> tuple[Compression, list[str]]:
-    """A cut-out part's compression with the least strain that the rest of the pad could leave, and what to say."""
-    whole = compress(pad.width_x, pad.width_y, thickness, shear, bulk, force, pad.round)
+def _bounded(found: Compression, whole: Compression, share: float) -> tuple[Compression, list[str]]:
+    """A cut-out part's compression with the least strain that the rest of the pad could leave, that of the whole pad
+    under a rigid plate, and what to say.
+    """
     least, reasons = min(found.strain, whole.strain), []
     if found.strain - least > DOUBTED * found.strain:
         reasons.append(
@@ -325,12 +336,13 @@ def force_for_strain(
     bulk_modulus: float,
     circular: float = False,
     around: Surround = BARE,
+    exponent: float = NEO_HOOKEAN,
 ) -> float:
     """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`."""
     if not 0.0 <= strain < 1.0:
         raise ValueError("a compressive strain lies from 0 to below 1")
     face = Face(width_x, width_y, circular)
-    law = pad_law.compression(around.block(face, thickness, shear_modulus), bulk_modulus / shear_modulus)
+    law = pad_law.compression(around.block(face, thickness, shear_modulus, exponent), bulk_modulus / shear_modulus)
     return shear_modulus * face.area * law.at(strain)
 
 

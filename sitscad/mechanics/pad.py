@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sitscad.mechanics import pad_law
 from sitscad.mechanics.courses import Courses, courses
 from sitscad.mechanics.elastomer import Face, Surround
+from sitscad.mechanics.ogden_law import NEO_HOOKEAN
 from sitscad.mechanics.motion import cross, relative, rotations, wrenches
 from sitscad.record import record
 
@@ -39,7 +40,8 @@ class Pad:
 
     Face and thickness in metres, moduli in pascals; `rim` by how much the pad reaches beyond the target on the average
     (m), `film` and `film_modulus` the thickness (m) and shear modulus (Pa) of a film round pad and target, bonded to
-    both and to the board; `height` (m) from the target's near face to where loads act.
+    both and to the board; `height` (m) from the target's near face to where loads act. `exponent` and `film_exponent`
+    are those of Ogden's rubber of one term, 2 being neo-Hookean; moduli are those at rest.
     """
 
     face: Face
@@ -50,6 +52,8 @@ class Pad:
     film: float = 0.0
     film_modulus: float = 0.0
     height: float = 0.0
+    exponent: float = NEO_HOOKEAN
+    film_exponent: float = NEO_HOOKEAN
 
     @cached_property
     def courses(self) -> Courses:
@@ -67,7 +71,8 @@ class Pad:
             raise ValueError("a pad needs positive widths, thickness and moduli")
         if min(self.rim, self.film, self.film_modulus, self.height) < 0.0:
             raise ValueError("a pad's rim, film and load height are 0 or more")
-        return Surround(self.rim, self.film, self.film_modulus).block(self.face, h, self.shear_modulus)
+        around = Surround(self.rim, self.film, self.film_modulus, self.film_exponent)
+        return around.block(self.face, h, self.shear_modulus, self.exponent)
 
     @property
     def sigma(self) -> float:

@@ -3,8 +3,9 @@
 Textbook terms carry it: the pressure of incompressible rubber between bonded plates (the torsion function of the face,
 Gent & Lindley 1959, Gent & Meinecke 1970), Lindley's large-strain law, shear and bending of a short column. What they
 leave open is fitted to our own finite elements (sitscad/mechanics/elements, pad_figures.csv): neo-Hookean,
-incompressible, faces of one to six thicknesses (fourteen across one of them), strain up to 35 %. Lengths are in
-thicknesses, stresses in shear moduli, unless a docstring says otherwise.
+incompressible, faces of one to six thicknesses (fourteen across one of them), strain up to 35 %. A silicone of another
+exponent than 2 has factors on it (`ogden_law`). Lengths are in thicknesses, stresses in shear moduli, unless a
+docstring says otherwise.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.mechanics.film_law import Film, film_hardening, films
+from sitscad.mechanics.ogden_law import NEO_HOOKEAN, Ogden
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -35,6 +37,13 @@ to which films were fitted, bear up to 8 % more than those of fourth where a thi
 RIM_HIDES = 0.36
 """Thicknesses of rim within which a film beyond it ceases to count for the target: an assumption, unverified."""
 
+OGDEN_SIGMA = 0.01
+"""What an exponent's factors leave of the force (one sigma, relative) a unit of it, up to a shape factor of one; more
+with its third power beyond."""
+
+OGDEN_RIM = 0.3
+"""Thicknesses of rim within which the factors of an exponent go over into those of a wide rim."""
+
 OBLONG = 3.5
 """Length over width up to which the law was held against finite elements."""
 
@@ -46,7 +55,7 @@ FLATTEST = 2.0
 class Block:
     """A loaded face on its pad, in thicknesses: its length along the axis looked at and across it, how `round` it is
     (0 a rectangle, 1 an ellipse), by how much the pad reaches beyond it on the average (`rim`), and the film round it:
-    `skin` its thickness, `skin_modulus` its shear modulus in the pad's.
+    `skin` its thickness, `skin_modulus` its shear modulus in the pad's. `exponent` and `skin_exponent` are Ogden's.
     """
 
     along: float
@@ -55,6 +64,16 @@ class Block:
     rim: float = 0.0
     skin: float = 0.0
     skin_modulus: float = 0.0
+    exponent: float = NEO_HOOKEAN
+    skin_exponent: float = NEO_HOOKEAN
+
+    @property
+    def ogden(self) -> Ogden | None:
+        """How pad and film differ from neo-Hookean ones; None where they do not."""
+        exponents = self.exponent, self.skin_exponent if self.skin else NEO_HOOKEAN
+        if exponents == (NEO_HOOKEAN, NEO_HOOKEAN):
+            return None
+        return Ogden(*exponents, self.flatness, self.round, self.oblongness, -math.expm1(-self.rim / OGDEN_RIM))
 
     @property
     def turned(self) -> Block:
@@ -118,10 +137,12 @@ def sigma(block: Block) -> float:
     """One sigma, relative, of a bare pad's force: what the law was held against, and twice that beyond.
 
     Finite elements of 22 pads, 132 forces: 1.6 % root mean square of the converged, 2.5 % of all;
-    pads left out of the fit 3 %. Rims and what a film bears add theirs.
+    pads left out of the fit 3 %. Rims, what a film bears and an exponent other than 2 add theirs.
     """
     oblong = max(block.along, block.across) / min(block.along, block.across)
     bare = FIT_SIGMA if block.shape_factor <= FLATTEST and oblong <= OBLONG else 2.0 * FIT_SIGMA
+    if block.exponent != NEO_HOOKEAN:
+        bare = math.hypot(bare, OGDEN_SIGMA * abs(block.exponent - NEO_HOOKEAN) * max(1.0, block.flatness) ** 3)
     if not block.rim and not block.skin:
         return bare
     law = compression(block)
@@ -151,6 +172,7 @@ class Compression:
     first: float
     second: float
     film: Film = Film()
+    ogden: Ogden | None = None
 
     @property
     def at_rest(self) -> float:
@@ -168,7 +190,10 @@ class Compression:
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 
     def _course(self, bound: Number, film: Number) -> Number:
-        return self.modulus * (1.0 + self.first * bound + self.second * bound * bound) + film
+        pad = self.modulus * (1.0 + self.first * bound + self.second * bound * bound)
+        if self.ogden is None:
+            return pad + film
+        return pad * self.ogden.pressure(bound) + film * self.ogden.film_pressure(bound)
 
     def strain(self, load: float) -> float:
         """The strain (no unit) under a force of 0 or more over the loaded area, in shear moduli; to rounding."""
@@ -202,18 +227,23 @@ class Shear:
     hardening: float = 0.0
     hardening_by: float = 0.0
     film_hardening: float = 0.0
+    ogden: Ogden | None = None
 
     def cubic(self, strain: Array) -> Array:
         """Force over area and cube of the shear strain, in shear moduli: no unit."""
         pressed = np.clip(strain, 0.0, MOST_STRAIN)
-        film = self.film_hardening * (1.0 + 4.0 * pressed)
-        return np.asarray(self.hardening + self.hardening_by * pressed**3 + film)
+        cubic = self.hardening + self.hardening_by * pressed**3 + self.film_hardening * (1.0 + 4.0 * pressed)
+        if self.ogden is None:
+            return np.asarray(cubic)
+        return np.asarray(cubic + self.stiffness * self.ogden.hardening + self.film.rest * self.ogden.film_hardening)
 
     def __call__(self, strain: Array) -> Array:
         """Force over area and shear strain where that is small, in shear moduli: no unit."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         softened = 1.0 - self.first * e * (1.0 + self.second * e + self.third * e * e)
-        return np.asarray(self.stiffness * softened + self.film(e))
+        if self.ogden is None:
+            return np.asarray(self.stiffness * softened + self.film(e))
+        return np.asarray(self.stiffness * (softened + self.ogden.shear(e)) + self.film(e) * self.ogden.film_shear(e))
 
 
 @record
@@ -225,12 +255,15 @@ class Tilt:
     first: float
     second: float
     film: Film = Film()
+    ogden: Ogden | None = None
 
     def __call__(self, strain: Array) -> Array:
         """Moment over area, thickness and angle, in shear moduli: no unit."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         grown = (1.0 - e) ** -self.power * (1.0 + self.first * e + self.second * e * e)
-        return np.asarray(self.stiffness * grown + self.film(e))
+        if self.ogden is None:
+            return np.asarray(self.stiffness * grown + self.film(e))
+        return np.asarray(self.stiffness * grown * self.ogden.tilt(e) + self.film(e) * self.ogden.film_tilt(e))
 
 
 def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
@@ -244,7 +277,7 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
     second = -1.458 + 1.509 * flat - 0.462 * flat**2
     bonded = _bonded(block)
     first, second = bonded * first, bonded * second
-    return Compression(modulus / (1.0 + modulus / bulk_modulus), first, second, block.films[0])
+    return Compression(modulus / (1.0 + modulus / bulk_modulus), first, second, block.films[0], block.ogden)
 
 
 def shear(block: Block) -> Shear:
@@ -259,7 +292,7 @@ def shear(block: Block) -> Shear:
     hardening = 0.125 / a * max(0.0, 1.0 - block.rim / 0.4)
     return Shear(stiffness, column * helped * (1.0 + 0.066 * block.round), 2.43 - 0.815 * flat,
                  6.25 + 2.54 * flat, film, hardening, 40.0 * max(0.0, helped),
-                 film_hardening(block.skin_modulus) * film.rest)  # fmt: skip
+                 film_hardening(block.skin_modulus) * film.rest, block.ogden)  # fmt: skip
 
 
 def tilt(block: Block) -> Tilt:
@@ -274,7 +307,7 @@ def tilt(block: Block) -> Tilt:
     pressure = (1.0 - 0.2 * block.round) / (15.0 / a**2 + 3.58 / b**2)
     stiffness = 3.0 * moment * (sheared + pressure) * rimmed(block, 0.637, 1.15, 0.35)
     power = 3.10 * flat / (flat + 0.434) - 0.291 * oblong + 0.033 * block.round + 0.6 * math.expm1(-block.rim / 0.5)
-    return Tilt(stiffness, power, 0.844, -1.407, block.films[2])
+    return Tilt(stiffness, power, 0.844, -1.407, block.films[2], block.ogden)
 
 
 def twist(block: Block) -> float:

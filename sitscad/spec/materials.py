@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from sitscad.record import record
 
 
@@ -34,6 +36,26 @@ class Losses:
 
 NEO_HOOKEAN = 2.0
 """The exponent of an Ogden material that is neo-Hookean."""
+
+
+AT_DOUBLE, TO_30_PERCENT = (2.0,), tuple(1.0 + 0.01 * k for k in range(1, 31))
+"""Stretches at which neo-Hookean moduli are told: a data sheet's 100 % modulus, and a fit of 30 % of tension."""
+
+
+def tension(exponent: float, stretch: float) -> float:
+    """Force over the first section of a pulled bar of Ogden's rubber of one term over its modulus at rest (Ogden 1972):
+    no unit.
+    """
+    return 2.0 / exponent * (stretch ** (exponent - 1.0) - stretch ** (-0.5 * exponent - 1.0))
+
+
+def stiffened(exponent: float, stretches: Sequence[float]) -> float:
+    """The modulus that a neo-Hookean law finds by least squares of a bar's stress at some stretches, over the modulus
+    at rest of the Ogden rubber (no unit) that it is made of: 1 for a neo-Hookean one.
+    """
+    plain = [tension(NEO_HOOKEAN, stretch) for stretch in stretches]
+    given = [tension(exponent, stretch) for stretch in stretches]
+    return sum(a * b for a, b in zip(plain, given, strict=True)) / sum(a * a for a in plain)
 
 
 @record

@@ -1,39 +1,58 @@
-"""Prints lines of ogden_figures.csv: the normal force on a level plate over a pad of Ogden's rubber of one term, by the
-finite elements of `sitscad.mechanics.elements`, of modulus 1 and thickness 1.
+"""Prints lines of ogden_figures.csv: what the finite elements of `sitscad.mechanics.elements` say of pads of Ogden's
+rubber of one term, of modulus 1 and thickness 1, at the poses of pad_figures.py and a pull.
 
-    python tests/validation/ogden_figures.py ALONG,ACROSS [--round] [--degree 3] [--exponents 2,3.05]
+    python tests/validation/ogden_figures.py ALONG,ACROSS [--round] [--rim R] [--skin T] [--skin-modulus M]
+        [--degree 3] [--exponents 2,3.05] [--skin-exponent A] [--few]
 
-Some 5 to 15 CPU seconds an exponent. What is looked at is the ratio to exponent 2, which converges faster than forces.
+Some 5 to 60 CPU seconds an exponent. What is looked at is the ratio to exponent 2, which converges faster than forces.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import sys
+
+from pad_figures import COLUMNS, POSES, TILT
 
 from sitscad.mechanics.elements.mesh import Solid, fanned
 from sitscad.mechanics.elements.pad import Pad
 
-HEIGHTS = (-0.1, -0.2, -0.3, -0.35)
+WHAT = ("exponent", "skin_exponent")
+FEW = ((0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.4, -0.2, 0), (0.4, -0.2, TILT), (0.5, 0, 0))
+FILMED = ((0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0.25, -0.2, 0), (0.25, -0.1, -TILT), (0.4, 0, 0))
+"""Poses that tell most, for pads that take long, and those in films."""
 
 
 def main() -> None:
-    """One pad of every exponent, at all heights that its elements reach."""
+    """One pad of every exponent, at all poses that its elements reach, a line each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("widths")
     parser.add_argument("--round", action="store_true")
+    for name, default in (("--rim", 0.0), ("--skin", 0.0), ("--skin-modulus", 1.0), ("--skin-exponent", 2.0)):
+        parser.add_argument(name, type=float, default=default)
+    parser.add_argument("--few", action="store_true")
     parser.add_argument("--degree", type=int, default=3)
     parser.add_argument("--exponents", default="2,3.05")
     asked = parser.parse_args()
     along, across = (float(width) for width in asked.widths.split(","))
-    solid = Solid(along, across, 1.0, asked.round)
+    solid = Solid(along, across, 1.0, asked.round, asked.rim, asked.skin)
+    given = (along, across, int(asked.round), asked.rim, asked.skin, asked.skin_modulus, asked.degree)
+    lines = csv.writer(sys.stdout, lineterminator="\n")
     for exponent in map(float, asked.exponents.split(",")):
-        pad = Pad(solid, 2, order=asked.degree, mesh=fanned(solid, 2, 1), exponent=exponent)
-        for z in HEIGHTS:
+        pad = Pad(solid, 2, skin=asked.skin_modulus, order=asked.degree, mesh=fanned(solid, 2, 1),
+                  exponents=(exponent, asked.skin_exponent))  # fmt: skip
+        for pose in FILMED if asked.skin else FEW if asked.few else (*POSES, (0, 0.1, 0)):
             try:
-                force = pad.move((0.0, z, 0.0)).force_z
-            except ArithmeticError:
-                break
-            print(along, across, int(asked.round), asked.degree, exponent, z, f"{force:.5g}", sep=",", flush=True)
+                held = pad.move(pose)
+            except ArithmeticError as reason:
+                print(reason, file=sys.stderr)
+                continue
+            k = held.stiffness
+            found = (held.force_x, held.force_z, held.moment_y, k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2], k[2, 2])
+            lines.writerow([exponent, asked.skin_exponent, *given, *(f"{v:.6g}" for v in pose),
+                            *(f"{v:.5g}" if abs(v) > 1e-9 else "0" for v in found)])  # fmt: skip
+            sys.stdout.flush()
 
 
 if __name__ == "__main__":

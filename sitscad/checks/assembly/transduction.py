@@ -14,6 +14,7 @@ from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
 from sitscad.remedy.moves import stiffer_pad
 from sitscad.remedy.search import Left, tried
+from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.profiles.presets import elastomer as elastomer_preset
 from sitscad.spec.profiles.presets import names
 from sitscad.units import show
@@ -276,19 +277,20 @@ def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
     around = surround(design.spec) or elastomer.BARE
     size = (face.width_x, face.width_y, pad.thickness)
 
-    def bears(modulus: float, bulk_modulus: float) -> bool:
-        return elastomer.force_for_strain(strain, *size, modulus, bulk_modulus, face.round, around) >= force
+    def bears(modulus: float, rubber: ElastomerMaterial) -> bool:
+        block = (*size, modulus, rubber.bulk_modulus, face.round, around, rubber.ogden_exponent)
+        return elastomer.force_for_strain(strain, *block) >= force
 
-    def least(bulk_modulus: float) -> float:
-        low, high = 1.0, bulk_modulus
-        if not bears(high, bulk_modulus):
+    def least(rubber: ElastomerMaterial) -> float:
+        low, high = 1.0, rubber.bulk_modulus
+        if not bears(high, rubber):
             return math.inf
         while high > 1.0005 * low:
             middle = math.sqrt(low * high)
-            low, high = (low, middle) if bears(middle, bulk_modulus) else (middle, high)
+            low, high = (low, middle) if bears(middle, rubber) else (middle, high)
         return high
 
-    enough = least(pad.material.bulk_modulus)
+    enough = least(pad.material)
     if enough == math.inf:
         return ""
     change = stiffer_pad(design.spec, _rounded_up(enough / _softest(sigma)))
@@ -297,12 +299,12 @@ def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
     return f"{change.words}{known} {result}{tried(change, left) if left else ''}{_softest_preset(least)}; "
 
 
-def _softest_preset(least: Callable[[float], float]) -> str:
-    """In words, the softest silicone with a preset that is stiff enough a sigma softer, too: by its bulk modulus (Pa)
-    `least` tells what shear modulus (Pa) is. Nothing where none is.
+def _softest_preset(least: Callable[[ElastomerMaterial], float]) -> str:
+    """In words, the softest silicone with a preset that is stiff enough a sigma softer, too: by its bulk modulus and
+    exponent `least` tells what shear modulus (Pa) is. Nothing where none is.
     """
     presets = (elastomer_preset(name) for name in names("elastomer"))
-    enough = [m for m in presets if m.shear_modulus * _softest(m.shear_modulus_sigma) >= least(m.bulk_modulus)]
+    enough = [m for m in presets if m.shear_modulus * _softest(m.shear_modulus_sigma) >= least(m)]
     if not enough:
         return ""
     found = min(enough, key=lambda material: (material.shear_modulus, material.name))

@@ -35,7 +35,8 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> Pad:
     above = film_thickness(spec) + (spec.target.thickness if spec.target is not None else 0.0)
     around = surround(spec) or Surround()
     return Pad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus, pad.material.bulk_modulus,
-               around.rim, around.film, around.film_modulus, above)  # fmt: skip
+               around.rim, around.film, around.film_modulus, above, pad.material.ogden_exponent,
+               around.film_exponent)  # fmt: skip
 
 
 def pushed(

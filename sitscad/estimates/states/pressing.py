@@ -72,7 +72,10 @@ def pressed(
     stiffness = max(LEAST, modulus) * pad.material.shear_modulus
     force = spec.requirements.normal_force or 0.0
     around = surround(spec, wider, film)
-    return press_part(whole, face, thickness, stiffness, pad.material.bulk_modulus, force, beside, around)
+    material = pad.material
+    return press_part(
+        whole, face, thickness, stiffness, material.bulk_modulus, force, beside, around, material.ogden_exponent
+    )
 
 
 def surround(spec: SensorSpec, wider: float = 0.0, film: float = 1.0) -> Surround | None:
@@ -84,7 +87,8 @@ def surround(spec: SensorSpec, wider: float = 0.0, film: float = 1.0) -> Surroun
     around = Surround()
     if spec.encapsulation is not None:
         skin = spec.encapsulation
-        around = Surround(0.0, skin.thickness, max(LEAST, film) * skin.material.shear_modulus)
+        modulus = max(LEAST, film) * skin.material.shear_modulus
+        around = Surround(0.0, skin.thickness, modulus, skin.material.ogden_exponent)
     if over is None:
         return around
     own, middle = pad.footprint, over.footprint.centre
@@ -135,12 +139,12 @@ def _face(outline: Path, area: float) -> tuple[float, Face]:
 def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tuple[Compression, Compression]]:
     """The pressed pad one sigma to either side, by cause; of PART from the stated strain to two sigma less."""
     assert spec.elastomer is not None
-    modulus = spec.elastomer.material.shear_modulus_sigma
+    material = spec.elastomer.material
+    modulus = material.shear_modulus_sigma
     found = {MODULUS: (pressed(spec, modulus=1.0 - modulus), pressed(spec, modulus=1.0 + modulus))}
     around = surround(spec)
-    formula = model_sigma(
-        loaded_face(spec)[0], spec.elastomer.thickness, around or Surround(), spec.elastomer.material.shear_modulus
-    )
+    face, rubber = loaded_face(spec)[0], (material.shear_modulus, material.ogden_exponent)
+    formula = model_sigma(face, spec.elastomer.thickness, around or Surround(), *rubber)
     if around is not None and around.film:
         of_film = spec.encapsulation.material.shear_modulus_sigma if spec.encapsulation is not None else 0.0
         found[FILM] = pressed(spec, film=1.0 - of_film), pressed(spec, film=1.0 + of_film)

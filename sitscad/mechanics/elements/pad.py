@@ -39,10 +39,10 @@ class Held:
 
 
 class Pad:
-    """Half of a pad, ready to be moved; moduli in Pa. `exponent` is Ogden's, of pad and skin; 2 is neo-Hookean."""
+    """Half of a pad, ready to be moved; moduli in Pa. `exponents` are Ogden's, of pad and skin; 2 is neo-Hookean."""
 
     def __init__(self, solid: Solid, cells: int, shear: float = 1.0, skin: float = 1.0, order: int = 4,
-                 mesh: Mesh | None = None, exponent: float = 2.0) -> None:  # fmt: skip
+                 mesh: Mesh | None = None, exponents: tuple[float, float] = (2.0, 2.0)) -> None:  # fmt: skip
         import ngsolve as ng
 
         self.ng, self.solid = ng, solid
@@ -60,7 +60,10 @@ class Pad:
         self.form = ng.BilinearForm(self.space, symmetric=True, condense=True)
         gradient = ng.Id(3) + ng.Grad(u)
         volume = ng.Det(gradient)
-        energy = moduli * self._sheared(gradient, volume, exponent) + p * (volume - 1.0)
+        shapes = [self._sheared(gradient, volume, exponent) for exponent in sorted(set(exponents))]
+        if len(shapes) > 1:
+            shapes = [ng.CoefficientFunction(shapes if exponents[0] < exponents[1] else shapes[::-1])]
+        energy = moduli * shapes[0] + p * (volume - 1.0)
         self.form += ng.Variation((energy - p * p / (2.0 * BULK * moduli)).Compile() * ng.dx)
         self.state = ng.GridFunction(self.space)
         self.pose = np.zeros(3)

@@ -13,7 +13,17 @@ from typing import Any
 
 from sitscad.data import cited, cited_by_field
 from sitscad.spec.converter import Converter
-from sitscad.spec.materials import NEO_HOOKEAN, Adhesive, Conductor, ElastomerMaterial, Finish, Losses
+from sitscad.spec.materials import (
+    AT_DOUBLE,
+    NEO_HOOKEAN,
+    TO_30_PERCENT,
+    Adhesive,
+    Conductor,
+    ElastomerMaterial,
+    Finish,
+    Losses,
+    stiffened,
+)
 from sitscad.spec.pieces.mounting import Hole, HolePattern, Jaw
 from sitscad.spec.profiles.names import DATA as DATA
 from sitscad.spec.profiles.names import FOLDERS, TABLES, read_table
@@ -151,12 +161,14 @@ def elastomer(name: str) -> ElastomerMaterial:
     """A silicone; raises KeyError where there is no such material.
 
     Where the maker's data sheet and a measurement both give a modulus, the value is their geometric mean and one sigma
-    is half the logarithm of their ratio, so that mean * exp(+-sigma) are the two.
+    is half the logarithm of their ratio, so that mean * exp(+-sigma) are the two. Both are told as if the silicone were
+    neo-Hookean: of one with an Ogden exponent they have stiffened, and the value is what they were at rest.
     """
     row = _table("elastomers")[name]
+    exponent = float(row["ogden_exponent"] or NEO_HOOKEAN)
     found = [
-        parse_quantity(row[field], "pressure")
-        for field in ("datasheet_shear_modulus", "measured_shear_modulus")
+        parse_quantity(row[field], "pressure") / stiffened(exponent, stretches)
+        for field, stretches in (("datasheet_shear_modulus", AT_DOUBLE), ("measured_shear_modulus", TO_30_PERCENT))
         if row[field]
     ]
     sigma = float(row["relative_sigma"]) if row["relative_sigma"] else abs(math.log(found[0] / found[-1])) / 2
@@ -168,7 +180,7 @@ def elastomer(name: str) -> ElastomerMaterial:
         row["hardness"],
         float(row["density"]) if row["density"] else None,
         cited(row),
-        float(row["ogden_exponent"] or NEO_HOOKEAN),
+        exponent,
         _losses(row),
     )
 

@@ -34,7 +34,7 @@ class ElastomerDocument(Section):
     bulk_modulus: float = key(BulkModulus, "stiffness against change of volume", "1.5 GPa")
     hardness: str = key(Label, "Shore hardness, for the bill of materials", "")
     ogden_exponent: float = key(
-        Number(1, 8), "alpha of a one-term Ogden material, for your records: the pad's law is neo-Hookean, with 2", 2
+        Number(1, 8), "alpha of a one-term Ogden material, whose modulus is that at small strain; 2 is neo-Hookean", 2
     )
     hysteresis: float = key(Number(0, 1), "loading from unloading, in parts of the full scale of force", 0.1)
     creep: float = key(Number(0, 1), "drift of the first minutes under a load, in parts of full scale", 0.05)
