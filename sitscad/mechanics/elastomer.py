@@ -87,9 +87,7 @@ class Surround:
     film_modulus: float = 0.0
     film_exponent: float = NEO_HOOKEAN
 
-    def block(
-        self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN
-    ) -> pad_law.Block:
+    def block(self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN) -> pad_law.Block:
         """The face with its surround in thicknesses (m) and shear moduli (Pa), as it looks along x; the exponent is
         Ogden's, of the pad.
         """

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from sitscad.mechanics import pad_law
 from sitscad.mechanics.courses import Courses, courses
 from sitscad.mechanics.elastomer import Face, Surround
-from sitscad.mechanics.ogden_law import NEO_HOOKEAN
 from sitscad.mechanics.motion import cross, relative, rotations, wrenches
+from sitscad.mechanics.ogden_law import NEO_HOOKEAN
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -113,9 +113,8 @@ def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
     (found,) = judge("SIT304", spec)
     assert (found.severity, found.limit) == (Severity.ERROR, 0.5)
     assert 0.57 < found.measured < 0.73 and "extrapolated" in found.message
-    pad = replace(
-        spec.elastomer, material=replace(spec.elastomer.material, shear_modulus=39.4e3, shear_modulus_sigma=0.0)
-    )
+    known = {"shear_modulus": 39.4e3, "shear_modulus_sigma": 0.0, "ogden_exponent": 2.0}
+    pad = replace(spec.elastomer, material=replace(spec.elastomer.material, **known))
     (stiff,) = judge("SIT304", replace(spec, elastomer=pad))
     assert stiff.measured == pytest.approx(0.57, abs=0.005)
     (skinned,) = judge("SIT304", design(elastomer=miniature))
@@ -126,8 +125,8 @@ def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
     ("modulus", "sigma", "severity", "limit"),
     [
         (200e3, 0.1, None, 0),
-        (52e3, 0.35, Severity.WARNING, 0.3),
-        (40e3, 0.1, Severity.WARNING, 0.3),
+        (36e3, 0.35, Severity.WARNING, 0.3),
+        (30e3, 0.1, Severity.WARNING, 0.3),
         (40e3, 0.7, Severity.WARNING, 0.3),
         (8e3, 0.1, Severity.ERROR, 0.5),
     ],
@@ -141,7 +140,7 @@ def test_elastomer_strain(modulus, sigma, severity, limit, judge, design):
 
 
 @pytest.mark.parametrize("bulk_modulus", [1.5e9, 3e6])
-@pytest.mark.parametrize(("modulus", "sigma"), [(30e3, 0.0), (53e3, 0.35), (25e3, 0.7), (40e3, 1.5)])
+@pytest.mark.parametrize(("modulus", "sigma"), [(25e3, 0.0), (36e3, 0.35), (25e3, 0.7), (40e3, 1.5)])
 def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus, judge, advised, design):
     """The hint, followed to its last digit, is enough; a hundredth less is not."""
     spec = design(encapsulation=None)
@@ -175,7 +174,7 @@ def test_no_preset_is_named_where_none_is_stiff_enough(advised, design):
 
 def test_message_and_measured_of_the_strain_agree(judge, design):
     spec = design(encapsulation=None)
-    for modulus, sigma in ((52e3, 0.35), (40e3, 0.7), (8e3, 0.1)):
+    for modulus, sigma in ((36e3, 0.35), (40e3, 0.7), (8e3, 0.1)):
         material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
         (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
         assert f"{100 * found.measured:.1f} %, is more than {100 * found.limit:.0f} %" in found.message
@@ -352,15 +351,17 @@ def test_a_thin_pad_does_not_hide_its_shear_strain(judge, design):
     soft = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 0.3, "kerf": 0.15}
     bare = {"target__size": 4, "requirements__shear_force": "2 N", "encapsulation": None}
     (found,) = judge("SIT312", design(elastomer=soft, **bare))
-    assert found.severity is Severity.WARNING and found.measured > 4.0 and "unverified" in found.source
+    assert found.severity is Severity.WARNING and found.measured > 3.0 and "unverified" in found.source
     wanted, unit = re.search(r"shear modulus of ([\d.]+) (\wPa)", found.hint).groups()
     material = design(elastomer=soft).elastomer.material
-    stiff = {"name": "stiff", "uncertainty": material.shear_modulus_sigma, "shear_modulus": f"{wanted} {unit}"}
+    stiff = {"name": "stiff", "uncertainty": material.shear_modulus_sigma, "shear_modulus": f"{wanted} {unit}",
+             "ogden_exponent": material.ogden_exponent}  # fmt: skip
     assert judge("SIT312", design(elastomer=soft | {"material": stiff}, **bare)) == []
 
 
 def test_elastomer_shear(judge, verdicts, design):
-    pad = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15}
+    neo_hookean = {"name": "soft", "shear_modulus": "23.8 kPa", "uncertainty": 0.5}
+    pad = {"material": neo_hookean, "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15}
     soft = design(elastomer=pad, target__size=4, encapsulation=None, requirements__normal_force="0.2 N")
     strained, found = judge("SIT312", soft)
     travel = soft_pad(soft).pose([[0.2, 1.0, 0.0]], is_held=True)[0, 0]

@@ -81,7 +81,7 @@ def test_forces_are_those_of_finite_elements():
     assert np.quantile(moment, 0.95) < 0.04
     assert np.concatenate(changed).max() < 0.03
     assert math.sqrt(np.mean(np.concatenate(changed) ** 2)) < 0.01
-    assert 0 < len(flat) and np.concatenate(flat).max() < 0.05
+    assert len(flat) > 0 and np.concatenate(flat).max() < 0.05
 
 
 def test_the_stated_error_holds():
@@ -99,7 +99,7 @@ def test_the_stated_error_holds():
 
 
 def test_stiffnesses_under_load_are_those_of_finite_elements():
-    """Of level targets: along x within 8 % of that at rest (by 3.7 times less under load), of tilt within 8 %."""
+    """Of level targets: along x within a tenth of that at rest, of tilt within 8 %."""
     for pad, plain, of_pad, of_plain in figures():
         level = [k for k, row in enumerate(of_pad) if not row["x"] and not row["ry"] and not math.isnan(row["k_xx"])]
         if not level:
@@ -108,7 +108,7 @@ def test_stiffnesses_under_load_are_those_of_finite_elements():
         law, before = pad.stiffness(poses(mine)), plain.stiffness(poses(mine))
         rest = plain.stiffness(np.zeros((1, 6)))[0, 0, 0]
         shear = values(mine, "k_xx") - values(theirs, "k_xx")
-        assert law[:, 0, 0] - before[:, 0, 0] == pytest.approx(shear[:, 0], abs=0.08 * rest)
+        assert law[:, 0, 0] - before[:, 0, 0] == pytest.approx(shear[:, 0], abs=0.1 * rest)
         tilt = (values(mine, "k_rr") / values(theirs, "k_rr"))[:, 0]
         assert law[:, 4, 4] / before[:, 4, 4] == pytest.approx(tilt, abs=0.08)
 

@@ -13,7 +13,7 @@ import argparse
 import csv
 import sys
 
-from pad_figures import COLUMNS, POSES, TILT
+from pad_figures import POSES, TILT
 
 from sitscad.mechanics.elements.mesh import Solid, fanned
 from sitscad.mechanics.elements.pad import Pad

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from sitscad.checks.assembly.fit import ROUNDING, pad_of
 from sitscad.checks.cases import Case, worded
@@ -17,6 +18,7 @@ from sitscad.remedy.search import Left, tried
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.profiles.presets import elastomer as elastomer_preset
 from sitscad.spec.profiles.presets import names
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 STRAIN_ERROR = 0.5
@@ -121,7 +123,7 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     if _is_beside(design):
         yield from _not_pressed()
         return
-    strain = _sheared(design, force)
+    strain = _sheared(design.spec, force)
     yield from _shear_strain(design, force, strain)
     if pitch is None:
         yield Undecided("no pitch: the coils have no common distance")
@@ -140,7 +142,7 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _sheared(design: Design, force: float, modulus: float = 1.0) -> float:
+def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
     """Travel over thickness under a shear force (N), the target held level and pressed by the required force, by the
     pad's law along the axis that gives way more; the modulus times a factor. Endless where no equilibrium is found.
     """
@@ -149,18 +151,20 @@ def _sheared(design: Design, force: float, modulus: float = 1.0) -> float:
     from sitscad.estimates.response.pad import TOO_SOFT as LOST
     from sitscad.estimates.response.pad import pushed
 
-    normal = design.spec.requirements.normal_force or 0.0
-    poses, notes = pushed(design.spec, np.array([(normal, force, 0.0), (normal, 0.0, force)]), modulus=modulus)
+    normal = spec.requirements.normal_force or 0.0
+    poses, notes = pushed(spec, np.array([(normal, force, 0.0), (normal, 0.0, force)]), modulus=modulus)
     if LOST in notes:
         return math.inf
-    return float(max(poses[0, 0], poses[1, 1])) / pad_of(design).thickness
+    assert spec.elastomer is not None
+    return float(max(poses[0, 0], poses[1, 1])) / spec.elastomer.thickness
 
 
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
-    material, area, limit = pad_of(design).material, _loaded(design).area, elastomer.VALID_SHEAR
+    spec, limit = design.spec, elastomer.VALID_SHEAR
+    material, area = pad_of(design).material, _loaded(design).area
     softest = _softest(material.shear_modulus_sigma)
-    usual = _sheared(design, force, softest)
+    usual = _sheared(spec, force, softest)
     if usual <= limit:
         return
     beyond = strain > limit
@@ -180,8 +184,16 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         usual=_travel(usual),
         enough=_rounded_up(material.shear_modulus * factor / softest),
         larger_area=_larger_area(design, area, area * factor / softest),
-        softest_preset=_softest_preset(lambda _: material.shear_modulus * factor),
+        softest_preset=_softest_preset(
+            lambda other, modulus: _sheared(_with(spec, other), force, modulus / other.shear_modulus) <= limit
+        ),
     )
+
+
+def _with(spec: SensorSpec, material: ElastomerMaterial) -> SensorSpec:
+    """The spec with a pad of another material."""
+    assert spec.elastomer is not None
+    return replace(spec, elastomer=replace(spec.elastomer, material=material))
 
 
 def _travel(strain: float) -> str:
@@ -197,13 +209,13 @@ def _modulus_for_shear(design: Design, force: float, limit: float, softer: tuple
     (low, lower), (high, upper) = softer, (1.0, strain)
     while upper > limit and high < 1e6:
         low, lower, high = high, upper, 2.0 * high
-        upper = _sheared(design, force, high)
+        upper = _sheared(design.spec, force, high)
     while high > 1.0005 * low and upper < 0.99 * limit:
         share = 0.5
         if math.isfinite(lower):
             share = min(max(math.log(lower / (0.995 * limit)) / math.log(lower / upper), 0.05), 0.95)
         middle = low * (high / low) ** share
-        found = _sheared(design, force, middle)
+        found = _sheared(design.spec, force, middle)
         if found > limit:
             low, lower = middle, found
         else:
@@ -277,37 +289,31 @@ def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
     around = surround(design.spec) or elastomer.BARE
     size = (face.width_x, face.width_y, pad.thickness)
 
-    def bears(modulus: float, rubber: ElastomerMaterial) -> bool:
+    def bears(rubber: ElastomerMaterial, modulus: float) -> bool:
         block = (*size, modulus, rubber.bulk_modulus, face.round, around, rubber.ogden_exponent)
         return elastomer.force_for_strain(strain, *block) >= force
 
-    def least(rubber: ElastomerMaterial) -> float:
-        low, high = 1.0, rubber.bulk_modulus
-        if not bears(high, rubber):
-            return math.inf
-        while high > 1.0005 * low:
-            middle = math.sqrt(low * high)
-            low, high = (low, middle) if bears(middle, rubber) else (middle, high)
-        return high
-
-    enough = least(pad.material)
-    if enough == math.inf:
+    low, high = 1.0, pad.material.bulk_modulus
+    if not bears(pad.material, high):
         return ""
-    change = stiffer_pad(design.spec, _rounded_up(enough / _softest(sigma)))
+    while high > 1.0005 * low:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if bears(pad.material, middle) else (middle, high)
+    change = stiffer_pad(design.spec, _rounded_up(high / _softest(sigma)))
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    return f"{change.words}{known} {result}{tried(change, left) if left else ''}{_softest_preset(least)}; "
+    return f"{change.words}{known} {result}{tried(change, left) if left else ''}{_softest_preset(bears)}; "
 
 
-def _softest_preset(least: Callable[[ElastomerMaterial], float]) -> str:
-    """In words, the softest silicone with a preset that is stiff enough a sigma softer, too: by its bulk modulus and
-    exponent `least` tells what shear modulus (Pa) is. Nothing where none is.
+def _softest_preset(bears: Callable[[ElastomerMaterial, float], bool]) -> str:
+    """In words, the softest silicone with a preset that is stiff enough a sigma softer, too: `bears` tells it of a
+    silicone and its shear modulus (Pa) then. Nothing where none is.
     """
-    presets = (elastomer_preset(name) for name in names("elastomer"))
-    enough = [m for m in presets if m.shear_modulus * _softest(m.shear_modulus_sigma) >= least(m)]
-    if not enough:
+    presets = sorted(map(elastomer_preset, names("elastomer")), key=lambda m: (m.shear_modulus, m.name))
+    enough = (m for m in presets if bears(m, m.shear_modulus * _softest(m.shear_modulus_sigma)))
+    found = next(enough, None)
+    if found is None:
         return ""
-    found = min(enough, key=lambda material: (material.shear_modulus, material.name))
     known = f"{show(found.shear_modulus, 'Pa', 3)} +- {100.0 * found.shear_modulus_sigma:.0f} %"
     return f" (the softest preset that does is {found.name}, {known})"
 

@@ -12,6 +12,7 @@ import pytest
 from sitscad.spec.format.yaml.plain import PlainReader
 from sitscad.spec.format.yaml.reader import read_yaml
 from sitscad.spec.load import load_text
+from sitscad.spec.materials import AT_DOUBLE, TO_30_PERCENT, stiffened, tension
 from sitscad.spec.profiles import presets
 from sitscad.spec.profiles.fabricator import installed_rules
 
@@ -137,8 +138,25 @@ def test_generic_rules_have_the_widths_in_their_contract():
 def test_an_elastomer_lies_between_its_datasheet_and_its_measurement():
     material = presets.elastomer("ecoflex-00-30")
     spread = math.exp(material.shear_modulus_sigma)
-    assert material.shear_modulus * spread == pytest.approx(39.4e3)
-    assert material.shear_modulus / spread == pytest.approx(14.4e3)
+    doubled, to_30_percent = stiffened(2.42, AT_DOUBLE), stiffened(2.42, TO_30_PERCENT)
+    assert material.shear_modulus * spread == pytest.approx(39.4e3 / doubled)
+    assert material.shear_modulus / spread == pytest.approx(14.4e3 / to_30_percent)
+
+
+def test_a_modulus_is_that_at_rest_of_its_exponent():
+    """Pulled to twice its length the silicone bears the data sheet's 100 % modulus, and no stiffening counts twice;
+    without an exponent nothing changes.
+    """
+    assert stiffened(2.0, AT_DOUBLE) == stiffened(2.0, TO_30_PERCENT) == 1.0
+    assert presets.elastomer("mold-star-16").shear_modulus == 83e3
+    for exponent in (2.42, 3.25):
+        pulled = 2.0 / exponent * (2.0 ** (exponent - 1.0) - 2.0 ** (-0.5 * exponent - 1.0))
+        assert tension(exponent, 2.0) == pytest.approx(pulled)
+        assert tension(exponent, 1.0 + 1e-6) == pytest.approx(3e-6, rel=1e-5)
+        assert stiffened(exponent, AT_DOUBLE) == pytest.approx(pulled / 1.75)
+        assert 1.0 < stiffened(exponent, TO_30_PERCENT) < tension(exponent, 1.3) / tension(2.0, 1.3)
+    for name in ("dragon-skin-10", "dragon-skin-20", "dragon-skin-30"):  # data sheet and measurement agree at rest
+        assert presets.elastomer(name).shear_modulus_sigma < 0.2
 
 
 def test_the_generic_jaw_takes_the_recommended_board_and_is_marked():
