@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.record import record
+
 Array = NDArray[np.float64]
 
 SMALL = 1e-4
@@ -104,27 +106,46 @@ def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
     )
 
 
-def relative(poses: Array, height: float, share: float = 0.5) -> tuple[Array, Array, Array, Array]:
-    """What a pad feels of poses (n, 6; see `sitscad.scene.pose`) of a plate at rest `height` (m) above the board.
-
-    Returned are the plate's place (n, 3; m) and its rotation vector (n, 3), both in the frame that is turned by `share`
-    of the plate's turn, that frame's matrices (n, 3, 3), and the place in board axes.
+@record(eq=False)
+class Motion:
+    """A plate's place in board axes (n, 3; m), how it is turned (n, 3, 3) and that as a rotation vector (n, 3; rad),
+    the frame that is turned by `share` of it (n, 3, 3), the place in that, and the left Jacobians of frame and plate.
     """
-    vectors = rotation_vectors(rotations(poses[:, 3:]))
-    frame = exponentials(share * vectors)
+
+    place: Array
+    turn: Array
+    vectors: Array
+    share: float
+    frame: Array
+    within: Array
+    frame_jacobians: Array
+    jacobians: Array
+
+    def wrenches(self, slopes: Array, turning: Array) -> Array:
+        """Force and moment about the plate's displaced middle, (n, 6) in board axes, of an energy whose slopes are
+        (n, 3) by the place and (n, 3) by the rotation vector, both in the frame.
+
+        A small turn of the plate turns the frame by its share: virtual work of both together.
+        """
+        force = np.einsum("nij,nj->ni", self.frame, slopes)
+        lever = cross(self.place, force)
+        followed = self.share * np.einsum("nji,nj->ni", self.frame_jacobians, lever)
+        transposed = np.swapaxes(self.jacobians, 1, 2)
+        moment = np.linalg.solve(transposed, (turning - followed)[:, :, None])[:, :, 0]
+        return np.concatenate([force, moment], axis=1)
+
+
+def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
+    """What a pad feels of poses (n, 6; see `sitscad.scene.pose`) of a plate at rest `height` (m) above the board."""
+    count, turn = len(poses), rotations(poses[:, 3:])
+    vectors = rotation_vectors(turn)
+    # frame and plate at once: of a few poses it is the calls that cost
+    both = np.concatenate([share * vectors, vectors])
+    first, second, third = _coefficients(both)
+    turning = crosses(both)
+    twice = turning @ turning
+    jacobians = UNIT + second[:, None, None] * turning + third[:, None, None] * twice
+    frame = UNIT + first[:count, None, None] * turning[:count] + second[:count, None, None] * twice[:count]
     place = poses[:, :3] + (0.0, 0.0, height)
-    return np.einsum("nji,nj->ni", frame, place), vectors, frame, place
-
-
-def wrenches(slopes: Array, turning: Array, vectors: Array, frame: Array, place: Array, share: float = 0.5) -> Array:
-    """Force and moment about the plate's displaced middle, (n, 6) in board axes, of an energy whose slopes are (n, 3)
-    by the place and (n, 3) by the rotation vector, both in the frame of `relative`.
-
-    A small turn of the plate turns the frame by its share: virtual work of both together.
-    """
-    force = np.einsum("nij,nj->ni", frame, slopes)
-    lever = cross(place, force)
-    followed = share * np.einsum("nji,nj->ni", left_jacobians(share * vectors), lever)
-    transposed = np.swapaxes(left_jacobians(vectors), 1, 2)
-    moment = np.linalg.solve(transposed, (turning - followed)[:, :, None])[:, :, 0]
-    return np.concatenate([force, moment], axis=1)
+    within = np.einsum("nji,nj->ni", frame, place)
+    return Motion(place, turn, vectors, share, frame, within, jacobians[:count], jacobians[count:])

@@ -64,7 +64,7 @@ class Ogden:
     def tilt(self, strain: Number) -> Number:
         """Factor on the pad's stiffness of tilt: that of the slope of the pressure rather than its own."""
         square = self.shape_factor**2
-        flat = 29.3 * square * (1.0 - 0.43 * self._oblong)
+        flat = 29.3 * square * (1.0 - 0.43 * self._oblong - 0.15 * self.round)
         return 1.0 + self._more(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
 
     def film_pressure(self, strain: Number) -> Number:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sitscad.mechanics import pad_law
 from sitscad.mechanics.courses import Courses, courses
 from sitscad.mechanics.elastomer import Face, Surround
-from sitscad.mechanics.motion import cross, relative, rotations, wrenches
+from sitscad.mechanics.motion import Motion, cross, relative, rotations
 from sitscad.mechanics.ogden_law import NEO_HOOKEAN
 from sitscad.record import record
 
@@ -26,6 +26,9 @@ HELD_STRAIN, HELD_SHEAR = 0.35, 0.5
 
 TOLERANCE = 2e-6
 """Where the search for a pose ends: the last step in thicknesses and radians. What is left is of second order in it."""
+
+SQUARE, SETTLED = 0.2, 1e-11
+"""Steps below which each is taken to go with the square of the last, and the next one that is not worth making."""
 
 FREE, LEVEL, STUCK = slice(0, 6), slice(0, 3), slice(2, 3)
 """Which of the six numbers of a pose a load finds: all, those of the place, the height alone."""
@@ -95,15 +98,22 @@ class Pad:
         """What must hold the target at poses (n, 6; m, rad): force (N) and moment (N m) about the displaced middle of
         its near face, (n, 6) in board axes. NaN where the target has come down on the board.
         """
-        poses = np.asarray(poses, dtype=float).reshape(-1, 6)
-        block, h = self.block, self.thickness
-        share = pad_law.frame_share(block)
-        place, turn, frame, there = relative(poses, h, share)
+        return self._held(self._motion(np.asarray(poses, dtype=float).reshape(-1, 6)))
+
+    def _motion(self, poses: Array) -> Motion:
+        return relative(poses, self.thickness, self._share)
+
+    @cached_property
+    def _share(self) -> float:
+        return pad_law.frame_share(self.block)
+
+    def _held(self, motion: Motion) -> Array:
+        h = self.thickness
         with np.errstate(invalid="ignore", divide="ignore"):
-            slopes, turning = self._slopes(place / h, turn)
-        held = wrenches(slopes, turning * h, turn, frame, there, share)
+            slopes, turning = self._slopes(motion.within / h, motion.vectors)
+        held = motion.wrenches(slopes, turning * h)
         held *= self.shear_modulus * self.face.area
-        held[place[:, 2] <= 0.0] = math.nan
+        held[motion.within[:, 2] <= 0.0] = math.nan
         return held
 
     def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
@@ -126,10 +136,9 @@ class Pad:
         in a pose.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
-        steps = np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
-        there = poses[:, None, :] + np.concatenate([np.diag(steps), -np.diag(steps)])
+        there = poses[:, None, :] + self._aside[1:]
         held = self.force(there.reshape(-1, 6)).reshape(len(poses), 12, 6)
-        return np.swapaxes((held[:, :6] - held[:, 6:]) / (2.0 * steps[:, None]), 1, 2)
+        return np.swapaxes((held[:, :6] - held[:, 6:]) / (2.0 * self._steps[:, None]), 1, 2)
 
     def pose(
         self, loads: Array, is_held: bool = False, at: Array | None = None, turns: Array | None = None,
@@ -179,16 +188,21 @@ class Pad:
         poses, near = poses.copy(), np.zeros(len(poses), dtype=bool)
         if free == STUCK:
             poses[:, :2] = -self.height * rotations(poses[:, 3:])[:, :2, 2]
+        last = np.full(len(poses), math.inf)
         for _ in range(25):
             lack, slope = self._lack_and_slope(poses, wanted, points)
             lack, slope = lack[:, free] * units, slope[:, free, free] * units * units[:, None]
-            good = np.isfinite(slope).all(axis=(1, 2)) & np.isfinite(lack).all(axis=1)
-            poses[~good] = math.nan
-            step = np.zeros_like(lack)
-            step[good] = np.linalg.solve(slope[good], lack[good][:, :, None])[:, :, 0]
+            good = np.isfinite(slope.sum(axis=(1, 2)) + lack.sum(axis=1))
+            if good.all():
+                step = np.linalg.solve(slope, lack[:, :, None])[:, :, 0]
+            else:
+                poses[~good], step = math.nan, np.zeros_like(lack)
+                step[good] = np.linalg.solve(slope[good], lack[good][:, :, None])[:, :, 0]
             size = np.abs(step).max(axis=1, initial=0.0)
             poses[:, free] -= step * np.minimum(1.0, 0.2 / np.maximum(size, 1e-30))[:, None] * units
-            near = good & (size < TOLERANCE)
+            # Newton's steps go with the square of the last: the next is known before it is made
+            near = good & ((size < TOLERANCE) | ((last < SQUARE) & (size**3 < SETTLED * last**2)))
+            last = size
             if np.all(near | ~good):
                 break
         stable = near.copy()
@@ -198,19 +212,28 @@ class Pad:
 
     def _lack_and_slope(self, poses: Array, wanted: Array, points: Array) -> tuple[Array, Array]:
         """What is lacking (n, 6; N and N m) and how it changes with the pose (n, 6, 6; by m and rad)."""
-        steps = np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
-        aside = np.concatenate([np.zeros((1, 6)), np.diag(steps), -np.diag(steps)])
-        stacked = (poses[:, None, :] + aside).reshape(-1, 6)
+        stacked = (poses[:, None, :] + self._aside).reshape(-1, 6)
         lack = self._lacking(stacked, np.repeat(wanted, 13, axis=0), np.repeat(points, 13, axis=0))
         lack = lack.reshape(len(poses), 13, 6)
-        return lack[:, 0], np.swapaxes((lack[:, 1:7] - lack[:, 7:]) / (2.0 * steps[:, None]), 1, 2)
+        return lack[:, 0], np.swapaxes((lack[:, 1:7] - lack[:, 7:]) / (2.0 * self._steps[:, None]), 1, 2)
+
+    @cached_property
+    def _steps(self) -> Array:
+        """By how much each number of a pose is moved for a slope (m and rad)."""
+        return np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
+
+    @cached_property
+    def _aside(self) -> Array:
+        """A pose and its neighbours (13, 6; m and rad): nowhere, forth and back."""
+        return np.concatenate([np.zeros((1, 6)), np.diag(self._steps), -np.diag(self._steps)])
 
     def _lacking(self, poses: Array, wanted: Array, points: Array) -> Array:
         # What holds the target, less what the loads do about the middle of the near face.
-        lever = np.einsum("nij,nj->ni", rotations(poses[:, 3:]), points)
-        given = wanted.copy()
-        given[:, 3:] += cross(lever, wanted[:, :3])
-        return self.force(poses) - given
+        motion = self._motion(poses)
+        held = self._held(motion)
+        held -= wanted
+        held[:, 3:] -= cross(np.einsum("nij,nj->ni", motion.turn, points), wanted[:, :3])
+        return held
 
 
 def _as_wrenches(loads: Array) -> Array:

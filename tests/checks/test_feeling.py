@@ -87,8 +87,8 @@ def test_a_coil_alone_is_judged_by_tilt_at_second_order():
     """By symmetry hardly any slope over tilt is left; any tilt passed, however small its allowed error."""
     one = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
     (finding,), left = _judged("SIT404", one, tilt=0.0349, tilt_error=3e-3)
-    assert not left and finding.measured == pytest.approx(0.0097, rel=0.2)
-    assert _judged("SIT404", one, tilt=0.0349, tilt_error=15e-3) == ([], [])
+    assert not left and finding.measured == pytest.approx(0.0157, rel=0.2)
+    assert _judged("SIT404", one, tilt=0.0349, tilt_error=25e-3) == ([], [])
     findings, left = _judged("SIT403", one, crosstalk=1e-9)
     assert not findings and "one axis" in left[0].reason
 
