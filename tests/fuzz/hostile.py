@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import random
 import string
+from pathlib import Path
 
 from sitscad.spec import templates
 
-TEMPLATES = [templates.read(name) for name in templates.names()]
+BROKEN = Path(__file__).parents[1] / "report" / "broken"
+TEXTS = [templates.read(name) for name in templates.names()] + [
+    path.read_text(encoding="utf-8") for path in sorted(BROKEN.glob("SIT*.yaml"))
+]
+"""What is spoilt: the templates, and one design that breaks every rule."""
+
 PIECES = [
     "{", "}", "[", "]", ":", ": ", "- ", "&a ", "*a", "!!python/object:os.system ", "|\n", ">\n", "\t",
     "\x00", "\ufeff",
@@ -23,8 +29,8 @@ VALUES = [
 
 
 def mutated(rng: random.Random) -> str:
-    """A template with some of its characters, lines or values replaced, swapped, doubled or taken out."""
-    text = rng.choice(TEMPLATES)
+    """One of `TEXTS` with some of its characters, lines or values replaced, swapped, doubled or taken out."""
+    text = rng.choice(TEXTS)
     for _ in range(rng.choice((1, 1, 1, 2, 3, 8))):
         text = rng.choice((_value, _value, _value, _piece, _line, _cut, _letters))(text, rng)
     return text
