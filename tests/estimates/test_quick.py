@@ -10,6 +10,7 @@ import pytest
 import sitscad
 from sitscad import Design
 from sitscad.estimates.performance.quick import quick_performance
+from sitscad.estimates.performance.tank_law import tank_law
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
@@ -35,12 +36,45 @@ def test_slopes_by_tilt_are_within_a_quarter_of_the_largest(both):
         assert point.tilts[:, :2] == pytest.approx(tilts, abs=0.25 * np.abs(tilts).max() + 0.02)
 
 
-def test_errors_by_a_degree_of_tilt_are_within_seven_per_cent_of_the_largest(both):
+def test_errors_by_a_degree_of_tilt_are_within_three_per_cent_of_the_largest(both):
     """A coil alone has them too: at second order, of which slopes know nothing."""
     quick, whole = both
     for point, other in zip(quick.points, whole, strict=True):
         errors = np.array([list(row.values()) for row in other.tilt_error.values()])
-        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.07 * errors.max())
+        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.03 * errors.max())
+
+
+STEEL = """
+sitscad: 1
+name: steel
+coil: {shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+target: {shape: square, size: 3, thickness: 0.3, material: stainless-17-4ph}
+elastomer: {shape: square, size: 6, thickness: 1.0, material: ecoflex-00-50}
+requirements: {normal_force: 2 N}
+"""
+
+
+@pytest.fixture(scope="module")
+def steel():
+    return Design(sitscad.load_text(STEEL))
+
+
+def test_loss_in_magnetic_steel_pulls_the_tank_too(steel):
+    """By inductance alone the noise in newtons was 18, 72 and 117 % off, and a tilt's errors by half."""
+    quick = quick_performance(steel.layout, steel.estimates)
+    for point, other in zip(quick.points, steel.performance, strict=True):
+        assert point.noise == pytest.approx([axis.resolution for axis in other.axes.values()], rel=0.02)
+        errors = np.array([list(row.values()) for row in other.tilt_error.values()])
+        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.03 * errors.max())
+
+
+def test_the_law_of_the_tanks_is_that_of_the_states(steel):
+    law, coil = tank_law(steel.spec, steel.estimates), steel.estimates.coils[0]
+    rest, pressed = coil.states["rest"], coil.states["pressed"]
+    lost = (pressed.resistance - rest.resistance) / (2.0 * np.pi * rest.frequency)
+    said = law.logarithms(np.array([complex(pressed.inductance - rest.inductance, -lost)]))[0]
+    assert said == pytest.approx(np.log(pressed.frequency / rest.frequency), rel=1e-3)
+    assert np.abs(law.logarithms(np.zeros((3, 1), dtype=complex))).max() < 1e-12
 
 
 def test_temperature_is_within_a_tenth(both):

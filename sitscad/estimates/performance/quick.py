@@ -1,14 +1,13 @@
 """The same at a small part of the cost, for checks: a chart of what the states' own shares of an endless plate say.
 
-Where the states have the target solved, so has the chart. Slopes by x, y, z are within a few per cent of the response's
-(tests/estimates/test_quick.py), of magnetic steels within an eighth. A target that tilts
+Where the states have the target solved, so has the chart, its loss included. Slopes by x, y, z are within a few per
+cent of the response's (tests/estimates/test_quick.py). A target that tilts
 slightly counts, for every coil, as a level one at the height that it has over the middle of what both share: slopes by
 tilt are within a quarter. A tilt that a contact may have is asked of the response's own solution of the target.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from itertools import product
 
@@ -21,6 +20,7 @@ from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, working_range
 from sitscad.estimates.performance.points import disturbed, working_loads
 from sitscad.estimates.performance.scatter import manufacturing_scatter
+from sitscad.estimates.performance.tank_law import held, pressed_place, tank_law
 from sitscad.estimates.performance.tilts import QuickTilts
 from sitscad.estimates.performance.units import units_of
 from sitscad.estimates.response.scan import chebyshev, evaluated
@@ -79,32 +79,16 @@ def chart(layout: Layout, estimates: Estimates) -> Chart:
     heights = chebyshev(-(VALID_STRAIN + LIFTED) * pad.thickness, LIFTED * pad.thickness, HEIGHTS)
     sides = chebyshev(-reach, reach, PLACES)
     moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
-    rest = np.array([coil.states[REST].frequency for coil in estimates.coils])
-    over = [0.0, *map(float, heights)]
-    effect = target_effects(layout, moves, over, float(rest.mean()), estimates.is_solved)
-    inductance = np.array([coil.states[REST].inductance for coil in estimates.coils])
-    change = effect[1:, 1:] - effect[0, 0]
-    share = change.reshape(HEIGHTS, PLACES, PLACES, -1).transpose(1, 2, 0, 3) / inductance
-    values = -0.5 * np.log1p(np.maximum(share, -0.9))
+    law, pressed = tank_law(spec, estimates), pressed_place(estimates)
+    over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
+    effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved)
+    change = (effect[-HEIGHTS:, 1:] - effect[0, 0]).reshape(HEIGHTS, PLACES, PLACES, -1).transpose(1, 2, 0, 3)
+    if estimates.is_solved:
+        values = law.logarithms(change * held(estimates, effect[-HEIGHTS - 1, 0] - effect[0, 0]))
+    else:
+        values = -0.5 * np.log1p(np.maximum(change.real / law.inductance, -0.9)) * _pull(estimates)
     middles = np.array([(at.x, at.y) for at in shared_middles(spec)])
-    found = Chart((sides, sides, heights), values, middles, rest)
-    return replace(found, values=values * (_followed(found, estimates) if estimates.is_solved else _pull(estimates)))
-
-
-def _followed(known: Chart, estimates: Estimates) -> Array:
-    """How much more or less the coils' frequencies go, from the state at rest to that pressed, than a chart of the
-    inductances alone says: a magnetic target's loss and the crowding of currents are as large as its change of L.
-    """
-    found = np.ones(len(estimates.coils))
-    poses = [state.pose for state in estimates.states if state.name == PRESSED]
-    if not poses or poses[0] is None:
-        return found
-    said = np.log(known.frequencies(np.array([[0.0, 0.0, poses[0].z, 0.0, 0.0, 0.0]]))[0] / known.rest)
-    for k, coil in enumerate(estimates.coils):
-        pressed = coil.states.get(PRESSED)
-        if pressed is not None and pressed.frequency > 0.0 and abs(said[k]) > 1e-6:
-            found[k] = np.clip(np.log(pressed.frequency / known.rest[k]) / said[k], 0.2, 4.0)
-    return found
+    return Chart((sides, sides, heights), values, middles, law.frequency)
 
 
 def _pull(estimates: Estimates) -> Array:
@@ -167,8 +151,8 @@ def quick_performance(layout: Layout, estimates: Estimates) -> QuickPerformance 
         return None
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     known = chart(layout, estimates)
-    inductance = np.array([coil.states[REST].inductance for coil in estimates.coils])
-    tilts = QuickTilts(layout, spec, known.frequencies, inductance, known.rest, _pull(estimates))
+    law, pressed = tank_law(spec, estimates), pressed_place(estimates)
+    tilts = QuickTilts(layout, estimates, spec, known.frequencies, law, pressed)
     return QuickPerformance(layout, estimates, bench_of(spec, estimates, known.frequencies, tilts.frequencies))
 
 

@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.tank_law import TankLaw, held
 from sitscad.estimates.states.solved_target import own_changes
+from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 DEGREE = math.radians(1.0)
 
@@ -60,27 +63,27 @@ class Tilts:
 class QuickTilts:
     """What a turn adds to a quick method's frequencies, by the response's own solution of the target at one frequency.
 
-    `level` gives frequencies (Hz; n, coils) at level poses; `inductance` (H), `rest` (Hz) are the coils' at rest, and
-    `pull` is how much more or less a tank's frequency follows its inductance than a free one's.
+    `level` gives frequencies (Hz; n, coils) at level poses; `law` how the tanks follow what the target changes of L and
+    R, and `pressed` (m) the place along z of the state pressed, if there is one, whose changes it is held to.
     """
 
     layout: Layout
+    estimates: Estimates
     spec: SensorSpec
     level: Callable[[Array], Array]
-    inductance: Array
-    rest: Array
-    pull: Array
+    law: TankLaw
+    pressed: float | None
 
     def frequencies(self, poses: Array) -> Array:
         """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses."""
-        level = poses.copy()
+        level, states = poses.copy(), np.zeros((2, 6))
         level[:, 3:] = 0.0
-        known = self.level(level)
-        change = self._changes(np.concatenate([poses, level]))
-        apart = change[: len(poses)] - change[len(poses) :]
-        inductance = self.inductance * (known / self.rest) ** (-2.0 / self.pull)
-        return np.asarray(known * np.exp(-0.5 * self.pull * np.log1p(apart / inductance)))
+        states[1, 2] = self.pressed or 0.0
+        change = self._changes(np.concatenate([states, poses, level]))
+        change = change[1:] - change[0]
+        said = self.law.logarithms(change[1:] * held(self.estimates, change[0]))
+        return np.asarray(self.level(level) * np.exp(said[: len(poses)] - said[len(poses) :]))
 
-    def _changes(self, poses: Array) -> Array:
+    def _changes(self, poses: Array) -> ComplexArray:
         """What the target changes of the coils' inductances (H; n, coils), the crowding of their currents left out."""
-        return own_changes(self.spec, self.layout.coils, poses, float(self.rest.mean()))
+        return own_changes(self.spec, self.layout.coils, poses, float(self.law.frequency.mean()))

@@ -15,7 +15,7 @@ from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.errors import LOSSY, stated_errors
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
-from sitscad.estimates.response.plate import Plate, solved_plate
+from sitscad.estimates.response.plate import Plate, endless_like, solved_plate
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
 from sitscad.estimates.response.values import Response
@@ -216,7 +216,7 @@ class ResponseModel:
             placed = Placed.of(self.spec, self.rest, poses)
             return plate.changes(placed.turns, placed.places)
 
-        return Exact(plate.frequencies, exact)
+        return Exact(plate.frequencies, exact, endless_like(self.spec))
 
     def _near(self, placed: Placed, band: tuple[float, float]) -> _Near:
         """What holds for all poses no nearer than these, solved at most once for each step of height and reach."""

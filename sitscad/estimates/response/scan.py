@@ -13,6 +13,7 @@ from sitscad.record import record
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Progress = Callable[[int, int], None]
+Spectrum = Callable[[Array], NDArray[np.generic]]
 
 FEW = 300
 """Poses up to which each is worked out by itself."""
@@ -32,10 +33,14 @@ USUAL = 2e-3
 
 @record(eq=False)
 class Exact:
-    """What gives the changes at (n, 6) poses at some frequencies (Hz): all, and with no loss in the mirror."""
+    """What gives the changes at (n, 6) poses at some frequencies (Hz): all, and with no loss in the mirror.
+
+    `like` is as of `Changes`.
+    """
 
     frequencies: tuple[float, ...]
     solve: Callable[[Array], tuple[ComplexArray, ComplexArray]]
+    like: Spectrum = np.ones_like
 
 
 @record(eq=False)
@@ -43,31 +48,35 @@ class Changes:
     """Changes of the inductance matrix (H, complex), (frequencies, poses, coils, coils); `lossless` are those with a
     mirror that does not lose. `error` is what interpolation adds to their relative errors.
 
-    In between, and a little beyond, they are straight in one over the root of the frequency, as skin depths are.
+    In between, and a little beyond, their ratio to a spectrum that is `like` them (no unit, of frequencies in Hz) is
+    straight in one over the root of the frequency, as skin depths are: that of an endless sheet of the metal leaves
+    half or less of what the change itself would be off by, for a magnetic sheet's own change of L passes zero.
     """
 
     frequencies: tuple[float, ...]
     total: ComplexArray
     lossless: ComplexArray
     error: float = 0.0
+    like: Spectrum = np.ones_like
 
     def complex_at(self, frequencies: Array) -> ComplexArray:
         """All of it at (n,) frequencies, one a pose."""
-        part = self._part(frequencies)[:, None, None]
-        return self.total[0] + part * (self.total[1] - self.total[0])
+        return self._between(self.total, frequencies[:, None, None])
 
     def at(self, frequencies: Array) -> tuple[Array, Array]:
         """The change (H) at (n, coils) frequencies, and the loss (ohm) in the target alone, (n, coils)."""
         pairs = 0.5 * (frequencies[:, :, None] + frequencies[:, None, :])
-        part = self._part(pairs)
-        change = self.total[0].real + part * (self.total[1] - self.total[0]).real
-        own = np.einsum("fpcc->fpc", self.lossless).imag
-        lost = own[0] + self._part(frequencies) * (own[1] - own[0])
-        return np.asarray(change), np.asarray(-2.0 * math.pi * frequencies * lost)
+        lost = self._between(np.einsum("fpcc->fpc", self.lossless), frequencies).imag
+        return self._between(self.total, pairs).real, np.asarray(-2.0 * math.pi * frequencies * lost)
 
-    def _part(self, frequencies: Array) -> Array:
-        low, high = (frequency**-0.5 for frequency in self.frequencies)
-        return (frequencies**-0.5 - low) / (high - low)
+    def _between(self, changes: ComplexArray, frequencies: Array) -> ComplexArray:
+        """Changes (2, poses, ...) at frequencies (Hz) of the shape of one of them, or of one that goes with it."""
+        low, high = self.frequencies
+        part = (frequencies**-0.5 - low**-0.5) / (high**-0.5 - low**-0.5)
+        ends = self.like(np.array([low, high]))
+        first, last = changes[0] / ends[0], changes[1] / ends[1]
+        at = self.like(frequencies.ravel()).reshape(frequencies.shape)
+        return np.asarray(at * (first + part * (last - first)))
 
 
 def mapped(
@@ -78,7 +87,7 @@ def mapped(
         found = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
         if found is not None:
             return found
-    return Changes(exact.frequencies, *_all(exact, poses, progress))
+    return Changes(exact.frequencies, *_all(exact, poses, progress), like=exact.like)
 
 
 AT_ONCE = 64
@@ -126,7 +135,7 @@ def _interpolated(
         return None
     shape = _all(exact, poses[:1], None)[0].shape
     total, lossless = _unpacked(through(poses), len(exact.frequencies), shape[-1])
-    return Changes(exact.frequencies, total, lossless, error)
+    return Changes(exact.frequencies, total, lossless, error, exact.like)
 
 
 def _packed(changes: tuple[ComplexArray, ComplexArray]) -> Array:

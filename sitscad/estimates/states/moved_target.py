@@ -34,7 +34,8 @@ def moved_changes(
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     if is_solved and spec.target is not None:
         still, *found = _solved_effects(spec, layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
-        return {p.name: tuple(float(one[k] - still[k]) for one in found) for k, p in enumerate(spec.array.placements)}
+        moved = [(one - still).real for one in found]
+        return {p.name: tuple(float(one[k]) for one in moved) for k, p in enumerate(spec.array.placements)}
     states = [around for around in assemble(spec).states if around.name == REST and around.above is not None]
     if not states:
         return {}
@@ -60,9 +61,10 @@ def moved_changes(
 
 def target_effects(
     layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float, is_solved: bool = False
-) -> NDArray[np.float64]:
-    """What the target changes of every coil's inductance (H) when it has moved by (x, y) and by a height (m) from rest:
-    (heights, moves, coils). As in `moved_changes`; every height is solved for all moves at once.
+) -> NDArray[np.complex128]:
+    """What the target changes of every coil's inductance (H, complex) when it has moved by (x, y) and by a height (m)
+    from rest: (heights, moves, coils). As in `moved_changes`, the loss in the target only where it is solved; every
+    height is solved for all moves at once.
     """
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     if is_solved:
@@ -84,7 +86,7 @@ def target_effects(
     )
     at = np.array([frequency])
     bare = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
-    found = np.empty((len(heights), len(moves), len(spec.array.placements)))
+    found = np.empty((len(heights), len(moves), len(spec.array.placements)), dtype=complex)
     for k, around in enumerate(raised):
         whole = reflected_inductances(spectrum, at, around.above, rest.below, (0.0,))[0, 0].real - bare
         for m in range(len(moves)):
@@ -94,7 +96,7 @@ def target_effects(
 
 def _solved_effects(
     spec: SensorSpec, layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float
-) -> NDArray[np.float64]:
+) -> NDArray[np.complex128]:
     """`target_effects` by the response's own solution of the target, which is loaded for nothing else."""
     from sitscad.estimates.states.solved_target import own_changes
 

@@ -79,10 +79,10 @@ def _rounded(changes: ComplexArray) -> ComplexArray:
 DIGITS = 9
 
 
-def own_changes(spec: SensorSpec, coils: Sequence[Coil], poses: Array, frequency: float) -> Array:
-    """What the target at (n, 6) poses (m, rad) changes of every coil's inductance (H), (n, coils), at one frequency
-    (Hz), currents even.
+def own_changes(spec: SensorSpec, coils: Sequence[Coil], poses: Array, frequency: float) -> ComplexArray:
+    """What the target at (n, 6) poses (m, rad) changes of every coil's inductance (H, complex), (n, coils), at one
+    frequency (Hz), currents even.
     """
     placed = Placed.of(spec, at_rest(spec), poses)
     plate = solved_plate(spec, coils, (frequency,), metal_behind(spec), placed.cover(spec, coils))
-    return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0]).real)
+    return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0]))
