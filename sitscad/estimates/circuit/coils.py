@@ -121,7 +121,7 @@ def _reflection(
             unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
         return Reflection(spectrum, around, distances, share, winding.crowding, unsure)
     more, lost = target.errors[around.name][number]
-    solved = target.frequencies, target.changes[around.name]
+    solved = target.frequencies, target.changes[around.name], target.like
     return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number, (float(more), float(lost)))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any
 
@@ -289,7 +289,8 @@ class Reflection:
 
 class SolvedReflection(Reflection):
     """The same with what the real target changes solved: `changes` (H, complex) of the inductance matrix of all coils,
-    (2, coils, coils), at two `frequencies` (Hz), of which this is the coil of that `number`; `errors` of its own change
+    (2, coils, coils), at two `frequencies` (Hz) and what they go like between those, of which this is the coil of
+    that `number`; `errors` of its own change
     (H) and of its loss (ohm).
     """
 
@@ -299,18 +300,20 @@ class SolvedReflection(Reflection):
         around: Surroundings,
         distances: Sequence[float],
         crowding: CrowdingNearMetal | None,
-        solved: tuple[Array, ComplexArray],
+        solved: tuple[Array, ComplexArray, Callable[[Array], ComplexArray]],
         number: int,
         errors: tuple[float, float],
     ) -> None:
         super().__init__(spectrum, around, distances, (1.0, 1.0), crowding)
-        self._places, self._changes = solved[0] ** -0.5, solved[1]
-        endless = self._of_target(solved[0])[:, 0]
-        self._ends, self._errors = self._changes[:, number, number] / endless, errors
+        self._solved_at, self._changes, self._like = solved
+        self._places, self._errors = self._solved_at**-0.5, errors
+        self._ends = self._changes[:, number, number]
 
     def shares(self, frequencies: Array) -> ComplexArray:
         """As of an endless target's whole effect, crowding included: complex, for the real one has another loss."""
-        return np.asarray(self._ends[0] + self._part(frequencies) * (self._ends[1] - self._ends[0]))
+        first, last = self._ends / self._like(self._solved_at)
+        like = self._like(frequencies) / self._of_target(frequencies)[:, 0]
+        return np.asarray(like * (first + self._part(frequencies) * (last - first)))
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
         """The same for small changes of what is around: of all that is reflected, and of the target's own loss."""
@@ -319,8 +322,9 @@ class SolvedReflection(Reflection):
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
-        low, high = self._changes[:, pair[0], pair[1]]
-        return np.asarray(super().mutual(pair, distance, frequencies) + low + self._part(frequencies) * (high - low))
+        low, high = self._changes[:, pair[0], pair[1]] / self._like(self._solved_at)
+        more = self._like(frequencies) * (low + self._part(frequencies) * (high - low))
+        return np.asarray(super().mutual(pair, distance, frequencies) + more)
 
     def unsure(self, frequency: float) -> tuple[float, float]:
         """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -91,6 +91,7 @@ class TargetChanges:
     frequencies: Array
     changes: Mapping[str, NDArray[np.complex128]]
     errors: Mapping[str, Array]
+    like: Callable[[Array], NDArray[np.complex128]]
 
     def holds_at(self, low: float, high: float) -> bool:
         """Whether it was solved for tanks between two frequencies (Hz)."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.response.errors import LOSSY, poles_error, stated_errors
 from sitscad.estimates.response.placed import Placed, at_rest
-from sitscad.estimates.response.plate import solved_plate, solving_work
+from sitscad.estimates.response.plate import endless_like, solved_plate, solving_work
 from sitscad.estimates.states.assembly import Assembly, metal_behind
 from sitscad.estimates.states.finite_target import TargetChanges
 from sitscad.layout.board import Coil
@@ -66,7 +66,10 @@ def solved_target(
     errors = np.stack([more, (LOSS + behind) * own + poles], axis=-1)
     names = [around.name for around in assembly.states if around.above is not None]
     return TargetChanges(
-        np.array(band), {name: total[:, k] for k, name in enumerate(names)}, dict(zip(names, errors, strict=True))
+        np.array(band),
+        {name: total[:, k] for k, name in enumerate(names)},
+        dict(zip(names, errors, strict=True)),
+        endless_like(spec),
     )
 
 
