@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -34,6 +35,9 @@ KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm
 
 ROTATIONS = {"free": "free to tilt", "held": "kept level"}
 """How a target may be loaded, as a table's line ``# rotation: held`` and the command's option say it."""
+
+SAID = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
+"""Such a line, and what it says."""
 
 LARGEST = 16_000_000
 """Bytes at most of a file."""
@@ -129,16 +133,23 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
     columns = _columns(f"{path}:{line}", head, coils)
     values = [_numbers(f"{path}:{number}", cells, head, columns) for number, cells in body]
     return Table(path, columns, tuple(number for number, _ in body), np.array(values).reshape(-1, len(columns)),
-                 _rotation(whole))  # fmt: skip
+                 _rotation(path, whole))  # fmt: skip
 
 
-def _rotation(whole: Sequence[tuple[int, list[str]]]) -> tuple[int, str]:
-    """The line that says how the target was loaded (``# rotation: held``), and what it says."""
+def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, str]:
+    """The line that says how the target was loaded (``# rotation: held``, or with ``=``), and what it says; BenchError
+    where another line says otherwise.
+    """
+    first = 0, ""
     for number, cells in whole:
-        title, parted, said = cells[0].strip().lstrip("#").partition(":")
-        if cells[0].lstrip().startswith("#") and parted and title.strip().lower() == "rotation":
-            return number, (said.split() or ["?"])[0].strip(",;").lower()
-    return 0, ""
+        if not (told := SAID.match(cells[0])):
+            continue
+        said = (told[1].split() or ["?"])[0].strip(",;").lower()
+        if first[1] and said != first[1]:
+            raise BenchError(f"{path}:{number}:1 rotation {said!r} here, {first[1]!r} on line {first[0]}: one table is "
+                             "of one of both")  # fmt: skip
+        first = first if first[1] else (number, said)
+    return first
 
 
 def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Column, ...]:

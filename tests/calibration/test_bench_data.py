@@ -38,6 +38,7 @@ HEAD = "normal_N,shear_x_N,C1_counts,C2_counts\n"
         ("C1_counts,C2_counts\n5,6\n", "1:2", "neither loads nor poses"),
         ("normal_N,x_mm,C1_counts,C2_counts\n0,0,5,6\n", "1:4", "one of both"),
         ("normal_N,C1_counts,C2_Hz\n0,5,6\n", "1:3", "one kind for all"),
+        ("# rotation: free\n" + HEAD + "0,0,5,6\n# rotation: held\n1,0,7,8\n", "4:1", "'held' here, 'free' on line 1"),
     ],
 )
 def test_what_cannot_be_read_is_told_with_its_place(tmp_path, text, place, words):
@@ -45,6 +46,12 @@ def test_what_cannot_be_read_is_told_with_its_place(tmp_path, text, place, words
         _read(tmp_path, text)
     assert str(error.value).startswith(f"{tmp_path / 'bench.csv'}:{place} ")
     assert words in str(error.value)
+
+
+@pytest.mark.parametrize("said", ["# rotation = held", "#Rotation: HELD, see note", '"# rotation: held",,,'])
+def test_a_line_says_how_the_target_was_loaded(tmp_path, said):
+    """An equals sign was taken for a remark, the table for one of either way."""
+    assert _read(tmp_path, f"{said}\n{HEAD}0,0,5,6\n{said}\n1,0,7,8\n").rotation == (1, "held")
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
