@@ -38,7 +38,7 @@ def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, b
     assert spec.target is not None
     cover = _placed(spec, assembly).cover(spec, coils)
     most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
-    return solving_work(spec, coils, math.sqrt(band[0] * band[1]), cover) <= most
+    return solving_work(spec, coils, math.sqrt(band[0] * band[1]), metal_behind(spec), cover) <= most
 
 
 def _placed(spec: SensorSpec, assembly: Assembly) -> Placed:
