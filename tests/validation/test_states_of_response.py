@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from states_of_response import apart, slopes, varied
 
 import sitscad
 from sitscad import Design, load_text
 from sitscad.estimates import estimated
+from sitscad.estimates.states.assembly import assemble
+from sitscad.estimates.states.finite_target import target_shares
 
 TEMPLATES = sorted(path.stem for path in (Path(__file__).parents[2] / "templates").glob("*.yaml"))
 
@@ -81,6 +84,44 @@ def test_the_error_of_a_resistance_has_the_target_s_loss_in_it(name):
     known = design(name)
     by_shares = Design(known.spec, known.layout, estimated(known.layout, is_solved=False))
     assert all(one.of_stated_resistance < 1.0 for one in apart(by_shares))
+
+
+def large(size, thickness, metal, shield=""):
+    """A square target (mm) over a coil of 20 mm that takes too long to be solved."""
+    return Design(load_text(
+        "sitscad: 1\nname: large\ncoil: {shape: circle, outer_diameter: 20, turns: 12, layers: 2, trace_width: 150 um, "
+        f"trace_spacing: 150 um}}\ntarget: {{shape: square, size: {size}, thickness: {thickness}, material: {metal}}}\n"
+        f"elastomer: {{shape: square, size: 20, thickness: 0.6, material: ecoflex-00-50}}\n{shield}"
+    ))  # fmt: skip
+
+
+@pytest.mark.parametrize("thickness, metal", [(0.05, "stainless-304"), (0.2, "stainless-17-4ph")])
+def test_a_target_that_reaches_far_beyond_its_coil_has_no_wide_errors(thickness, metal):
+    """By shares with errors widened 34 and 14 % of the change were stated, 84 and 61 % of R."""
+    found = large(40, thickness, metal)
+    state = found.estimates.coils[0].states["rest"]
+    assert not found.estimates.is_solved
+    assert state.target_change_error < 0.03 and state.resistance_error < 0.1
+    for one in apart(found):
+        assert one.of_stated_change < 0.8 and one.of_stated_resistance < 0.8, one
+
+
+def test_its_error_narrows_without_a_jump_and_not_before_a_mirror():
+    """Shares of 17-4PH over a copper shield were 7.6 % of the change off."""
+    sizes = np.arange(34.0, 42.0, 0.25)
+    shares = [target_shares_of(large(size, 0.2, "stainless-17-4ph")).widened() for size in sizes]
+    errors, losses = np.array([one.error for one in shares]), np.array([one.loss_error for one in shares])
+    assert errors[0] > 0.1 and errors[-1] == pytest.approx(0.02)
+    assert losses[0] > 0.5 and losses[-1] == pytest.approx(0.05)
+    assert np.abs(np.diff(errors)).max() < 0.03 and np.abs(np.diff(losses)).max() < 0.1
+    mirrored = large(42, 0.2, "stainless-17-4ph", "shield: {material: copper, thickness: 0.1, gap: 0.3}\n")
+    assert target_shares_of(mirrored).widened().error > 0.1
+
+
+def target_shares_of(design):
+    """Shares of a design's target in its states."""
+    heights = [winding.z for winding in design.layout.coils[0].windings]
+    return target_shares(design.spec, heights, assemble(design.spec).states)
 
 
 def test_performance_has_the_same_slope():
