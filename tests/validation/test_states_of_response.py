@@ -91,7 +91,7 @@ def large(size, thickness, metal, shield=""):
     return Design(load_text(
         "sitscad: 1\nname: large\ncoil: {shape: circle, outer_diameter: 20, turns: 12, layers: 2, trace_width: 150 um, "
         f"trace_spacing: 150 um}}\ntarget: {{shape: square, size: {size}, thickness: {thickness}, material: {metal}}}\n"
-        f"elastomer: {{shape: square, size: 20, thickness: 0.6, material: ecoflex-00-50}}\n{shield}"
+        f"elastomer: {{shape: square, size: 20, thickness: 0.6, material: ecoflex-00-30}}\n{shield}"
     ))  # fmt: skip
 
 
