@@ -8,18 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.calibration.maps.basis import spread
-from sitscad.estimates.performance.bench import SLIP, axes_told_apart
+from sitscad.estimates.performance.bench import SLIP, axes_told_apart, full_normal, held_shear, shear_at
 from sitscad.estimates.performance.values import AXES
-from sitscad.estimates.response.pad import holding, soft_pad
 from sitscad.mechanics.elastomer import VALID_SHEAR
-from sitscad.mechanics.pad import HELD_SHEAR
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
-
-USUAL_STRAIN = 0.2
-"""Strain of the pad at full load where no force is required."""
 
 
 @record
@@ -68,16 +63,10 @@ def working_range(spec: SensorSpec) -> WorkingRange:
     """The required forces, shear as far as the pad's thickness; where there are none, a strain of 20 % and the shear at
     slip on tissue, as far as half the thickness. Raises NoResponse without a pad.
     """
-    pad, axes = soft_pad(spec), axes_told_apart(spec.array)
-    normal = spec.requirements.normal_force
-    if normal is None:
-        bearing = holding(spec, np.array([[0.0, 0.0, -USUAL_STRAIN * pad.thickness, 0.0, 0.0, 0.0]]))
-        assert bearing is not None
-        normal = -float(bearing[0][0, 2])
+    axes, normal = axes_told_apart(spec.array), full_normal(spec)
     asked = spec.requirements.shear_force
     shear = SLIP * normal if asked is None else asked
-    per_strain = pad.shear_modulus * pad.face.area
-    most, held = VALID_SHEAR * per_strain, HELD_SHEAR * per_strain
+    most, held = shear_at(spec, VALID_SHEAR), held_shear(spec)
     if len(axes) == 1 or shear <= held:
         return WorkingRange(axes, normal, shear)
     if asked is None:

@@ -192,7 +192,7 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
         found = calibrate_by(sensors, points, foretold.form)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     off = _off(found.map, (tried[1:, sensors.range.columns], sensors.under(own, tried, exact=True)))
-    assert found.fit.settled and found.fit.excess < 1.5
+    assert found.fit.settled and found.fit.excess < 2.5
     assert np.all(off < 0.015) and np.all(off * found.map.full_scale < 2.0 * found.map.error)
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import sitscad
 from sitscad.calibration.working_range import working_range
-from sitscad.estimates.performance.bench import shear_per_strain
+from sitscad.estimates.performance.bench import full_normal, shear_at
+from sitscad.estimates.response.pad import pushed
+from sitscad.spec import templates
 
 SENSOR = """
 sitscad: 1
@@ -26,8 +29,19 @@ requirements: {{normal_force: 8 N{asked}}}
 )
 def test_shear_is_calibrated_as_far_as_it_is_asked_for_and_can_be_trusted(asked, travel, notes):
     plain = sitscad.load_text(SENSOR.format(asked=""), "pair.yaml")
-    across = shear_per_strain(plain)
-    words = "" if asked is None else f", shear_force: {asked * across:.6g} N"
+    words = "" if asked is None else f", shear_force: {shear_at(plain, asked):.9g} N"
     found = working_range(sitscad.load_text(SENSOR.format(asked=words), "pair.yaml"))
-    assert found.shear == pytest.approx(travel * across, rel=1e-5)
+    assert found.shear == pytest.approx(shear_at(plain, travel), rel=1e-5)
     assert len(found.notes) == notes
+
+
+@pytest.mark.parametrize("name", ["grasper_3p5mm", "three_axis_triangle", "bench_7mm", "jaw_5x20"])
+@pytest.mark.parametrize("travel", [0.5, 1.0])
+def test_half_of_a_pad_s_thickness_is_the_force_that_moves_it_so_far(name, travel):
+    """It was G A of it: film, rim, exponent and press left out, three times too little with a film of PDMS."""
+    spec = sitscad.load_text(templates.read(name), name)
+    force, normal = shear_at(spec, travel), full_normal(spec)
+    loads = np.array([[n, x, y] for n in (0.0, normal) for x, y in ((force, 0.0), (0.0, force))])
+    poses = pushed(spec, loads, np.ones(4, dtype=bool))[0]
+    moved = np.hypot(poses[:, 0], poses[:, 1]) / spec.elastomer.thickness
+    assert moved.max() == pytest.approx(travel, rel=0.005)

@@ -174,7 +174,7 @@ def test_a_thicker_target_was_tried():
 
 def test_a_stiffer_pad_was_tried(judge):
     """The modulus that bears the force is named with what then fails, if anything does."""
-    soft = {**THIN, "requirements": {"normal_force": "32 N"}}
+    soft = {**THIN, "requirements": {"normal_force": "64 N"}}
     (found,) = [f for f in check(load_text(json.dumps(soft), "spec.yaml"), hints="full").findings if f.rule == "SIT304"]
     assert re.search(
         r"a shear modulus of [\d.]+ kPa or more,.* \((it was tried|tried, but .* fails? then)\)", found.hint

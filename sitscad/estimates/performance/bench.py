@@ -14,7 +14,6 @@ from sitscad.estimates.response.derivatives import STEPS
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed, soft_pad, straight
 from sitscad.estimates.response.values import Response, joined
-from sitscad.estimates.states.pressing import loaded_face
 from sitscad.estimates.values import Estimates
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, Pad
@@ -76,7 +75,7 @@ class Bench:
     @cached_property
     def farthest(self) -> Mapping[str, float]:
         """The largest load (N) of every axis by the pad's strain and shear."""
-        shear = VALID_SHEAR * shear_per_strain(self.spec)
+        shear = shear_at(self.spec, VALID_SHEAR)
         return dict(zip(AXES, (self.overload, shear, shear), strict=True))
 
     def poses(self, loads: Array, pad: Pad | None = None) -> Array:
@@ -134,7 +133,7 @@ class Solved:
     def bounds(self) -> Array:
         """Poses as low and as far as any that is looked at: what is solved for them serves all."""
         spec = self.model.spec
-        aside = VALID_SHEAR * shear_per_strain(spec)
+        aside = shear_at(spec, VALID_SHEAR)
         loads = np.array([[normal_at(spec, VALID_STRAIN), 0.0, 0.0], [0.0, aside, 0.0], [0.0, 0.0, aside]])
         found = pushed(spec, loads)[0]
         found[0, 3:5] = 0.02
@@ -163,9 +162,8 @@ def bench_of(
 
     Raises NoResponse without a pad under the target.
     """
-    normal = spec.requirements.normal_force or normal_at(spec, USUAL_STRAIN)
-    travel = USUAL_SHEAR * shear_per_strain(spec)
-    shear = spec.requirements.shear_force or min(SLIP * normal, travel)
+    normal = full_normal(spec)
+    shear = spec.requirements.shear_force or min(SLIP * normal, shear_at(spec, USUAL_SHEAR))
     return Bench(
         spec,
         estimates,
@@ -176,16 +174,41 @@ def bench_of(
     )
 
 
-def shear_per_strain(spec: SensorSpec) -> float:
-    """The shear force (N) for a travel of the pad's thickness: G A."""
-    pad = spec.elastomer
-    assert pad is not None
-    return pad.material.shear_modulus * loaded_face(spec)[0].area
+def shear_at(spec: SensorSpec, travel: float) -> float:
+    """The shear force (N) under which a level target travels by so many of its pad's thicknesses, with the full normal
+    force or without, along x or y, whichever is least; or under which the pad gives way.
+    """
+    pad, normal = soft_pad(spec), full_normal(spec)
+    starts = [(along, pressed) for along in (0, 1) for pressed in (0.0, normal)]
+    return min(_sheared(pad, along, pressed, travel * pad.thickness) for along, pressed in starts)
+
+
+def _sheared(pad: Pad, along: int, normal: float, travel: float) -> float:
+    # By the law itself: film, rim, exponent and the press make it stiffer or softer than G A over the thickness.
+    loads, most = np.zeros((LOADS, 3)), pad.shear_modulus * pad.face.area * travel / pad.thickness
+    loads[:, 0] = normal
+    for _ in range(DOUBLED):
+        loads[:, 1 + along] = np.linspace(0.0, most, LOADS)
+        reached = pad.pose(loads, is_held=True)[:, along]
+        if not reached[-1] < travel:
+            break
+        most *= 2.0
+    held = int(np.argmin(np.append(reached, np.nan) >= 0.0))  # from the first on that is lost
+    return float(np.interp(travel, reached[:held], loads[:held, 1 + along])) if held else 0.0
+
+
+LOADS, DOUBLED = 25, 8
+"""Shear forces that are looked at, first up to G A, and how often twice as far where the pad does not go far enough."""
 
 
 def held_shear(spec: SensorSpec) -> float:
     """The shear force (N) up to which the pad's law was held against finite elements."""
-    return HELD_SHEAR * shear_per_strain(spec)
+    return shear_at(spec, HELD_SHEAR)
+
+
+def full_normal(spec: SensorSpec) -> float:
+    """The normal force (N) that is required, else the one that presses the pad by `USUAL_STRAIN`."""
+    return spec.requirements.normal_force or normal_at(spec, USUAL_STRAIN)
 
 
 def normal_at(spec: SensorSpec, strain: float) -> float:
