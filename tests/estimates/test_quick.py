@@ -36,12 +36,12 @@ def test_slopes_by_tilt_are_within_a_quarter_of_the_largest(both):
         assert point.tilts[:, :2] == pytest.approx(tilts, abs=0.25 * np.abs(tilts).max() + 0.02)
 
 
-def test_errors_by_a_degree_of_tilt_are_within_three_per_cent_of_the_largest(both):
+def test_errors_by_a_degree_of_tilt_are_within_four_per_cent_of_the_largest(both):
     """A coil alone has them too: at second order, of which slopes know nothing."""
     quick, whole = both
     for point, other in zip(quick.points, whole, strict=True):
         errors = np.array([list(row.values()) for row in other.tilt_error.values()])
-        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.03 * errors.max())
+        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.04 * errors.max())
 
 
 STEEL = """
@@ -65,7 +65,7 @@ def test_loss_in_magnetic_steel_pulls_the_tank_too(steel):
     for point, other in zip(quick.points, steel.performance, strict=True):
         assert point.noise == pytest.approx([axis.resolution for axis in other.axes.values()], rel=0.02)
         errors = np.array([list(row.values()) for row in other.tilt_error.values()])
-        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.03 * errors.max())
+        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.04 * errors.max())
 
 
 def test_the_law_of_the_tanks_is_that_of_the_states(steel):
