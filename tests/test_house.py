@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import subprocess
+
+import pytest
 
 from tests.test_import_map import MAY_IMPORT, PACKAGE
 
@@ -29,3 +32,18 @@ def test_what_is_pointed_at_exists():
         for module in re.findall(r"`([\w/]+)`", modules):
             here = PACKAGE / room.strip("`") / module
             assert here.is_dir() or here.with_suffix(".py").is_file(), (room, module)
+
+
+AT_THE_TOP = {
+    ".ci", ".github", ".gitignore", ".pre-commit-hooks.yaml", "CHANGELOG.md", "LICENSE", "README.md", "action.yml",
+    "constraints.txt", "docs", "outputs", "pyproject.toml", "sitscad", "templates", "tests",
+}  # fmt: skip
+
+
+def test_a_trial_leaves_nothing_at_the_top():
+    """Specs and tables that a trial wrote there were committed with it."""
+    if not (PACKAGE.parent / ".git").exists():
+        pytest.skip("no repository: what is kept in it cannot be told")
+    asked = ["git", "-c", "safe.directory=*", "ls-tree", "--name-only", "HEAD"]
+    found = subprocess.run(asked, cwd=PACKAGE.parent, capture_output=True, text=True, check=True)
+    assert set(found.stdout.split()) == AT_THE_TOP

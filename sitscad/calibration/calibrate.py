@@ -21,7 +21,7 @@ from sitscad.calibration.plan import Plan, plan
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
-from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.performance.values import AXES, of_full_scale
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
@@ -89,8 +89,7 @@ class Calibration:
         full = self.map.full_scale
         head = "error of the force of", *(f"{AXIS_WORDS[name]}, of {size:.4g} N"
                                           for name, size in zip(self.map.axes, full, strict=True))  # fmt: skip
-        return (head, *((one.of, *(f"{error:.2g} N ({_per_cent(error / size)})"
-                                   for error, size in zip(one.error, full, strict=True)))
+        return (head, *((one.of, *(of_full_scale(error, size) for error, size in zip(one.error, full, strict=True)))
                         for one in self.unit_errors))  # fmt: skip
 
     @property
@@ -178,10 +177,6 @@ def foretell(model: ResponseModel, is_held: bool = False, count: int = USUAL_POI
     errors = np.vstack([drawn.error, np.minimum(planned.errors[1:], drawn.error)])
     found = Calibration(sensors, drawn, form, tried, replace(planned, errors=errors))
     return replace(found, turned=turned_otherwise(found, np.zeros(len(sensors.known))))
-
-
-def _per_cent(share: float) -> str:
-    return f"{100.0 * share:.0f} %" if share >= 0.1 else f"{100.0 * share:.2g} %"
 
 
 def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:

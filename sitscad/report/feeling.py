@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from sitscad.estimates.performance.values import largest_lasting
+from sitscad.estimates.performance.values import largest_lasting, of_full_scale
 from sitscad.report.quantities import NONE
 from sitscad.units import show
 
@@ -25,20 +25,29 @@ def felt_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
             error, cause = largest_lasting(axis["errors_N"])
             cross = max(point["crosstalk"][name].values(), default=0.0)
             yield [
-                point["at"], name, f"{axis['range_N']:.3g}", axis["limited_by"], f"{1e3 * axis['resolution_N']:.3g}",
-                f"{100.0 * axis['nonlinearity']:.2g}", f"{100.0 * cross:.2g}", f"{1e3 * error:.3g}", cause,
+                point["at"], name, f"{axis['range_N']:.3g}", axis["limited_by"], _milli(axis["resolution_N"]),
+                _hundredths(axis["nonlinearity"]), _hundredths(cross), _milli(error), cause,
                 f"{point['condition_number']:.2g}",
             ]  # fmt: skip
 
 
-def unit_rows(unit_to_unit: Document) -> tuple[list[str], list[list[str]]]:
+def _milli(force: float | None) -> str:
+    """A force (N) in mN; of an axis that no reading tells there is none."""
+    return "untold" if force is None or math.isinf(force) else f"{1e3 * force:.3g}"
+
+
+def _hundredths(share: float) -> str:
+    return f"{100.0 * share:.0f}" if share >= 0.1 else f"{100.0 * share:.2g}"
+
+
+def unit_rows(unit_to_unit: Document, felt: Sequence[Document]) -> tuple[list[str], list[list[str]]]:
     """Head and rows of what forces are off by from unit to unit, as the data sheet has it; nothing without one."""
     errors = unit_to_unit.get("unit_errors", ())
-    if not errors:
+    if not errors or not felt:
         return [], []
-    axes = list(errors[0]["error_N"])
-    return (["error of the force of", *axes],
-            [[one["of"], *(show(one["error_N"][axis], "N", 2) for axis in axes)] for one in errors])  # fmt: skip
+    axes = {name: felt[-1]["axes"][name]["full_scale_N"] for name in errors[0]["error_N"]}
+    rows = [[one["of"], *(of_full_scale(one["error_N"][name], full) for name, full in axes.items())] for one in errors]
+    return ["error of the force of", *axes], rows
 
 
 def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:

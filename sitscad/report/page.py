@@ -238,7 +238,7 @@ def _feeling(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
     felt, between = sheet.get("performance", ()), sheet.get("unit_to_unit", {})
     whole = _table(["of the whole sensor, full load", ""], whole_rows(felt), "")
-    units = _table(*unit_rows(between), between.get("errors_are", ""))
+    units = _table(*unit_rows(between, felt), between.get("errors_are", ""))
     return _table(FELT_HEAD, felt_rows(felt), FELT_TITLE) + whole + units
 
 

@@ -140,7 +140,9 @@ class Disturbed:
         return found
 
     def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
-        """One sigma (N) of every axis by cause; tilts of one degree, the worse of both ways."""
+        """One sigma (N) of every axis by cause; tilts of one degree, the worse of both ways. Infinite on an axis
+        that no reading tells: nothing is known of it.
+        """
         pad = self.bench.spec.elastomer
         assert pad is not None
         material, normal = pad.material, self.bench.full["normal"]
@@ -159,7 +161,8 @@ class Disturbed:
             "manufacture, after calibration": units.at(self.share, normal, True),
             **self._without_tare(),
         }
-        return {name: np.nan_to_num(error, posinf=np.inf) for name, error in found.items()}
+        untold = np.isinf(self.noise)
+        return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in found.items()}
 
     def _without_tare(self) -> dict[str, Array]:
         """What clock and capacitors would do to a map in hertz."""

@@ -101,8 +101,8 @@ class Performance:
             "contact_error_N_per_mm": _plain(self.contact_error),
             "temperature_error_N_per_K": dict(self.temperature_error),
             "temperature_causes_N_per_K": _plain(self.temperature_causes),
-            "friction_error": self.friction_error,
-            "friction_causes": dict(self.friction_causes),
+            "friction_error": None if self.friction_error is None else _finite(self.friction_error),
+            "friction_causes": {cause: _finite(error) for cause, error in self.friction_causes.items()},
             "bandwidth_Hz": self.bandwidth,
             "bandwidth_by": self.bandwidth_by,
             "resonance_Hz": dict(self.resonance),
@@ -130,7 +130,25 @@ def _plain(table: Table) -> dict[str, dict[str, float]]:
 
 
 def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
-    """The largest error (N) that neither calibration nor tare takes away, and its cause."""
-    lasting = {cause: error or 0.0 for cause, error in errors.items() if not any(word in cause for word in PASSING)}
+    """The largest error (N) that neither calibration nor tare takes away, and its cause; infinite on an axis that no
+    reading tells, whose errors a document has as None.
+    """
+    lasting = {
+        cause: math.inf if error is None else error
+        for cause, error in errors.items()
+        if not any(word in cause for word in PASSING)
+    }
     cause = max(lasting, key=lambda one: lasting[one])
     return lasting[cause], cause
+
+
+SENSELESS = 10.0
+"""Full scales from which on an error, found to first order, is told as that alone: its digits mean nothing."""
+
+
+def of_full_scale(error: float, full: float) -> str:
+    """An error (N) in words, with its share of full scale (N)."""
+    if error > SENSELESS * full:
+        return f"more than {SENSELESS:.0f} times full scale"
+    share = error / full
+    return f"{error:.2g} N ({100.0 * share:.0f} %)" if share >= 0.1 else f"{error:.2g} N ({100.0 * share:.2g} %)"

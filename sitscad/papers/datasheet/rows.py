@@ -61,7 +61,11 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
     """What belongs to the sensor as a whole."""
     full, readout, pad, target = felt[-1], estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None
-    friction = "-" if full.friction_error is None else f"+-{full.friction_error:.2g} (one sigma)"
+    friction = (
+        "-"
+        if full.friction_error is None or not math.isfinite(full.friction_error)
+        else f"+-{full.friction_error:.2g} (one sigma)"
+    )
     return [
         ("sensor", ""),
         ("overload (30 % strain of the pad)", _newtons(full.overload)),
@@ -151,11 +155,13 @@ def _degrees(angle: float) -> str:
 
 
 def _newtons(force: float) -> str:
+    if math.isinf(force):
+        return "no reading tells it"
     return show(force, "N", 3) if abs(force) >= 1e-6 else "0 N"
 
 
 def _share(part: float) -> str:
-    return f"{100.0 * part:.2g} %"
+    return f"{100.0 * part:.0f} %" if part >= 0.1 else f"{100.0 * part:.2g} %"
 
 
 def _crosstalk(table: object, name: str) -> str:

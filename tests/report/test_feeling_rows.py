@@ -1,0 +1,39 @@
+"""What is printed of axes that no reading tells, and of errors far beyond full scale."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from sitscad.estimates.performance.values import largest_lasting, of_full_scale
+from sitscad.report.feeling import felt_rows, unit_rows
+
+AXIS = {
+    "range_N": 1.0, "limited_by": "strain", "full_scale_N": 2.0, "resolution_N": 3e-3, "nonlinearity": 1.1,
+    "errors_N": {"noise": 3e-3, "creep": 0.05, "capacitors, without a tare": 9.0},
+}  # fmt: skip
+POINT = {"at": "rest", "axes": {"normal": AXIS}, "crosstalk": {"normal": {}}, "condition_number": 2.0}
+
+
+def test_an_axis_that_no_reading_tells_has_no_figures():
+    """Its document has none (None): the page ended in a TypeError, and its largest error was nothing."""
+    untold = AXIS | {"resolution_N": None, "errors_N": dict.fromkeys(AXIS["errors_N"])}
+    (row,) = felt_rows([POINT | {"axes": {"normal": untold}}])
+    assert row[4] == "untold" and row[7] == "untold"
+    assert largest_lasting(untold["errors_N"])[0] == math.inf
+    (row,) = felt_rows([POINT])
+    assert row[4:6] == ["3", "110"] and row[7:9] == ["50", "creep"]
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [(0.01, "0.01 N (0.5 %)"), (0.5, "0.5 N (25 %)"), (20.1, "more than 10 times full scale"),
+     (math.inf, "more than 10 times full scale")],
+)  # fmt: skip
+def test_errors_are_told_beside_full_scale(error, words):
+    """A unit without a tare read 2.5e+07 N off, to ten digits of a per cent."""
+    assert of_full_scale(error, 2.0) == words
+    between = {"unit_errors": [{"of": "any unit", "error_N": {"normal": error}}]}
+    assert unit_rows(between, [POINT]) == (["error of the force of", "normal"], [["any unit", words]])
+    assert unit_rows(between, []) == ([], [])
