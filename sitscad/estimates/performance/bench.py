@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,6 +174,7 @@ def bench_of(
     )
 
 
+@lru_cache(maxsize=64)
 def shear_at(spec: SensorSpec, travel: float) -> float:
     """The shear force (N) under which a level target travels by so many of its pad's thicknesses, with the full normal
     force or without, along x or y, whichever is least; or under which the pad gives way.
