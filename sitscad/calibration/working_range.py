@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.calibration.maps.basis import spread
-from sitscad.estimates.performance.bench import SLIP, axes_told_apart, full_normal, held_shear, shear_at
+from sitscad.estimates.performance.bench import (
+    SLIP,
+    axes_told_apart,
+    beyond_held_shear,
+    full_normal,
+    held_shear,
+    shear_at,
+)
 from sitscad.estimates.performance.values import AXES
 from sitscad.mechanics.elastomer import VALID_SHEAR
 from sitscad.record import record
@@ -71,10 +78,7 @@ def working_range(spec: SensorSpec) -> WorkingRange:
         return WorkingRange(axes, normal, shear)
     if asked is None:
         return WorkingRange(axes, normal, held)
-    notes = [
-        f"shear beyond {held:.3g} N, half the pad's thickness, is extrapolated by the pad's law, which was held "
-        "against finite elements up to there: put points there"
-    ]
+    notes = [beyond_held_shear(held)]
     if shear > most:
         notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
     return WorkingRange(axes, normal, min(shear, most), tuple(notes))

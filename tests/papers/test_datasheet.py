@@ -25,7 +25,7 @@ from sitscad.estimates.response.pad import soft_pad
 from sitscad.package.calibration_files import drawn_calibration
 from sitscad.papers import PAPERS
 from sitscad.papers.datasheet.figures import BEYOND, BEYOND_LINES, difference, figures
-from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, summary
+from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, notes, summary
 from sitscad.papers.datasheet.sheets import render
 from sitscad.units import show
 
@@ -46,6 +46,12 @@ def files(bench):
 @pytest.fixture(scope="module")
 def drawn(bench):
     return curves(bench.response)
+
+
+def test_shear_beyond_the_law_is_said_once():
+    design = Design(sitscad.load(TEMPLATES / "three_axis_triangle.yaml"))
+    found = list(notes(design.performance, foretell(design.response, is_held=True)))
+    assert sum("is extrapolated" in note for note in found) == 1
 
 
 def test_it_says_what_the_performance_says(bench, files):

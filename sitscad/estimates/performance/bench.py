@@ -207,6 +207,14 @@ def held_shear(spec: SensorSpec) -> float:
     return shear_at(spec, HELD_SHEAR)
 
 
+def beyond_held_shear(held: float) -> str:
+    """What is said, in every paper alike, where shear goes beyond the force (N) that `held_shear` gives."""
+    return (
+        f"shear beyond {held:.3g} N, half the pad's thickness, is extrapolated by the pad's law, which was held "
+        "against finite elements up to there: put points of the calibration there"
+    )
+
+
 def full_normal(spec: SensorSpec) -> float:
     """The normal force (N) that is required, else the one that presses the pad by `USUAL_STRAIN`."""
     return spec.requirements.normal_force or normal_at(spec, USUAL_STRAIN)

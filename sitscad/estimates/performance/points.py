@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates import estimated
-from sitscad.estimates.performance.bench import Bench, Solved, bench_of, held_shear
+from sitscad.estimates.performance.bench import Bench, Solved, bench_of, beyond_held_shear, held_shear
 from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, crosstalk, working_range
 from sitscad.estimates.performance.mechanics import resonances
@@ -209,8 +209,5 @@ def _beyond_the_law(bench: Bench) -> list[str]:
         found.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
     held, named = held_shear(bench.spec), [name for name in bench.names if name != "normal"]
     if named and max(bench.full[name] for name in named) > held:
-        found.append(
-            f"shear beyond {held:.3g} N (half the pad's thickness) is extrapolated: the pad's law was held against "
-            "finite elements up to there; measure it"
-        )
+        found.append(beyond_held_shear(held))
     return found

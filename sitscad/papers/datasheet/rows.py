@@ -146,7 +146,7 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
     said = [*full.notes, *(found.sensors.range.notes if found is not None else ()),
             *(f"the map in calibration/ is {note}" for note in (found.notes if found is not None else ())
               if note.startswith("made for"))]  # fmt: skip
-    yield from (note[0].upper() + note[1:] for note in said)
+    yield from (note[0].upper() + note[1:] for note in dict.fromkeys(said))
 
 
 def _degrees(angle: float) -> str:
