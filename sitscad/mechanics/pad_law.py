@@ -30,9 +30,17 @@ MOST_STRAIN, LEAST_STRAIN = 0.40, -0.20
 FIT_SIGMA = 0.025
 """One sigma, relative, of a bare pad's force (tests/mechanics/test_pad.py, of tests/validation/pad_figures.csv)."""
 
+DOUBTED_SHAPES, DOUBTED_OBLONG = (1.0, 1.6), (2.0, 3.5)
+"""Shape factors, and lengths over width, between which that sigma doubles: pads of 1.5 are held within 4.5 % root mean
+square, faces of three to one within 3.2 %. It stays so beyond: a square of ten thicknesses is 3 % off finite elements
+of third degree."""
+
 RIM_SIGMA, FILM_SIGMA = 0.03, 0.08
 """The same, beside it: for a pad that reaches beyond its target, and of what a film carries. Elements of third degree,
 to which films were fitted, bear up to 8 % more than those of fourth where a thin stiff film has buckled."""
+
+RIM_COUNTS = 0.1
+"""Thicknesses of rim within which its sigma sets in: the narrowest that was held, 0.25, has nearly all of it."""
 
 RIM_HIDES = 0.36
 """Thicknesses of rim within which a film beyond it ceases to count for the target: an assumption, unverified."""
@@ -134,19 +142,25 @@ def _bonded(block: Block) -> float:
 
 
 def sigma(block: Block) -> float:
-    """One sigma, relative, of a bare pad's force: what the law was held against, and twice that beyond.
+    """One sigma, relative, of a bare pad's force: what the law was held against, and twice that for flat and oblong
+    faces, without a step.
 
     Finite elements of 22 pads, 132 forces: 1.6 % root mean square of the converged, 2.5 % of all;
     pads left out of the fit 3 %. Rims, what a film bears and an exponent other than 2 add theirs.
     """
     oblong = max(block.along, block.across) / min(block.along, block.across)
-    bare = FIT_SIGMA if block.shape_factor <= FLATTEST and oblong <= OBLONG else 2.0 * FIT_SIGMA
-    if block.exponent != NEO_HOOKEAN:
-        bare = math.hypot(bare, OGDEN_SIGMA * abs(block.exponent - NEO_HOOKEAN) * max(1.0, block.flatness) ** 3)
+    doubted = max(_part(block.shape_factor, DOUBTED_SHAPES), _part(oblong, DOUBTED_OBLONG))
+    of_exponent = OGDEN_SIGMA * abs(block.exponent - NEO_HOOKEAN) * max(1.0, block.flatness) ** 3
+    bare = math.hypot(FIT_SIGMA * (1.0 + doubted), of_exponent)
     if not block.rim and not block.skin:
         return bare
     law = compression(block)
-    return math.hypot(bare, RIM_SIGMA if block.rim else 0.0, FILM_SIGMA * law.film.rest / law.at_rest)
+    return math.hypot(bare, RIM_SIGMA * -math.expm1(-block.rim / RIM_COUNTS), FILM_SIGMA * law.film.rest / law.at_rest)
+
+
+def _part(value: float, bounds: tuple[float, float]) -> float:
+    """How far (0 to 1) a value has gone from one bound to the other."""
+    return min(max((value - bounds[0]) / (bounds[1] - bounds[0]), 0.0), 1.0)
 
 
 def rimmed(block: Block, most: float, power: float, reach: float) -> float:

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitscad.mechanics.elastomer import Face
+from sitscad.mechanics.elastomer import Face, even_rim
 from sitscad.mechanics.motion import angles, exponentials, left_jacobians, rotation_vectors, rotations
 from sitscad.mechanics.pad import Pad
-from sitscad.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness
+from sitscad.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness, sigma
 
 FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
 SQUARE = Pad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
@@ -81,6 +81,48 @@ def test_the_stated_error_holds():
     outside = [off > 2.0 * pad.sigma for pad, rows in figures() for off in errors(pad, rows)[0]]
     assert np.mean(outside) < 0.08
     assert Pad(Face(4e-3, 4e-3), 2e-3, 15e3, film=0.1e-3, film_modulus=660e3).sigma > 0.5 * FILM_SIGMA
+
+
+@pytest.mark.parametrize(("least", "most"), [(0.2, 0.55), (0.6, 0.8), (0.9, 1.1), (1.4, 2.0)])
+def test_the_stated_error_is_no_smaller_than_what_pads_of_a_shape_factor_say(least, most):
+    there = [(pad.sigma, errors(pad, rows)[0]) for pad, rows in figures()
+             if not pad.film and not pad.rim and least < pad.block.shape_factor < most]  # fmt: skip
+    off = np.concatenate([of_pad for _, of_pad in there])
+    stated = np.concatenate([np.full_like(of_pad, sigma) for sigma, of_pad in there])
+    assert len(off) >= 8
+    assert math.sqrt(np.mean(off**2)) < math.sqrt(np.mean(stated**2))
+
+
+PLAIN = Block(4.0, 4.0, exponent=3.3)
+
+
+@pytest.mark.parametrize(("least", "most", "block"), [
+    (0.8, 24.0, lambda width: replace(PLAIN, along=width, across=width)),
+    (0.8, 24.0, lambda width: Block(width, width)),
+    (2.0, 16.0, lambda along: Block(along, 2.0)),
+    (0.0, 2.0, lambda rim: replace(PLAIN, rim=rim)),
+    (0.0, 0.5, lambda skin: replace(PLAIN, skin=skin, skin_modulus=10.0)),
+    (1.5, 4.0, lambda exponent: replace(PLAIN, exponent=exponent)),
+])  # fmt: skip
+def test_the_stated_error_has_no_step(least, most, block):
+    """A parameter that is swept finely changes it by little: twenty times finer by a twentieth, and never at once."""
+    changes = []
+    for count in (1000, 20000):
+        stated = np.array([sigma(block(value)) for value in np.linspace(least, most, count)])
+        changes.append(np.abs(np.diff(stated)).max())
+    assert changes[1] < 0.1 * changes[0]
+
+
+def test_a_rim_changes_without_a_step_as_the_pad_grows():
+    """Of a target off the middle of a pad: from all rims narrower than the thickness to all of them wider."""
+    changes = []
+    for count in (1000, 20000):
+        rims = [even_rim(Face(width, width + 2.5), Face(4.0, 4.0), (0.1, 0.0), 1.0)
+                for width in np.linspace(6.01, 9.0, count)]  # fmt: skip
+        assert None not in rims
+        changes.append(np.abs(np.diff(np.array(rims, dtype=float))).max())
+    assert changes[1] < 0.1 * changes[0]
+    assert even_rim(Face(10.0, 8.0), Face(4.0, 4.0), (0.1, 0.0), 1.0) == pytest.approx(2.5)
 
 
 def test_compression_softens_shear_and_a_free_target_more():
