@@ -12,12 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.mechanics import pad_law
+from sitscad.mechanics.balance import Law
 from sitscad.record import record
 
 Array = NDArray[np.float64]
 
 FIRST, LAST, PIECES = -0.25, 0.45, 560
 """Strains between which a course is tabulated; beyond, it stays as it is (`pad_law.MOST_STRAIN`), its slope nothing."""
+
+STEP = (LAST - FIRST) / PIECES
+
+SMALL = 1e-6
+"""By how much a strain is moved for the slope of the pressure, which is not tabulated."""
 
 
 @record(eq=False)
@@ -32,15 +38,37 @@ class Courses:
 
     def at(self, strain: Array) -> tuple[Array, Array]:
         """The five courses (no unit, as `pad_law` has them) and their slopes at strains (n,), (n, 5) each."""
-        step = (LAST - FIRST) / PIECES
-        place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / step
-        piece = np.minimum(place.astype(np.intp), PIECES - 1)
-        part = (place - piece)[:, None]
-        one = self.pieces[piece]
-        first, second, third = one[:, 1], one[:, 2], one[:, 3]
-        return one[:, 0] + part * (first + part * (second + part * third)), (
+        part, (value, first, second, third) = self._piece(strain)
+        return value + part * (first + part * (second + part * third)), (
             first + part * (2.0 * second + 3.0 * part * third)
-        ) / step
+        ) / STEP
+
+    def law(self, strain: Array) -> Law:
+        """The law at strains (n,), its numbers (n,) each."""
+        part, (value, first, second, third) = self._piece(strain)
+        values = value + part * (first + part * (second + part * third))
+        slopes = (first + part * (2.0 * second + 3.0 * part * third)) / STEP
+        bends = (2.0 * second + 6.0 * part * third) / STEP**2
+        pressed = (self.squeeze(strain + SMALL) - self.squeeze(strain - SMALL)) / (2.0 * SMALL)
+        return Law(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
+
+    def law_at(self, strain: float) -> Law:
+        """The same at one strain, in floats."""
+        place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
+        piece = min(int(place), PIECES - 1)
+        part, pieces = place - piece, self.pieces[piece].T.tolist()
+        values = [v + part * (p + part * (q + part * r)) for v, p, q, r in pieces]
+        slopes = [(p + part * (2.0 * q + 3.0 * part * r)) / STEP for _, p, q, r in pieces]
+        bends = [(2.0 * q + 6.0 * part * r) / STEP**2 for _, _, q, r in pieces]
+        pressed = (self.squeeze.at(strain + SMALL) - self.squeeze.at(strain - SMALL)) / (2.0 * SMALL)
+        return Law(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
+
+    def _piece(self, strain: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
+        """How far (n, 1) strains (n,) have gone into their pieces, and the terms of these (n, 5)."""
+        place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / STEP
+        piece = np.minimum(place.astype(np.intp), PIECES - 1)
+        one = self.pieces[piece]
+        return (place - piece)[:, None], (one[:, 0], one[:, 1], one[:, 2], one[:, 3])
 
 
 @lru_cache(maxsize=64)
@@ -54,9 +82,9 @@ def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
         cubic = 0.5 * (shears[0].cubic(strain) + shears[1].cubic(strain))
         return np.stack([shears[0](strain), shears[1](strain), cubic, tilts[0](strain), tilts[1](strain)], axis=1)
 
-    strain, step = np.linspace(FIRST, LAST, PIECES + 1), (LAST - FIRST) / PIECES
+    strain = np.linspace(FIRST, LAST, PIECES + 1)
     value, small = exact(strain), 1e-5
-    slope = step * (exact(strain + small) - exact(strain - small)) / (2.0 * small)
+    slope = STEP * (exact(strain + small) - exact(strain - small)) / (2.0 * small)
     rise = np.diff(value, axis=0)
     pieces = np.stack(
         [value[:-1], slope[:-1], 3.0 * rise - 2.0 * slope[:-1] - slope[1:], slope[:-1] + slope[1:] - 2.0 * rise], axis=1

@@ -55,12 +55,14 @@ class Film:
         return np.asarray(self.rest * share)
 
     def at(self, strain: float) -> float:
-        """The same of one strain, of 0 or more, in the stiffness's unit."""
+        """The same of one strain, in the stiffness's unit."""
         if not self.rest:
             return 0.0
-        e = min(strain, MOST)
+        e = min(max(strain, 0.0), MOST)
         quick, one, two, three = self.course
         share = 1.0 - quick * math.expm1(-e / QUICK) + e * (one + e * (two + e * three))
+        if strain < 0.0:
+            share += max(strain, LEAST_PULL) * self.pulled
         if self.floor:
             place = e / MOST * (len(self.floor) - 1)
             k = min(int(place), len(self.floor) - 2)

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.mechanics import pad_law
+from sitscad.mechanics.balance import Load, balance
 from sitscad.mechanics.courses import Courses, courses
 from sitscad.mechanics.elastomer import Face, Surround
-from sitscad.mechanics.motion import Motion, cross, relative, rotations
+from sitscad.mechanics.motion import Motion, angles, exponentials, relative, rotation_vectors, rotations
 from sitscad.mechanics.ogden_law import NEO_HOOKEAN
 from sitscad.record import record
 
@@ -30,8 +31,14 @@ TOLERANCE = 2e-6
 SQUARE, SETTLED = 0.2, 1e-11
 """Steps below which each is taken to go with the square of the last, and the next one that is not worth making."""
 
-FREE, LEVEL, STUCK = slice(0, 6), slice(0, 3), slice(2, 3)
-"""Which of the six numbers of a pose a load finds: all, those of the place, the height alone."""
+ROUGHLY = 1e-3
+"""How near the level pose is found from which that search begins, in parts of its strain."""
+
+FEW = 8
+"""Loads up to which each is worked out in floats, by itself: arrays of so few numbers cost more."""
+
+FREE, LEVEL, STUCK = slice(0, 6), slice(0, 3), slice(None, 3)
+"""Which of the six numbers of a pose a load finds: all, those of the place, and of these the height alone."""
 
 SHEAR_STEPS = 4
 """Parts in which shear and moments are put on, after the normal force: a soft pad is followed, not leapt upon."""
@@ -153,53 +160,65 @@ class Pad:
         nothing. NaN where no equilibrium is found: the pad gives way sideways, or shuts. Raises ValueError for loads
         that are not finite.
         """
-        wanted = _as_wrenches(loads)
-        points = np.full((len(wanted), 3), self.height)
-        points[:, :2] = 0.0 if at is None else at
-        poses = np.zeros_like(wanted)
-        poses[:, 2] = -self.thickness * self.strain(np.maximum(0.0, -wanted[:, 2]))
-        if turns is not None:
-            poses[:, 3:] = turns
+        whole = self.shear_modulus * self.face.area
+        wanted = _as_wrenches(loads) / (3 * [whole] + 3 * [whole * self.thickness])
+        points = np.full((len(wanted), 3), self.height / self.thickness)
+        points[:, :2] = 0.0 if at is None else np.asarray(at) / self.thickness
+        squeeze, start = self.courses.squeeze, np.zeros_like(wanted)
+        start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wanted[:, 2].tolist()]
         free = STUCK if is_stuck else LEVEL if is_held or turns is not None else FREE
-        found = self._balanced(poses, wanted, points, free)
+        if turns is not None:
+            start[:, 3:] = turns
+        found = self._balanced(start, wanted, points, free)
         lost = np.isnan(found[:, 0])
         if np.any(lost):
-            found[lost] = self._followed(poses[lost], wanted[lost], points[lost], free)
+            found[lost] = self._followed(start[lost], wanted[lost], points[lost], free)
+        found[:, 2] -= 1.0
+        found[:, :3] *= self.thickness
         return found
 
-    def _followed(self, poses: Array, wanted: Array, points: Array, free: slice) -> Array:
-        """Poses (m, rad) that `_balanced` finds where shear, moments, turns and places beside the middle come little by
-        little: a soft pad cannot be leapt upon.
+    def _followed(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
+        """Places and angles (n, 6) that `_balanced` finds where shear, moments, turns and places beside the middle come
+        little by little: a soft pad cannot be leapt upon.
         """
-        whole, turns = np.zeros_like(wanted), poses[:, 3:].copy()
+        whole, turns, there = np.zeros_like(wanted), start[:, 3:].copy(), start.copy()
         whole[:, 2] = wanted[:, 2]
         for part in (np.arange(SHEAR_STEPS) + 1.0) / SHEAR_STEPS:
             if free != FREE:
-                poses[:, 3:] = part * turns
+                there[:, 3:] = part * turns
             here = points * [part, part, 1.0]
-            poses = self._balanced(poses, whole + (wanted - whole) * part, here, free)
-        return poses
+            there = self._balanced(there, whole + (wanted - whole) * part, here, free)
+        return there
 
-    def _balanced(self, poses: Array, wanted: Array, points: Array, free: slice) -> Array:
-        """Newton's method from poses nearby, in the `free` ones of their six numbers; NaN for those that do not settle,
-        or where the pad would give way.
+    def _balanced(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
+        """Newton's method from places and angles (n, 6) nearby, in the `free` ones of the six numbers of `balance`;
+        NaN for those that do not settle, or where the pad would give way. Lengths in thicknesses, forces in shear
+        moduli times area.
         """
-        units = np.array(3 * [self.thickness] + 3 * [1.0])[free]
-        poses, near = poses.copy(), np.zeros(len(poses), dtype=bool)
+        turn = rotations(start[:, 3:])
+        vectors = rotation_vectors(turn)
+        place = start[:, :3].copy()
         if free == STUCK:
-            poses[:, :2] = -self.height * rotations(poses[:, 3:])[:, :2, 2]
-        last = np.full(len(poses), math.inf)
+            place[:, :2] = -points[:, 2:] * turn[:, :2, 2]
+        frame = exponentials(self._share * vectors)
+        there = np.concatenate([np.einsum("nji,nj->ni", frame, place), vectors], axis=1)
+        upright = frame[:, 2]  # the way off the board, in the frame
+        near, last = np.zeros(len(there), dtype=bool), np.full(len(there), math.inf)
         for _ in range(25):
-            lack, slope = self._lack_and_slope(poses, wanted, points)
-            lack, slope = lack[:, free] * units, slope[:, free, free] * units * units[:, None]
+            lack, slope = self._lack_and_slope(there, wanted, points)
+            lack, slope = lack[:, free], slope[:, free, free]
+            if free == STUCK:
+                lack = np.einsum("ni,ni->n", upright, lack)[:, None]
+                slope = np.einsum("ni,nij,nj->n", upright, slope, upright)[:, None, None]
             good = np.isfinite(slope.sum(axis=(1, 2)) + lack.sum(axis=1))
             if good.all():
                 step = np.linalg.solve(slope, lack[:, :, None])[:, :, 0]
             else:
-                poses[~good], step = math.nan, np.zeros_like(lack)
+                there[~good], step = math.nan, np.zeros_like(lack)
                 step[good] = np.linalg.solve(slope[good], lack[good][:, :, None])[:, :, 0]
             size = np.abs(step).max(axis=1, initial=0.0)
-            poses[:, free] -= step * np.minimum(1.0, 0.2 / np.maximum(size, 1e-30))[:, None] * units
+            step *= np.minimum(1.0, 0.2 / np.maximum(size, 1e-30))[:, None]
+            there[:, free] -= step * upright if free == STUCK else step
             # Newton's steps go with the square of the last: the next is known before it is made
             near = good & ((size < TOLERANCE) | ((last < SQUARE) & (size**3 < SETTLED * last**2)))
             last = size
@@ -207,15 +226,37 @@ class Pad:
                 break
         stable = near.copy()
         stable[near] = np.linalg.eigvalsh(0.5 * (slope + np.swapaxes(slope, 1, 2))[near]).min(axis=1) > 0.0
-        poses[~stable] = math.nan
-        return poses
+        found, vectors = np.full_like(there, math.nan), there[stable, 3:]
+        found[stable, :3] = np.einsum("nij,nj->ni", exponentials(self._share * vectors), there[stable, :3])
+        found[stable, 3:] = angles(exponentials(vectors)) if free == FREE else start[stable, 3:]
+        return found
 
-    def _lack_and_slope(self, poses: Array, wanted: Array, points: Array) -> tuple[Array, Array]:
-        """What is lacking (n, 6; N and N m) and how it changes with the pose (n, 6, 6; by m and rad)."""
-        stacked = (poses[:, None, :] + self._aside).reshape(-1, 6)
-        lack = self._lacking(stacked, np.repeat(wanted, 13, axis=0), np.repeat(points, 13, axis=0))
-        lack = lack.reshape(len(poses), 13, 6)
-        return lack[:, 0], np.swapaxes((lack[:, 1:7] - lack[:, 7:]) / (2.0 * self._steps[:, None]), 1, 2)
+    def _lack_and_slope(self, there: Array, wanted: Array, points: Array) -> tuple[Array, Array]:
+        """What is lacking (n, 6) and how it changes with place and rotation vector (n, 6, 6), no units: `balance`."""
+        is_moment = bool(wanted[:, 3:].any())
+        if len(there) <= FEW:
+            rows = zip(there.tolist(), wanted.tolist(), points.tolist(), strict=True)
+            each = [self._lack_of_one(place, force, arm, is_moment) for place, force, arm in rows]
+            return np.array([lack for lack, _ in each]), np.array([slope for _, slope in each])
+        (x, y, z, *turn), (f_x, f_y, f_z, *moments) = there.T, wanted.T
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            load = Load((f_x, f_y, f_z), tuple(points.T), moments, is_moment)
+            largest = float(np.fmax.reduce(np.einsum("ni,ni->n", there[:, 3:], there[:, 3:]), initial=0.0))
+            lack, slope = balance(self.courses.law(1.0 - z), self._share, (x, y, z), turn, load, largest)
+        found = np.stack(lack, axis=1)
+        found[z <= 0.0] = math.nan
+        return found, np.moveaxis(np.array(slope), 2, 0)
+
+    def _lack_of_one(
+        self, there: list[float], wanted: list[float], point: list[float], is_moment: bool
+    ) -> tuple[list[float], list[list[float]]]:
+        """The same of one load, in floats: NaN where the plate has come down on the board."""
+        place, turn = there[:3], there[3:]
+        square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
+        if not place[2] > 0.0 or not math.isfinite(square):
+            return 6 * [math.nan], 6 * [6 * [math.nan]]
+        load = Load(wanted[:3], point, wanted[3:], is_moment)
+        return balance(self.courses.law_at(1.0 - place[2]), self._share, place, turn, load, square)
 
     @cached_property
     def _steps(self) -> Array:
@@ -226,14 +267,6 @@ class Pad:
     def _aside(self) -> Array:
         """A pose and its neighbours (13, 6; m and rad): nowhere, forth and back."""
         return np.concatenate([np.zeros((1, 6)), np.diag(self._steps), -np.diag(self._steps)])
-
-    def _lacking(self, poses: Array, wanted: Array, points: Array) -> Array:
-        # What holds the target, less what the loads do about the middle of the near face.
-        motion = self._motion(poses)
-        held = self._held(motion)
-        held -= wanted
-        held[:, 3:] -= cross(np.einsum("nij,nj->ni", motion.turn, points), wanted[:, :3])
-        return held
 
 
 def _as_wrenches(loads: Array) -> Array:

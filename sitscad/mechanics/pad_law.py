@@ -199,8 +199,8 @@ class Compression:
         return np.asarray(self._course(bound, self.film(bound)) * _lindley(strain))
 
     def at(self, strain: float) -> float:
-        """The same of one strain, of 0 or more; no unit."""
-        bound = min(strain, MOST_STRAIN)
+        """The same of one strain; no unit."""
+        bound = min(max(strain, LEAST_STRAIN), MOST_STRAIN)
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 
     def _course(self, bound: Number, film: Number) -> Number:
@@ -209,8 +209,10 @@ class Compression:
             return pad + film
         return pad * self.ogden.pressure(bound) + film * self.ogden.film_pressure(bound)
 
-    def strain(self, load: float) -> float:
-        """The strain (no unit) under a force of 0 or more over the loaded area, in shear moduli; to rounding."""
+    def strain(self, load: float, within: float = 1e-14) -> float:
+        """The strain (no unit) under a force of 0 or more over the loaded area, in shear moduli; `within` so much of
+        it (no unit), as a rule to rounding.
+        """
         low, high = 0.0, 1.0
         strain = min(load / self.at_rest, 0.5)
         for _ in range(100):
@@ -220,7 +222,7 @@ class Compression:
             slope = (self.at(strain + small) - self.at(strain - small)) / (2.0 * small) if small else 0.0
             step = strain - lacking / slope if slope > 0.0 else strain
             step = step if low <= step < high else 0.5 * (low + high)
-            if abs(step - strain) <= 1e-16 + 1e-14 * strain:
+            if abs(step - strain) <= 1e-16 + within * strain:
                 return step
             strain = step
         return strain

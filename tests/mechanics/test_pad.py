@@ -276,3 +276,37 @@ def test_forces_are_slopes_of_an_energy(x, y, z, rx, ry):
             way = np.concatenate([np.diff(corners[:, :3], axis=0), spin], axis=1)
             work = np.sum(middle * way, axis=1)
             assert abs(work.sum()) < 2e-3 * np.abs(work).max() + 1e-13
+
+
+@pytest.mark.parametrize("pad", [SQUARE, OBLONG, replace(OBLONG, film=0.2e-3, film_modulus=600e3, exponent=3.2)])
+@pytest.mark.parametrize("turned", [0.1, 1.2])
+def test_what_lacks_to_balance_is_what_the_force_says_and_its_slopes_are_its_changes(pad, turned):
+    """Of a level, a tilted and a far turned target, with a moment: by virtual work, and by differences."""
+    rng = np.random.default_rng(8)
+    there = np.concatenate([[0.2, -0.1, 0.8], turned * rng.uniform(-1.0, 1.0, 3)])
+    wanted, point = rng.uniform(-0.3, 0.3, (1, 6)), rng.uniform(-0.2, 0.4, (1, 3))
+    lack, slope = pad._lack_and_slope(there[None], wanted, point)
+    frame, turn = (exponentials(part * there[None, 3:])[0] for part in (pad._share, 1.0))
+    h, whole = pad.thickness, pad.shear_modulus * pad.face.area
+    pose = np.concatenate([h * (frame @ there[:3] - [0.0, 0.0, 1.0]), angles(turn[None])[0]])
+    given_force, given_moment = np.split(pad.force(pose)[0] / (3 * [whole] + 3 * [whole * h]) - wanted[0], 2)
+    given_moment -= np.cross(turn @ point[0], wanted[0, :3])
+    assert lack[0, :3] == pytest.approx(frame.T @ given_force, abs=1e-9)
+    # the place in the frame stays where it is: in board axes it goes with the frame
+    moved = pad._share * np.cross(left_jacobians(pad._share * there[None, 3:])[0].T, frame @ there[:3])
+    assert lack[0, 3:] == pytest.approx(moved @ given_force + left_jacobians(there[None, 3:])[0].T @ given_moment,
+                                        abs=1e-9)  # fmt: skip
+    small = 1e-6 * np.eye(6)
+    many = np.repeat(wanted, 12, axis=0), np.repeat(point, 12, axis=0)
+    forth, back = np.split(pad._lack_and_slope(np.concatenate([there + small, there - small]), *many)[0], 2)
+    assert slope[0] == pytest.approx(((forth - back) / 2e-6).T, rel=1e-6, abs=2e-6)
+
+
+def test_a_load_alone_is_posed_like_one_among_many():
+    """Single loads are worked out in floats, many of them in arrays."""
+    spread = np.array([0.03, 0.03, 0.15, 1e-5, 1e-5, 1e-5])
+    wrenches = np.random.default_rng(4).uniform(-1.0, 1.0, (30, 6)) * spread - [0, 0, 0.2, 0, 0, 0]
+    for pad in (SQUARE, OBLONG):
+        together = pad.pose(wrenches)
+        assert not np.isnan(together).any()
+        assert np.concatenate([pad.pose(one[None]) for one in wrenches]) == pytest.approx(together, abs=2e-9)
