@@ -75,15 +75,22 @@ def tolerances() -> dict[str, Tolerance]:
 
 
 def sigmas(spec: SensorSpec) -> dict[str, float]:
-    """Standard deviations of what is manufactured, for this stack-up: the elastomer's thickness and size in metres, all
-    others relative.
+    """Standard deviations of what is manufactured, for this stack-up and by the pad's own tolerances where the spec
+    writes them: the elastomer's thickness and size in metres, all others relative.
     """
     found = {name: row.sigma for name, row in tolerances().items()}
+    found |= {name: own / math.sqrt(3.0) for name, own in _own_bands(spec).items()}
     if spec.fpc.stackup.copper_thickness_sigma is not None:
         mean = math.fsum(layer.thickness for layer in spec.coil_copper) / len(spec.coil_copper)
         found[THICKNESS] = spec.fpc.stackup.copper_thickness_sigma / mean
     found[CAPACITOR] = _family(spec).limit("capacitor_tolerance") / math.sqrt(3.0)
     return found
+
+
+def _own_bands(spec: SensorSpec) -> dict[str, float]:
+    """Half the bands (m) of the pad that the spec writes itself, by the name of the row they stand for."""
+    own = {PAD: spec.assembly.tolerance("elastomer"), PAD_SIZE: spec.assembly.tolerance("elastomer_size")}
+    return {name: band for name, band in own.items() if band is not None}
 
 
 def direct_resistance_sigma(spec: SensorSpec) -> float:
@@ -101,7 +108,7 @@ def _family(spec: SensorSpec) -> Family:
 def scatter_note(spec: SensorSpec) -> str:
     """Which of the tolerances behind the scatter nobody has seen a source for."""
     measured = {THICKNESS} if spec.fpc.stackup.copper_thickness_sigma is not None else set()
-    absent = set() if spec.elastomer is not None else {PAD, PAD_SIZE}
+    absent = set(_own_bands(spec)) if spec.elastomer is not None else {PAD, PAD_SIZE}
     unseen = [name for name, row in tolerances().items() if not row.verified and name not in measured | absent]
     if not _family(spec).limits()["capacitor_tolerance"].verified:
         unseen.append(CAPACITOR)

@@ -191,6 +191,26 @@ def test_loads_that_read_alike_are_found_however_wide_the_range(shear):
     assert np.linalg.norm((np.array(other) - one)[working.bench.columns] / working.bench.full_scales) > 0.1
 
 
+def test_four_coils_in_a_cross_are_read_in_other_units_of_the_design_too():
+    """The map of three forces by four coils was fitted to how the leads of the one design lie: it read 338 N of 10."""
+    cross = (Path(__file__).parents[2] / "templates" / "three_axis_grid.yaml").read_text(encoding="utf-8")
+    cross = cross.replace("pattern: grid", "pattern: explicit").replace("  count: [2, 2]\n", "")
+    cross = cross.replace("pitch: 5.0", "centres: [[-4.1, 0], [0, 4.1], [4.1, 0], [0, -4.1]]").replace("size: 8", "size: 9")
+    full = Design(sitscad.load_text(cross)).performance[2]
+    for axis in full.axes.values():
+        errors = axis.errors
+        assert errors["manufacture, after calibration"] < 0.03 * axis.full_scale
+        assert errors["manufacture, before calibration"] < 0.4 * axis.full_scale
+
+
+def test_the_grid_feels_shear_alike_along_both_axes():
+    """Four coils on a square under a square target: what one axis is off by, the other is (0.30 and 0.08 N of 2 N)."""
+    full = Design(sitscad.load(Path(__file__).parents[2] / "templates" / "three_axis_grid.yaml")).performance[2]
+    x, y = (full.axes[name].errors["manufacture, after calibration"] for name in ("shear_x", "shear_y"))
+    assert x == pytest.approx(y, rel=0.1)
+    assert x < 0.02 * full.axes["shear_x"].full_scale
+
+
 def test_a_polynomial_gives_back_what_it_was_fitted_to():
     points = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 2))
     values = np.stack([points[:, 0] * points[:, 1] ** 2 + 2.0 * points[:, 0], points[:, 1] ** 3], axis=1)

@@ -11,6 +11,12 @@ from sitscad.record import record
 
 Array = NDArray[np.float64]
 
+LEAST_SHARE, LEAST_SHARE_REDUNDANT = 1e-10, 1e-4
+"""Combinations of terms that the points hardly change (singular values over the largest) are left out. With more
+variables than outputs the points lie on a surface, and what is off it by less than 1e-4 is how one design's leads and
+manufacture lie: coefficients made of that err by several full scales on the next unit (four coils, three forces).
+"""
+
 
 @record(eq=False)
 class Polynomial:
@@ -49,7 +55,8 @@ def powers_up_to(variables: int, degree: int) -> NDArray[np.intp]:
 
 
 def fitted(points: Array, values: Array, degree: int) -> Polynomial:
-    """The polynomial of least squares through (n, variables) points and (n, outputs) values.
+    """The polynomial of least squares through (n, variables) points and (n, outputs) values, of those the smallest
+    where the points leave some combinations of terms open.
 
     Raises ValueError where the points are fewer than its terms.
     """
@@ -57,7 +64,8 @@ def fitted(points: Array, values: Array, degree: int) -> Polynomial:
     if len(points) < len(powers):
         raise ValueError(f"{len(points)} points do not hold {len(powers)} terms")
     scale = np.maximum(np.abs(points).max(axis=0), 1e-300)
-    found = np.linalg.lstsq(_terms(points / scale, powers), values, rcond=1e-10)[0]
+    least = LEAST_SHARE_REDUNDANT if points.shape[1] > values.shape[1] else LEAST_SHARE
+    found = np.linalg.lstsq(_terms(points / scale, powers), values, rcond=least)[0]
     return Polynomial(degree, scale, powers, np.asarray(found))
 
 
