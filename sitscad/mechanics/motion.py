@@ -128,7 +128,8 @@ class Motion:
         A small turn of the plate turns the frame by its share: virtual work of both together.
         """
         force = np.einsum("nij,nj->ni", self.frame, slopes)
-        lever = cross(self.place, force)
+        with np.errstate(invalid="ignore"):  # a pad that is shut: without bound, and its moment is no number
+            lever = cross(self.place, force)
         followed = self.share * np.einsum("nji,nj->ni", self.frame_jacobians, lever)
         transposed = np.swapaxes(self.jacobians, 1, 2)
         moment = np.linalg.solve(transposed, (turning - followed)[:, :, None])[:, :, 0]

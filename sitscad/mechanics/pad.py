@@ -22,8 +22,8 @@ from sitscad.record import record
 
 Array = NDArray[np.float64]
 
-HELD_STRAIN, HELD_SHEAR = 0.35, 0.5
-"""Compression and shear (travel over thickness) up to which the law is held against finite elements; tilts to 5 deg."""
+HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
+"""Compression, shear (travel over thickness) and tilt (rad) up to which the law is held against finite elements."""
 
 TOLERANCE = 2e-6
 """Where the search for a pose ends: the last step in thicknesses and radians. What is left is of second order in it."""

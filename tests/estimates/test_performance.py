@@ -195,7 +195,8 @@ def test_four_coils_in_a_cross_are_read_in_other_units_of_the_design_too():
     """The map of three forces by four coils was fitted to how the leads of the one design lie: it read 338 N of 10."""
     cross = (Path(__file__).parents[2] / "templates" / "three_axis_grid.yaml").read_text(encoding="utf-8")
     cross = cross.replace("pattern: grid", "pattern: explicit").replace("  count: [2, 2]\n", "")
-    cross = cross.replace("pitch: 5.0", "centres: [[-4.1, 0], [0, 4.1], [4.1, 0], [0, -4.1]]").replace("size: 8", "size: 9")
+    cross = cross.replace("pitch: 5.0", "centres: [[-4.1, 0], [0, 4.1], [4.1, 0], [0, -4.1]]")
+    cross = cross.replace("size: 8", "size: 9")
     full = Design(sitscad.load_text(cross)).performance[2]
     for axis in full.axes.values():
         errors = axis.errors

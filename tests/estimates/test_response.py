@@ -228,6 +228,25 @@ def test_a_pose_inside_the_board_says_so(plain):
     assert np.all(np.isfinite(found.inductance))
 
 
+def test_poses_beyond_what_the_pad_s_law_was_held_against_say_so(plain):
+    """A target sheared by four thicknesses and tilted by 22 degrees under 50 N was told without a word."""
+    thick = plain.spec.elastomer.thickness
+    found = respond(plain, [[0.49 * thick, 0.0, 0.0, 0.0, 0.0, 0.0], [0.4 * thick, 0.4 * thick, 0.0, 0.0, 0.0, 0.0],
+                            [0.0, 0.0, 0.0, math.radians(4.9), 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, -0.1, 0.0]])  # fmt: skip
+    assert [any("extrapolated" in note for note in notes) for notes in found.notes] == [False, True, False, True]
+    assert "half its thickness" in found.notes[1][0]
+    assert "5 degrees" in found.notes[3][0]
+    pushed = respond(plain, loads=[[1.0, 40.0, 0.0]])
+    assert any("half its thickness" in note for note in pushed.notes[0])
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_pad_pressed_shut_has_no_force_and_no_warning(plain):
+    found = respond(plain, [[0.0, 0.0, -plain.spec.elastomer.thickness, 0.0, 0.0, 0.0]])
+    assert not np.any(np.isfinite(found.force[0][2]))
+    assert any("pressed by 100 %" in note for note in found.notes[0])
+
+
 def test_a_document_has_the_contract_s_names(plain):
     document = respond(plain, [POSE]).point_document(0)
     assert list(document["pose"]) == ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]

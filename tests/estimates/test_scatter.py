@@ -66,7 +66,7 @@ def test_a_coil_alone_has_no_target_and_no_pad():
 
 @pytest.mark.parametrize("band", ["20 um", "200 um"])
 def test_the_states_and_the_pad_take_the_spec_s_own_tolerance(band):
-    """They took the table's 150 um whatever the spec wrote: a third too much of the signal's scatter where it asks 50."""
+    """They took the table's 150 um whatever the spec wrote: a third too much scatter of the signal for 50."""
     spec = sitscad.load(TEMPLATES / "grasper_4layer.yaml")
     tolerances = (("elastomer", 1e-6 * float(band.split()[0])), ("elastomer_size", 0.1e-3))
     design = Design(replace(spec, assembly=replace(spec.assembly, tolerances=tolerances)))

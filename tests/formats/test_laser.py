@@ -419,7 +419,10 @@ def test_the_shop_is_told_which_laser_cuts_what():
     assert "CO2 does NOT cut: copper throws back" in said and "CO2 cuts: silicone" in said
     for word in ("Etched", "Punched", "two liquids", "#ff0000 layer CUT_INNER", "Cut the coupon first"):
         assert word in said, word
-    assert "4.9 x 4.1 mm, finished" in said
+    assert "rectangle 4.9 x 4.1 mm, finished" in said
+    round_target = templates.read("three_axis_grid").replace("shape: square", "shape: circle")
+    layout = sitscad.lay_out(sitscad.load_text(round_target, "two.yaml"))
+    assert "circle diameter 8 mm, finished" in laser_notes.render(layout)["laser/readme.txt"].decode()
 
 
 @pytest.mark.parametrize("kerf", [0.0, 0.1 * MM])

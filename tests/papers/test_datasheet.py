@@ -25,7 +25,7 @@ from sitscad.estimates.response.pad import soft_pad
 from sitscad.package.calibration_files import drawn_calibration
 from sitscad.papers import PAPERS
 from sitscad.papers.datasheet.figures import BEYOND, BEYOND_LINES, difference, figures
-from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, notes, summary
+from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, notes, sensor, summary
 from sitscad.papers.datasheet.sheets import render
 from sitscad.units import show
 
@@ -195,6 +195,16 @@ def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):
     rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout))
     assert rows["extrapolated by the pad's law beyond"][-1] == show(held_shear(bench.spec), "N", 3)
     assert rows["extrapolated by the pad's law beyond"][0] == "-"
+
+
+def test_a_round_target_has_a_diameter(bench):
+    """It stood as 9 x 9 mm beside a drawing that said a diameter of 9 mm."""
+    spec = bench.spec
+    plates = replace(spec.target, shape="circle", size=(9e-3, 9e-3)), replace(spec.elastomer, size=(9.5e-3, 9e-3))
+    layout = replace(bench.layout, spec=replace(spec, target=plates[0], elastomer=plates[1]))
+    rows = dict((row[0], row[1:]) for row in sensor(bench.performance, layout, bench.estimates))
+    assert ", diameter 9 mm, " in rows["target"][0]
+    assert ", 9.5 x 9 mm, " in rows["elastomer"][0]
 
 
 def test_a_plot_is_shapes_and_letters_of_the_sheet():

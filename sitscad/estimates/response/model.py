@@ -21,10 +21,12 @@ from sitscad.estimates.response.terminals import Curves, Terminals, at_frequenci
 from sitscad.estimates.response.values import Response
 from sitscad.estimates.states.assembly import Assembly, Surroundings, metal_behind
 from sitscad.estimates.states.finite_target import TargetShares
+from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.steps import Wound, given, wind
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
 from sitscad.layout.board import Layout
+from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.physics.metal.half_spaces import Plate as Sheet
 from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
 from sitscad.physics.resonator import Network
@@ -144,7 +146,7 @@ class ResponseModel:
             taken_at=taken_at, frequency=terminals.frequency, counts=self._counts(terminals.frequency),
             parallel_resistance=terminals.parallel_resistance, amplitude=self._amplitudes(terminals),
             strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
-            notes=tuple(_notes(placed, terminals, strain)),
+            notes=tuple(_notes(placed, terminals, strain, self._beyond(poses))),
         )  # fmt: skip
 
     def under(
@@ -172,6 +174,15 @@ class ResponseModel:
     def _strain(self, poses: Array) -> Array | None:
         pad = self.spec.elastomer
         return None if pad is None else -poses[:, 2] / pad.thickness
+
+    def _beyond(self, poses: Array) -> tuple[tuple[str, ...], ...]:
+        """By pose how it lies beyond what the pad's law was held against, on which force and pose hang."""
+        pad = self.spec.elastomer
+        if pad is None or not rests_on_pad(self.spec):
+            return ((),) * len(poses)
+        aside = np.hypot(poses[:, 0], poses[:, 1]) > (1.0 + 1e-6) * HELD_SHEAR * pad.thickness
+        tilted = np.hypot(poses[:, 3], poses[:, 4]) > (1.0 + 1e-6) * HELD_TILT
+        return tuple((SHEARED,) * bool(far) + (TILTED,) * bool(steep) for far, steep in zip(aside, tilted, strict=True))
 
     def _counts(self, frequency: Array) -> Array:
         readout = self.estimates.readout
@@ -309,8 +320,14 @@ STRAIN_LIMIT = 0.35
 """Strain of the pad beyond which no model of it is trusted."""
 
 
-def _notes(placed: Placed, terminals: Terminals, strain: Array | None) -> list[tuple[str, ...]]:
-    """By pose what is to be known of it: contact, a pad pressed too far, a tank that stops."""
+SHEARED = "the pad is sheared by more than half its thickness: what its law says of force and pose is extrapolated"
+TILTED = "the target is tilted by more than 5 degrees: what the pad's law says of force and pose is extrapolated"
+
+
+def _notes(
+    placed: Placed, terminals: Terminals, strain: Array | None, beyond: Sequence[tuple[str, ...]]
+) -> list[tuple[str, ...]]:
+    """By pose what is to be known of it: contact, a pad pressed, sheared or tilted too far, a tank that stops."""
     lost = ~np.isfinite(terminals.frequency)
     found = []
     for k, lowest in enumerate(placed.lowest):
@@ -319,6 +336,7 @@ def _notes(placed: Placed, terminals: Terminals, strain: Array | None) -> list[t
             notes.append(f"contact: the target's lowest point would be {-1e3 * lowest:.3g} mm inside the board")
         if strain is not None and strain[k] > STRAIN_LIMIT:
             notes.append(f"the pad would be pressed by {100.0 * strain[k]:.0f} % of its thickness")
+        notes.extend(beyond[k])
         if lost[k].any():
             notes.append("the tank does not oscillate")
         found.append(tuple(notes))

@@ -9,8 +9,10 @@ from sitscad.calibration.calibrate import AXIS_WORDS, Calibration
 from sitscad.estimates.performance.bench import held_shear
 from sitscad.estimates.performance.values import AxisPerformance, Performance, largest_lasting
 from sitscad.estimates.values import Estimates
+from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.contacts import contacts, head
+from sitscad.spec.pieces.plates import ElastomerPad, Target
 from sitscad.units import show
 
 Rows = list[tuple[str, ...]]
@@ -76,8 +78,8 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
         ("one load to a reading", "yes" if full.invertible else "NO: see the notes"),
         ("converter", f"{readout.device.part}, {len(estimates.coils)} channels"),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
-        ("target", f"{target.material.name}, {_size(target.size)}, {show(target.thickness, 'm')}"),
-        ("elastomer", f"{pad.material.name}, {_size(pad.size)}, {show(pad.thickness, 'm')}"),
+        ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
+        ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]  # fmt: skip
@@ -176,5 +178,5 @@ def _sensitivity(axis: AxisPerformance) -> str:
     return f"{show(max(map(abs, axis.sensitivity)), 'Hz', 3)}/N"
 
 
-def _size(size: tuple[float, float]) -> str:
-    return " x ".join(show(side * 1e3, "", 4) for side in size) + " mm"
+def _size(plate: Target | ElastomerPad) -> str:
+    return f"{PLATES[plate.shape].size_in_words(plate.size)} mm"

@@ -8,6 +8,7 @@ from functools import cache
 
 from sitscad.data import rows
 from sitscad.drawing.frame import FORCED
+from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.cutting.laser_sheet import LOOKS, CutLayer, LaserSheet
 from sitscad.papers.order.codes import order_of
@@ -71,7 +72,7 @@ def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
     nest, name = sheet.nest, f"laser/{layout.spec.name}-{sheet.name}"
     yield f"{name}.dxf and .svg (the same, in mm, full size)"
     yield f"   material   {sheet.material}, {in_mm(sheet.thickness)} mm thick"
-    yield f"   part       {sheet.shape} {in_mm(sheet.size[0])} x {in_mm(sheet.size[1])} mm, finished"
+    yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
     yield f"   pieces     {nest.count} on the sheet" + (f", cut {nest.times} times" if nest.times > 1 else "")
     yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
     least = _least(_kind(sheet))
