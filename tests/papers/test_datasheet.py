@@ -197,6 +197,30 @@ def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):
     assert rows["extrapolated by the pad's law beyond"][0] == "-"
 
 
+LONG = """
+sitscad: 1
+name: long
+coil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 0.1, trace_spacing: 0.1}
+array: {count: 2, pitch: 13}
+target: {shape: rectangle, size: [26, 7.5], thickness: 0.2}
+elastomer: {size: [26, 7.5], thickness: 1, material: ecoflex-00-30}
+mount: {kind: bench-plate, standoff: 3}
+requirements: {normal_force: 5 N, shear_force: 1 N}
+"""
+
+
+def test_a_pad_that_gives_way_is_overloaded_there(bench):
+    """It stood with an overload of 207 N beside a range that ends by instability at 155 N."""
+    design = Design(sitscad.load_text(LONG))
+    full = design.performance[-1]
+    assert full.axes["normal"].limited_by == "instability"
+    assert full.overload == full.axes["normal"].range
+    rows = dict((row[0], row[1:]) for row in sensor(design.performance, design.layout, design.estimates))
+    assert rows["overload (the pad gives way sideways)"] == (show(full.overload, "N", 3),)
+    usual = dict((row[0], row[1:]) for row in sensor(bench.performance, bench.layout, bench.estimates))
+    assert "overload (30 % strain of the pad)" in usual
+
+
 def test_a_round_target_has_a_diameter(bench):
     """It stood as 9 x 9 mm beside a drawing that said a diameter of 9 mm."""
     spec = bench.spec

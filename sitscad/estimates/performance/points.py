@@ -17,7 +17,7 @@ from sitscad.estimates.performance.bench import Bench, Solved, bench_of, beyond_
 from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, crosstalk, working_range
 from sitscad.estimates.performance.mechanics import resonances
-from sitscad.estimates.performance.reach import Course, course
+from sitscad.estimates.performance.reach import INSTABILITY, Course, course
 from sitscad.estimates.performance.scatter import manufacturing_scatter
 from sitscad.estimates.performance.tilts import DEGREE, Tilts
 from sitscad.estimates.performance.units import Units, units_of
@@ -125,7 +125,8 @@ def _at(here: _Working) -> Performance:
         friction_causes=friction, bandwidth=min([scans, *swings.values()]),
         bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
         condition_number=condition, invertible=bool(condition * SINGULAR < 1.0 and twins is None), ambiguous=twins,
-        overload=bench.overload, map_degree=here.working.map.degree, production=_production(bench.estimates),
+        overload=courses["normal"].range if courses["normal"].limited_by == INSTABILITY else bench.overload,
+        map_degree=here.working.map.degree, production=_production(bench.estimates),
         notes=_notes(here),
     )  # fmt: skip
 

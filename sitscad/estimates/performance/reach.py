@@ -18,6 +18,10 @@ STEPS = 9
 """Loads along an axis that are looked at."""
 
 
+INSTABILITY = "instability"
+"""What ends an axis where no shape of the pad bears the load: it gives way sideways."""
+
+
 @record(eq=False)
 class Course:
     """Loads (n, 3; N) along one axis from a working point, the response there, and up to where it may go."""
@@ -35,7 +39,7 @@ def course(bench: Bench, solved: Solved, load: Array, name: str) -> Course:
     loads[:, column] = np.linspace(0.0, most, STEPS)
     poses, said = pushed(bench.spec, loads, np.ones(STEPS, dtype=bool))
     found = solved.respond(poses)
-    wrong = _wrong(bench, found) | {"instability": np.array([note == TOO_SOFT for note in said])}
+    wrong = _wrong(bench, found) | {INSTABILITY: np.array([note == TOO_SOFT for note in said])}
     firsts = {cause: int(np.argmax(bad)) for cause, bad in wrong.items() if bad.any()}
     if not firsts:
         return Course(loads, found, most, "strain")

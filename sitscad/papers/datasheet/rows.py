@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from sitscad.calibration.calibrate import AXIS_WORDS, Calibration
 from sitscad.estimates.performance.bench import held_shear
+from sitscad.estimates.performance.reach import INSTABILITY
 from sitscad.estimates.performance.values import AxisPerformance, Performance, largest_lasting
 from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
@@ -70,7 +71,7 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
     )
     return [
         ("sensor", ""),
-        ("overload (30 % strain of the pad)", _newtons(full.overload)),
+        (f"overload ({_overloaded(full)})", _newtons(full.overload)),
         ("error of shear over normal, full load", friction),
         (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
         ("resonance of target and pad, nothing on it", _resonances(full)),
@@ -83,6 +84,11 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]  # fmt: skip
+
+
+def _overloaded(full: Performance) -> str:
+    gives_way = full.axes["normal"].limited_by == INSTABILITY
+    return "the pad gives way sideways" if gives_way else "30 % strain of the pad"
 
 
 def _resonances(full: Performance) -> str:
