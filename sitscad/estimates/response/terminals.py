@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.circuit.idle import idle_load
 from sitscad.estimates.circuit.tank import Tank
-from sitscad.physics.resonator import LOWEST_SHARE, Network
+from sitscad.physics.resonator import LOWEST_SHARE, Network, oscillate
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -22,6 +23,12 @@ contacts, nothing idle yet, at (n,) frequencies (Hz), one a pose: (n, coils, coi
 
 POINTS = 8
 """Chebyshev points in ln f at which what does not depend on the pose is known."""
+
+FEW = 8
+"""Poses up to which the frequency of a tank is found one by one."""
+
+MOST_SLOPE = 0.5
+"""Change of the frequency that is found with the one that was taken, up to which that is believed."""
 
 
 @record(eq=False)
@@ -90,6 +97,7 @@ def at_frequencies(impedances: Impedances, frequencies: Array, tank: Tank) -> tu
 def oscillating(impedances: Impedances, networks: Sequence[Network], tank: Tank, start: Array) -> Terminals:
     """Every coil in its tank, from about the frequencies `start` (n, coils; Hz)."""
     delay, frequency = tank.family.limit("drive_delay"), start
+    last: tuple[Array, Array] | None = None
     for _ in range(6):
         inductance, resistance = at_frequencies(impedances, frequency, tank)
         found = [
@@ -98,11 +106,23 @@ def oscillating(impedances: Impedances, networks: Sequence[Network], tank: Tank,
         ]
         after, parallel = (np.stack(parts, axis=1) for parts in zip(*found, strict=True))
         moved = np.abs(after / frequency - 1.0)
-        frequency = np.where(np.isfinite(after), after, frequency)
         if not np.any(moved > 1e-9):
             break
+        last, frequency = (frequency, after), _next(frequency, after, last)
     still = ~np.isfinite(after)
     return Terminals(np.where(still, np.nan, inductance), np.where(still, np.nan, resistance), after, parallel)
+
+
+@np.errstate(divide="ignore", invalid="ignore")
+def _next(given: Array, found: Array, last: tuple[Array, Array] | None) -> Array:
+    """Frequencies (Hz) to try after those that were given led to those that were found: what is found, by the secant
+    rule where the last time tells how it goes with what is given; unchanged where nothing was found.
+    """
+    ahead = found
+    if last is not None:
+        slope = (found - last[1]) / (given - last[0])
+        ahead = np.where(np.abs(slope) < MOST_SLOPE, given + (found - given) / (1.0 - slope), found)
+    return np.where(np.isfinite(ahead), ahead, np.where(np.isfinite(found), found, given))
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")  # what does not oscillate is NaN, which is said
@@ -110,6 +130,8 @@ def tank_frequencies(network: Network, inductance: Array, resistance: Array, del
     """`physics.resonator.oscillate` for (n,) coils: frequency (Hz) and parallel resistance (ohm), NaN where there is no
     oscillation. The secant rule on arg Y + omega delay, from the plain resonance.
     """
+    if len(inductance) <= FEW:
+        return _one_by_one(network, inductance, resistance, delay)
     whole = network.coil_side + network.converter_side + network.capacitor
     in_tank = inductance + (0.0 if network.capacitor_at_coil else network.inductance)
     plain = 1.0 / np.sqrt(in_tank * whole)
@@ -133,3 +155,13 @@ def tank_frequencies(network: Network, inductance: Array, resistance: Array, del
     y, _ = network.admittance(after, inductance, resistance)  # type: ignore[arg-type]
     exists = (np.abs(high) <= 1e-6) & (after >= LOWEST_SHARE * plain)
     return np.where(exists, after / (2.0 * math.pi), np.nan), np.where(exists, 1.0 / y.real, np.nan)
+
+
+def _one_by_one(network: Network, inductance: Array, resistance: Array, delay: float) -> tuple[Array, Array]:
+    """The same of a few coils, each by itself: arrays of so few numbers cost more."""
+    found = np.full((2, len(inductance)), np.nan)
+    for k, (own, lost) in enumerate(zip(inductance.tolist(), resistance.tolist(), strict=True)):
+        with suppress(ValueError, ZeroDivisionError, OverflowError):  # no tank has such numbers
+            tank = oscillate(network, own, lost, delay)
+            found[:, k] = tank.frequency, tank.parallel_resistance
+    return found[0], found[1]

@@ -65,7 +65,7 @@ class BoxClass:
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
             along_a, along_b = _projected(field[:, :, a], fa, db), _projected(field[:, :, b], da, fb)
             linked = TURN[across] * (along_b - along_a)
-            np.add.at(found, self.numbers[across].ravel(), linked.reshape(-1, potential.shape[-1]))
+            found[self.numbers[across].ravel()] += linked.reshape(-1, potential.shape[-1])  # each once in a face
         return found
 
     def spread(self, functions: Array) -> Array:
@@ -216,7 +216,9 @@ def _with_axis(numbers: Index, first: int, across: int) -> Index:
 
 
 def _projected(field: Array, along_a: Array, along_b: Array) -> Array:
-    return np.einsum("ip,jq,pqs->ijs", along_a, along_b, field, optimize=True)
+    # of a pose's few fields einsum would take longer to find its way than to go it
+    half = along_a @ field.reshape(field.shape[0], -1)
+    return along_b @ half.reshape(len(along_a), *field.shape[1:])
 
 
 def _summed(weights: Array, one: Array, other: Array) -> Array:

@@ -94,7 +94,8 @@ class DiscClass:
 
     def drive(self, potential: Array) -> Array:
         """Flux linkages (Wb): see `CurrentClass`."""
-        return np.asarray(np.einsum("pcn,pcs->ns", self._linkage, potential, optimize=True))
+        linkage = self._linkage
+        return np.asarray(linkage.reshape(-1, linkage.shape[-1]).T @ potential.reshape(-1, potential.shape[-1]))
 
     def spread(self, functions: Array) -> Array:
         """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""

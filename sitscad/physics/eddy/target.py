@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from sitscad.record import record
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
 
 AT_ONCE = 100_000
 """Points at which fields are worked out together."""
@@ -42,17 +45,26 @@ class SolvedTarget:
     images: ImageModes | None = None
 
     @cached_property
-    def answers(self) -> tuple[ComplexArray, ...]:
-        """Inverses (1/H) of its classes' systems: for many poses."""
-        return tuple(np.linalg.inv(self._system(one)).astype(complex) for one in self.surface.classes)
+    def answers(self) -> tuple[Array, ...]:
+        """Inverses (1/H) of its classes' systems, the imaginary parts below the real ones, (2 functions, functions):
+        for many poses. What drives them is real.
+        """
+        inverses = (np.linalg.inv(self._system(one)) for one in self.surface.classes)
+        return tuple(np.concatenate([found.real, found.imag]) for found in inverses)
+
+    @cached_property
+    def image_answers(self) -> tuple[Array, ...]:
+        """What the image's combinations drive (1/H) in every class, (functions, twice their number): real parts first,
+        then imaginary ones.
+        """
+        within = () if self.images is None else self.images.within
+        both = (np.split(answer @ one, 2) for answer, one in zip(self.answers, within, strict=False))
+        return tuple(np.concatenate(parts, axis=1) for parts in both)
 
     @cached_property
     def among_images(self) -> ComplexArray | None:
         """What one of the image's combinations drives of another (1/H)."""
-        if self.images is None:
-            return None
-        driven = [(answer @ one).astype(complex) for answer, one in zip(self.answers, self.images.within, strict=True)]
-        return combined(driven, self.images.within)
+        return None if self.images is None else _complex(_summed(self.images.within, self.image_answers), 1)
 
     def _system(self, one: CurrentClass) -> ComplexArray:
         return np.asarray(one.inductance + _material(one, self.skin), dtype=complex)
@@ -71,18 +83,39 @@ class SolvedTarget:
         """The change (H) from what the coils drive (Wb) of every class, and what the image couples in every pose;
         `once` without the systems' inverses.
         """
-        total = np.zeros((*shape, shape[1]), dtype=complex)
-        responses, among = self._driven_once(linked) if once else ([a @ d for a, d in zip(self.answers, linked,
-                                                                    strict=True)], self.among_images)  # fmt: skip
-        for drive, response in zip(linked, responses, strict=True):
-            total -= np.einsum("npc,npd->pcd", drive.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
-        if self.images is None or among is None:
+        total, driven, among = self._answered_once(linked, shape) if once else self._answered(linked, shape)
+        if driven is None or among is None:
             return total
-        driven = combined(responses, self.images.within).reshape(-1, *shape)
         for pose, coupling in enumerate(couplings):
-            both = np.eye(len(coupling)) + coupling @ among
+            both = coupling @ among.real + 1j * (coupling @ among.imag)
+            both[np.diag_indices(len(both))] += 1.0
             total[pose] += driven[:, pose].T @ np.linalg.solve(both, coupling @ driven[:, pose])
         return total
+
+    def _answered(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
+        """The change (H) without the image, (poses, coils, coils); what the coils drive (1) of the image's
+        combinations, (combinations, poses, coils), and those of each other (1/H): by the systems' inverses.
+        """
+        total = np.zeros((*shape, shape[1]), dtype=complex)
+        for drive, answer in zip(linked, self.answers, strict=True):
+            ways = drive.reshape(-1, *shape).transpose(1, 2, 0)
+            real, imaginary = (answer @ drive).reshape(2, -1, *shape).transpose(0, 2, 1, 3)
+            total.real -= ways @ real
+            total.imag -= ways @ imaginary
+        if self.images is None:
+            return total, None, None
+        # the systems are symmetric: what the coils drive of a combination is what that drives of them
+        return total, _complex(_summed(self.image_answers, linked), 0).reshape(-1, *shape), self.among_images
+
+    def _answered_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
+        """The same by systems that are solved for these poses alone."""
+        total = np.zeros((*shape, shape[1]), dtype=complex)
+        responses, among = self._driven_once(linked)
+        for drive, response in zip(linked, responses, strict=True):
+            total -= np.einsum("npc,npd->pcd", drive.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
+        if self.images is None:
+            return total, None, None
+        return total, combined(responses, self.images.within).reshape(-1, *shape), among
 
     def _driven_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
         """What is driven (A) in every class, and among the image's combinations (1/H)."""
@@ -164,6 +197,17 @@ def turned(angles: Array) -> Array:
     about_y = _stacked((cy, none, sy), (none, one, none), (-sy, none, cy))
     about_z = _stacked((cz, -sz, none), (sz, cz, none), (none, none, one))
     return np.asarray(about_x @ about_y @ about_z)
+
+
+def _summed(one: Sequence[Array], other: Sequence[Array]) -> Array:
+    """Sum over the classes of the product of both, the first one turned over; in the product of their units."""
+    return np.asarray(sum(a.T @ b for a, b in zip(one, other, strict=True)))
+
+
+def _complex(parts: Array, axis: int) -> ComplexArray:
+    """Real parts and, behind them along an axis, imaginary ones as complex numbers; in their unit."""
+    real, imaginary = np.split(parts, 2, axis=axis)
+    return np.asarray(real + 1j * imaginary)
 
 
 def _stacked(*rows: tuple[Array, Array, Array]) -> Array:
