@@ -186,8 +186,9 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
     to 8 sigma, every step beyond was taken back, and the steps that were left counted as settled.
     """
     own = units(sensors.known, 5, 100)[4]
-    law = [one.name for one in sensors.known].index("shear_modulus")
-    own[law] *= 0.0682 / sensors.known[law].sigma  # drawn when the pad's law stated that of so flat a pad
+    for k, one in enumerate(sensors.known):
+        if one.name in ("shear_modulus", "softening"):
+            own[k] *= 0.0682 / one.sigma  # drawn when the pad's law stated that of so flat a pad
     points = simulated(sensors, own, foretold.plan.loads, np.random.default_rng((100, 4)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # steps that are taken back ended in tanks that do not oscillate
