@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
@@ -92,24 +92,25 @@ class BoxClass:
     @cached_property
     def vacuum(self) -> Array:
         """Energies times mu0 (H): see `CurrentClass`."""
-        grams = [line.grams(parity) for line, parity in zip(self.lines, self.parity, strict=True)]
+        grams = [_grams(line, parity) for line, parity in zip(self.lines, self.parity, strict=True)]
         members = np.nonzero(_on_surface([len(mass) for mass, _ in grams]))
         return MU0 * of_vacuum([(mass.real, slope.real) for mass, slope in grams], members)
 
     def depths(self, skin: Skin) -> ComplexArray:
         """Impedances over j omega (H): see `CurrentClass`."""
         found = np.zeros(self.inductance.shape, dtype=complex)
-        plain = [line.grams(parity) for line, parity in zip(self.lines, self.parity, strict=True)]
-        edges = [line.grams(parity, skin.decay) for line, parity in zip(self.lines, self.parity, strict=True)]
+        plain = [_grams(line, parity) for line, parity in zip(self.lines, self.parity, strict=True)]
+        edges = [_grams(line, parity, skin.decay) for line, parity in zip(self.lines, self.parity, strict=True)]
         for across, (a, b) in enumerate(ACROSS):
             depth = skin.face(self.parity[THICKNESS]) * (1.0 if across == THICKNESS else skin.wall)
-            total = np.zeros((self.numbers[across].size,) * 2, dtype=complex)
-            for one, other, weight in ((plain[a], plain[b], 1.0), (edges[a], plain[b], skin.edge),
-                                       (plain[a], edges[b], skin.edge)):  # fmt: skip
-                total = total + weight * (np.kron(one[0], other[1]) + np.kron(one[1], other[0]))
+            (mass_a, slope_a), (mass_b, slope_b) = plain[a], plain[b]
+            (rim_mass_a, rim_slope_a), (rim_mass_b, rim_slope_b) = edges[a], edges[b]
+            along_a = mass_a, slope_a, skin.edge * rim_mass_a, skin.edge * rim_slope_a
+            along_b = slope_b + skin.edge * rim_slope_b, mass_b + skin.edge * rim_mass_b, slope_b, mass_b
             members = self.numbers[across].ravel()
-            found[np.ix_(members, members)] += 2.0 * depth * total
-        return np.asarray(MU0 * found)
+            weights = np.full(4, 2.0 * MU0 * depth)
+            found[np.ix_(members, members)] += _summed(weights, np.array(along_a), np.array(along_b))
+        return found
 
 
 @record(eq=False)
@@ -135,53 +136,71 @@ class Box:
     @cached_property
     def classes(self) -> tuple[BoxClass, ...]:
         """The eight parities, with inductances in H: see `Surface`."""
-        reach = 2.0 * math.hypot(*(line.half for line in self.lines))
-        finest = min(float(line.steps.min()) for line in self.lines)
-        gaussians = gaussian_sum(0.25 * finest, reach)
-        integrals = [line.integrals(gaussians.scales) for line in self.lines]
         known = [{parity: line.projections(parity, count) for parity in PARITIES}
                  for line, count in zip(self.lines, self.counts, strict=True)]  # fmt: skip
-        return tuple(self._class(parity, gaussians, integrals, known)
-                     for parity in product(PARITIES, PARITIES, PARITIES))  # fmt: skip
+        return tuple(
+            BoxClass(parity, self.lines, inductance, numbers, tuple(known[axis][parity[axis]] for axis in range(3)))
+            for parity, inductance, numbers in _inductances(self.lines)
+        )
 
-    def _class(
-        self,
-        parity: Parity,
-        gaussians: GaussianSum,
-        integrals: Sequence[Mapping[int, LineIntegrals]],
-        projections: Sequence[Mapping[int, tuple[Array, Array]]],
-    ) -> BoxClass:
-        """One class of parity: its inductance matrix (H per unit functions) and what projects potentials on it."""
-        own = [integrals[axis][parity[axis]] for axis in range(3)]
-        sizes = [self.lines[axis].values[parity[axis]].shape[1] for axis in range(3)]
-        numbers = _numbers(sizes)
-        count = 1 + max(int(face.max()) for face in numbers)
-        inductance = np.zeros((count, count))
-        for across in range(3):
-            members = numbers[across].ravel()
-            inductance[np.ix_(members, members)] += self._of_faces(across, parity, gaussians, own)
-            first, second = ACROSS[across]
-            ends = gaussians.weights[:, None] * own[second].end
-            between = -4.0 * np.einsum("qij,qb,qa->ibja", own[across].mass, ends, own[first].end, optimize=True)
-            rows = _with_axis(numbers[first], across, first).ravel()
-            columns = _with_axis(numbers[second], across, second).ravel()
-            block = between.reshape(rows.size, columns.size)
-            inductance[np.ix_(rows, columns)] += block
-            inductance[np.ix_(columns, rows)] += block.T
-        if parity == (1, 1, 1):
-            inductance = made_definite(inductance)
-        used = tuple(projections[axis][parity[axis]] for axis in range(3))
-        return BoxClass(parity, self.lines, MU0 / (4.0 * math.pi) * inductance, numbers, used)
 
-    def _of_faces(self, across: int, parity: Parity, gaussians: GaussianSum, own: Sequence[LineIntegrals]) -> Array:
-        """The two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H)."""
-        a, b = ACROSS[across]
-        other = np.exp(-((2.0 * self.lines[across].half * gaussians.scales) ** 2))
-        weights = 2.0 * gaussians.weights * (1.0 - parity[across] * other)
-        found = _summed(weights, own[a].mass, own[b].slope) + _summed(weights, own[a].slope, own[b].mass)
-        (mass_a, slope_a), (mass_b, slope_b) = (self.lines[axis].grams(parity[axis]) for axis in (a, b))
-        nearest = np.kron(mass_a, slope_b) + np.kron(slope_a, mass_b)
-        return np.asarray(found + 2.0 * gaussians.tail * nearest.real)
+@lru_cache(maxsize=1)
+def _inductances(lines: tuple[GradedLine, ...]) -> tuple[tuple[Parity, Array, tuple[Index, ...]], ...]:
+    """Of every parity its inductance matrix (H per unit functions), and the `numbers` of a `BoxClass`: the same however
+    many points fields are taken at.
+    """
+    reach = 2.0 * math.hypot(*(line.half for line in lines))
+    finest = min(float(line.steps.min()) for line in lines)
+    gaussians = gaussian_sum(0.25 * finest, reach)
+    distinct = {line: line.integrals(gaussians.scales) for line in dict.fromkeys(lines)}
+    integrals = [distinct[line] for line in lines]
+    return tuple(_of_parity(lines, parity, gaussians, integrals) for parity in product(PARITIES, PARITIES, PARITIES))
+
+
+def _of_parity(
+    lines: Sequence[GradedLine],
+    parity: Parity,
+    gaussians: GaussianSum,
+    integrals: Sequence[Mapping[int, LineIntegrals]],
+) -> tuple[Parity, Array, tuple[Index, ...]]:
+    """One class of parity: its inductance matrix (H per unit functions) and numbers."""
+    own = [integrals[axis][parity[axis]] for axis in range(3)]
+    numbers = _numbers([lines[axis].values[parity[axis]].shape[1] for axis in range(3)])
+    count = 1 + max(int(face.max()) for face in numbers)
+    inductance = np.zeros((count, count))
+    for across in range(3):
+        members = numbers[across].ravel()
+        inductance[np.ix_(members, members)] += _of_faces(lines, across, parity, gaussians, own)
+        first, second = ACROSS[across]
+        ends = gaussians.weights[:, None] * own[second].end
+        between = -4.0 * np.einsum("qij,qb,qa->ibja", own[across].mass, ends, own[first].end, optimize=True)
+        rows = _with_axis(numbers[first], across, first).ravel()
+        columns = _with_axis(numbers[second], across, second).ravel()
+        block = between.reshape(rows.size, columns.size)
+        inductance[np.ix_(rows, columns)] += block
+        inductance[np.ix_(columns, rows)] += block.T
+    if parity == (1, 1, 1):
+        inductance = made_definite(inductance)
+    return parity, MU0 / (4.0 * math.pi) * inductance, numbers
+
+
+def _of_faces(
+    lines: Sequence[GradedLine], across: int, parity: Parity, gaussians: GaussianSum, own: Sequence[LineIntegrals]
+) -> Array:
+    """The two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H)."""
+    a, b = ACROSS[across]
+    other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
+    weights = 2.0 * gaussians.weights * (1.0 - parity[across] * other)
+    found = _summed(weights, own[a].mass, own[b].slope) + _summed(weights, own[a].slope, own[b].mass)
+    (mass_a, slope_a), (mass_b, slope_b) = (_grams(lines[axis], parity[axis]) for axis in (a, b))
+    nearest = np.kron(mass_a.real, slope_b.real) + np.kron(slope_a.real, mass_b.real)
+    return np.asarray(found + 2.0 * gaussians.tail * nearest)
+
+
+@lru_cache(maxsize=24)
+def _grams(line: GradedLine, parity: int, decay: complex | None = None) -> tuple[ComplexArray, ComplexArray]:
+    """`GradedLine.grams` (m and 1/m), which every class of a parity has in common."""
+    return line.grams(parity, decay)
 
 
 def box(

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -44,15 +45,6 @@ SMOOTH = 24
 """Points along a side from which the smooth field of the repeated coils is interpolated."""
 
 
-@record(eq=False)
-class _Octave:
-    # Potentials (levels, side, side) as spline coefficients (single precision: 1e-7 of them is far below their error),
-    # lowest height, and spacing of the grid (m).
-    lowest: float
-    spacing: float
-    values: Table
-
-
 @record
 class _Dipole:
     # A small loop for the whole coil: moment (m2), height of its middle (m); `ends` (x + i y; m) leads from the first
@@ -60,6 +52,32 @@ class _Dipole:
     moment: float
     height: float
     ends: complex
+
+
+@record(eq=False)
+class _Octave:
+    # One octave of heights over grids of a spacing (m) on a side (m): `waves` are the potential's at the top mid-plane
+    # (m; spline coefficients), `dipoles` the coil's, which repeat beyond the grid. `values` (levels, side, side) are
+    # potentials at the heights that were asked for, `known` (single precision: 1e-7 of them is far below their error).
+    lowest: float
+    spacing: float
+    side: float
+    top: float
+    waves: ComplexArray
+    dipoles: tuple[_Dipole, ...]
+    values: Table
+    known: set[int]
+
+    def table(self, wanted: Sequence[int]) -> Table:
+        """Potentials (Wb/m) on grids, those of the levels that are wanted worked out."""
+        count = len(self.waves)
+        k = _wave_numbers(count, self.spacing)
+        for level in sorted({*wanted} - self.known):
+            height = self.lowest * 2.0 ** ((level - 1.0) / LEVELS)
+            repeated = _repeated(self.side, count, self.top + height, self.dipoles)
+            self.values[level] = np.fft.fftshift(np.fft.ifft2(self.waves * np.exp(-k * height))) - repeated
+            self.known.add(level)
+        return self.values
 
 
 @record(eq=False)
@@ -118,7 +136,7 @@ def coil_potential(
         factor = returned(number)
     rising = np.zeros((count, count), dtype=complex)
     for track in tracks:
-        layer = _spread_spectrum(track, count, spacing)
+        layer = _spread_spectrum(track.corners.tobytes(), track.width, count, spacing)
         through = 1.0 + (number * track.thickness) ** 2 / 24.0
         if direct:
             rising += layer * through * np.exp(-number * (top - track.z))
@@ -131,21 +149,16 @@ def coil_potential(
     return CoilPotential(top, side, nearest, floor, octaves, dipoles)
 
 
-def _octave(rising: ComplexArray, side: float, lowest: float, top: float, dipoles: Sequence[_Dipole],
+def _octave(rising: ComplexArray, side: float, lowest: float, top: float, dipoles: tuple[_Dipole, ...],
             number: int) -> _Octave:  # fmt: skip
     """A coil's potential on grids over one octave of heights, without the dipoles that repeat beyond the grid."""
     count = max(2 * math.ceil(0.5 * rising.shape[0] / 2**number), 64)
     waves = _cropped(rising, min(count, rising.shape[0]))
     count, spacing = waves.shape[0], side / waves.shape[0]
-    k = _wave_numbers(count, spacing)
     along = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
     waves = waves / (along[:, None] * along) * (count / rising.shape[0]) ** 2
-    heights = lowest * 2.0 ** ((np.arange(LEVELS + 3) - 1.0) / LEVELS)
-    values = np.empty((heights.size, count, count), dtype=np.complex64)
-    for level, height in enumerate(heights):
-        repeated = _repeated(side, count, top + height, dipoles)
-        values[level] = np.fft.fftshift(np.fft.ifft2(waves * np.exp(-k * height))) - repeated
-    return _Octave(lowest, spacing, values)
+    values = np.empty((LEVELS + 3, count, count), dtype=np.complex64)
+    return _Octave(lowest, spacing, side, top, waves, dipoles, values, set())
 
 
 def _wave_numbers(count: int, spacing: float) -> Array:
@@ -161,8 +174,13 @@ def _cropped(waves: ComplexArray, count: int) -> ComplexArray:
     return waves[np.ix_(kept, kept)]
 
 
-def _spread_spectrum(track: PolylineTrack, count: int, spacing: float) -> ComplexArray:
-    """Spectrum of a layer's sheet current (A/m, x + i y) on the grid, rows along y."""
+@lru_cache(maxsize=2)
+def _spread_spectrum(corners: bytes, width: float, count: int, spacing: float) -> ComplexArray:
+    """Spectrum of a layer's sheet current (A/m, x + i y) on the grid, rows along y; of its track's `corners` (n, 2; m).
+
+    Every other layer repeats, and what a lossy mirror returns in phase and out of phase is asked for by itself.
+    """
+    track = PolylineTrack(np.frombuffer(corners).reshape(-1, 2), width, 0.0, 0.0)
     nodes, weights = gauss(STRANDS)
     sheet = np.zeros(count * count, dtype=complex)
     for node, weight in zip(nodes, weights, strict=True):
@@ -197,18 +215,19 @@ def _spline(x: Array) -> tuple[Index, Array]:
     first = np.floor(x).astype(np.intp)
     t = x - first
     u = 1.0 - t
-    weights = np.stack([u**3, 4.0 - 6.0 * t**2 + 3.0 * t**3, 4.0 - 6.0 * u**2 + 3.0 * u**3, t**3], axis=1) / 6.0
+    t2, u2 = t * t, u * u  # powers of arrays beyond the second cost a hundred products
+    weights = np.stack([u2 * u, 4.0 + t2 * (3.0 * t - 6.0), 4.0 + u2 * (3.0 * u - 6.0), t2 * t], axis=1) / 6.0
     return first[:, None] + np.arange(-1, 3), weights
 
 
 def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
     """The potential at points (n, 2; m) and heights (n; m), by cubic splines on the grids and in their unit."""
-    count = octave.values.shape[1]
+    count = len(octave.waves)
     (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
     level = np.log2(height / octave.lowest) * LEVELS + 1.0
     lowest = np.clip(np.floor(level).astype(np.intp) - 1, 0, LEVELS - 1)
     up = _cubic(level - lowest)
-    flat = octave.values.reshape(-1)
+    flat = octave.table([first + k for first in np.unique(lowest).tolist() for k in range(4)]).reshape(-1)
     runs = np.lib.stride_tricks.sliding_window_view(flat, 4)
     base = (lowest * count + rows[:, 0]) * count + columns[:, 0]
     found = np.zeros(len(points), dtype=complex)
@@ -240,7 +259,7 @@ def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float, dir
 
 def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
     square = points[:, 0] ** 2 + points[:, 1] ** 2 + (points[:, 2] - dipole.height) ** 2
-    around = dipole.moment * 1j * (points[:, 0] + 1j * points[:, 1]) / square**1.5
+    around = dipole.moment * 1j * (points[:, 0] + 1j * points[:, 1]) / (square * np.sqrt(square))
     return np.asarray(MU0 / (4.0 * math.pi) * (around + dipole.ends / np.sqrt(square)))
 
 
@@ -250,13 +269,18 @@ def _repeated(side: float, count: int, height: float, dipoles: Sequence[_Dipole]
     """
     place = 0.5 * side * gauss(SMOOTH)[0]
     x, y = (part.ravel() for part in np.meshgrid(place, place))
-    points = np.stack([x, y, np.full_like(x, height)], axis=1)
+    around = side * np.array([[i, j, 0.0] for i, j in product((-1, 0, 1), repeat=2) if i or j])
+    points = (np.stack([x, y, np.full_like(x, height)], axis=1) - around[:, None]).reshape(-1, 3)
     found = np.zeros(x.size, dtype=complex)
     for dipole in dipoles:
-        for i, j in product((-1, 0, 1), repeat=2):
-            if i or j:
-                found += _dipole_potential(points - [i * side, j * side, 0.0], dipole)
+        found += _dipole_potential(points, dipole).reshape(-1, x.size).sum(axis=0)
         even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / side**3
         found += 0.5j * even * (x + 1j * y)
-    to_grid = interpolation(SMOOTH, 2.0 * np.arange(count) / count - 1.0)
+    to_grid = _to_grid(count)
     return np.asarray(to_grid @ found.reshape(SMOOTH, SMOOTH) @ to_grid.T)
+
+
+@lru_cache(maxsize=OCTAVES)
+def _to_grid(count: int) -> Array:
+    # What takes a smooth field at Gauss points of a side to its grid's nodes.
+    return interpolation(SMOOTH, 2.0 * np.arange(count) / count - 1.0)

@@ -7,7 +7,7 @@ as its values at nodes some times finer, straight between them: then all integra
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -27,6 +27,9 @@ FINEST = 8
 """Nodes for each of them where currents nearly cancel what the body leads, as in thin magnets: ten times less error."""
 
 PARITIES = (1, -1)
+
+EQUAL = 1e-12
+"""Difference of two distances, in parts of half the line, up to which they are one: rounding."""
 
 
 @record(eq=False)
@@ -61,8 +64,7 @@ class GradedLine:
 
     def integrals(self, scales: Array) -> dict[int, LineIntegrals]:
         """Integrals with exp(-s^2 (x - x')^2) for every s (1/m): by parts, those of jumps with repeated integrals."""
-        apart = self.nodes[:, None] - self.nodes
-        first, second, third, fourth = repeated_integrals(scales, apart)
+        first, second, third, fourth = self._repeated(scales)
         found = {}
         for parity in PARITIES:
             bends, values = self.bends(parity), self.values[parity]
@@ -72,6 +74,17 @@ class GradedLine:
             mass = bends.T @ fourth @ bends + mixed + mixed.transpose(0, 2, 1) - corner
             found[parity] = LineIntegrals(mass, -(bends.T @ second @ bends), -(first[:, :, -1] @ bends))
         return found
+
+    def _repeated(self, scales: Array) -> tuple[Array, ...]:
+        """`repeated_integrals` of the nodes' distances, (scales, nodes, nodes): each distance once, for they come in
+        equal steps and with both signs.
+        """
+        apart = self.nodes[:, None] - self.nodes
+        steps = np.round(np.abs(apart) / (EQUAL * self.half)).astype(np.int64)
+        _, first, which = np.unique(steps, return_index=True, return_inverse=True)
+        which, sign = which.reshape(apart.shape), np.sign(apart)
+        one, two, three, four = repeated_integrals(scales, np.abs(apart).ravel()[first])
+        return one[:, which] * sign, two[:, which], three[:, which] * sign, four[:, which]
 
     def grams(self, parity: int, decay: complex | None = None) -> tuple[ComplexArray, ComplexArray]:
         """Integrals of products of functions (m) and of slopes (1/m); with a `decay` (1/m) weighted by the exponential
@@ -114,6 +127,7 @@ def interpolation(count: int, places: Array) -> Array:
     return np.asarray(legendre(count - 1, places) @ to_legendre)
 
 
+@lru_cache(maxsize=8)
 def graded_line(half: float, first: float, widest: float, finer: int = FINER) -> GradedLine:
     """The line from -half to half; knots `first` apart at the ends, `widest` in the middle (m), `finer` nodes each."""
     knots = _knots(half, first, widest)

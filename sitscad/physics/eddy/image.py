@@ -164,4 +164,8 @@ def _coupling(inverse: Array, currents: Array) -> Array:
 
 def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
     """Sum over the classes of within' block, (k, any), in the unit of the blocks."""
-    return np.asarray(sum(w.T @ block for w, block in zip(within, blocks, strict=True)))
+    found = np.zeros((within[0].shape[1], blocks[0].shape[1]), dtype=complex)
+    for w, block in zip(within, blocks, strict=True):
+        own, used = np.nonzero(w.any(axis=0))[0], np.nonzero(block.any(axis=0))[0]  # those of one symmetry
+        found[np.ix_(own, used)] += w[:, own].T @ block[:, used]
+    return found
