@@ -8,6 +8,9 @@ from sitscad.remedy.search import Left, broken_by, first_or_vain, named, untried
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
+TOO_LOSSY = "SIT203"
+"""The rule that a tank of too little parallel resistance breaks."""
+
 
 def more_copper(spec: SensorSpec, factor: float, left: Left, sentence: str) -> str:
     """More turns or layers that mend a finding, found by trying those that grow the coil by that factor, in their place
@@ -29,8 +32,22 @@ def more_copper(spec: SensorSpec, factor: float, left: Left, sentence: str) -> s
 
 
 def larger_capacitor(fixes: list[Fix], now: float, left: Left) -> str:
-    """The first of some capacitors that mends a finding, in words, instead of the one of now (F); where the search
-    ended before it found one, the first that was not tried.
+    """The first of some capacitors, smallest first, that mends a finding, in words, instead of the one of now (F);
+    where the search ended before it found one, the first that was not tried.
+
+    None is tried that is larger than one with too little parallel resistance: L / (R C) falls as C grows, for R falls
+    by less than the square of the frequency.
     """
     else_does = "more turns or layers, or a larger coil; a larger capacitor alone does not do"
-    return first_or_vain(fixes, left, (f" instead of {show(now, 'F', 3)}", "more turns", else_does))
+    return first_or_vain(_not_lossier(fixes, left), left, (f" instead of {show(now, 'F', 3)}", "more turns", else_does))
+
+
+def _not_lossier(fixes: list[Fix], left: Left) -> list[Fix]:
+    """Up to the first that is tried with too little parallel resistance; all where another comes first that mends."""
+    for number, fix in enumerate(fixes, 1):
+        broken = left(fix)
+        if not broken:
+            break
+        if TOO_LOSSY in broken:
+            return fixes[:number]
+    return fixes
