@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,10 +80,12 @@ class NearAndFar:
         turned = np.swapaxes(self.blocks, 1, 2)
         if len(turned) == len(given):
             return np.matmul(given, turned)
-        found = np.empty_like(given)
-        for block, low, high in zip(turned, self.begins, [*self.begins[1:], len(given)], strict=True):
-            np.matmul(given[low:high], block, out=found[low:high])
-        return found
+        rows, times = given.reshape(-1, given.shape[2]), given.shape[1]
+        found = np.empty_like(rows)
+        ends = (times * np.append(self.begins, len(given))).tolist()
+        for block, (low, high) in zip(turned, pairwise(ends), strict=True):
+            np.matmul(rows[low:high], block, out=found[low:high])
+        return found.reshape(given.shape)
 
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAndFar:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -180,9 +181,10 @@ class _Reduced:
         """Change of the inductance (H, complex) at frequencies (Hz), from the waves' weights: real parts at all
         frequencies, then imaginary ones (2 frequencies, k), as in `_Waves`.
         """
-        both, mixed, other = (part[:, None, :] for part in waves)
-        across = (mixed * self.up.T) @ self.down
-        parts = (both * self.up.T) @ self.up + across + np.swapaxes(across, 1, 2) + (other * self.down.T) @ self.down
+        first, second, products = self._products
+        flat = np.concatenate(waves, axis=1) @ products
+        parts = np.empty((len(flat), self.up.shape[1], self.up.shape[1]))
+        parts[:, first, second] = parts[:, second, first] = flat
         seen = parts[: frequencies.size] + 1j * parts[frequencies.size :]
         uneven = 2.0 * seen[:, -1, -2] - seen[:, -1, -1]
         # What free currents add to the inductance (H, complex), in free air and with the metal.
@@ -193,6 +195,16 @@ class _Reduced:
         with_metal = np.sum(drive * np.linalg.solve(system, drive[..., None])[..., 0], axis=1)
         return np.asarray(uneven + lag[:, 0] * (alone - with_metal))
 
+    @cached_property
+    def _products(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+        """Pairs of vectors, each once, and the products of their waves (3 k, pairs): up with up, up with down and down
+        with up, down with down.
+        """
+        first, second = np.triu_indices(self.up.shape[1])
+        across = self.up[:, first] * self.down[:, second] + self.down[:, first] * self.up[:, second]
+        alike = [waves[:, first] * waves[:, second] for waves in (self.up, self.down)]
+        return first, second, np.concatenate([alike[0], across, alike[1]])
+
 
 def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool) -> _Reduced:
     """The modes of a cut near metal on a small subspace: relaxation times (s) and couplings."""
@@ -201,12 +213,8 @@ def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool) -> _Reduced:
     image = cut.seen(up.real, down.real), cut.seen(up.imag, down.imag)
     even = _Waves(waves.both.real, waves.mixed.real, waves.other.real)
 
-    def in_metal(vector: Array) -> Array:
-        return np.asarray(system.matrix @ vector + cut.seen(*even.returned(cut.waves(vector))))
-
     def act(vectors: Array) -> Array:
-        # One by one: for a few vectors together the linear algebra takes three times as long.
-        return system.project(np.stack([in_metal(vector) for vector in np.ascontiguousarray(vectors.T)], axis=1))
+        return system.project(system.matrix @ vectors + cut.seen(*even.returned(cut.waves(vectors))))
 
     basis = _krylov(system, act, system.project(np.stack([system.coupling, *image], axis=1)))
     values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
