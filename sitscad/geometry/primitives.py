@@ -7,6 +7,7 @@ square to the line for a line and an arc), or the pieces cross. All of these are
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 
@@ -174,22 +175,54 @@ def nearest_pairs(
     margin = reach if same else other_reach
     assert second is not None and margin is not None
     other_grown = second + np.column_stack([-margin, -margin, margin, margin])
-    found = []
-    for start in range(0, len(grown), _BLOCK):
-        block = grown[start : start + _BLOCK, None, :]
-        touch = (
-            (block[:, :, 0] <= other_grown[None, :, 2])
-            & (block[:, :, 2] >= other_grown[None, :, 0])
-            & (block[:, :, 1] <= other_grown[None, :, 3])
-            & (block[:, :, 3] >= other_grown[None, :, 1])
-        )
-        i, j = np.nonzero(touch)
-        i += start
-        found.append(np.column_stack([i, j])[i < j] if same else np.column_stack([i, j]))
-    return np.concatenate(found) if found else np.empty((0, 2), dtype=np.intp)
+    if len(grown) * len(other_grown) <= _FEW:
+        i, j = np.nonzero(_touch(grown, other_grown))
+    else:
+        blocks = _blocks(grown)
+        others_blocks = blocks if same else _blocks(other_grown)
+        around = np.array([_around(other_grown[block]) for block in others_blocks])
+        found = []
+        for block in blocks:
+            near = np.flatnonzero(_touch(_around(grown[block])[None], around)[0])
+            if near.size:
+                beside = np.concatenate([others_blocks[k] for k in near])
+                one, other = np.nonzero(_touch(grown[block], other_grown[beside]))
+                found.append((block[one], beside[other]))
+        i, j = (np.concatenate([pair[k] for pair in found]) if found else np.empty(0, dtype=np.intp) for k in (0, 1))
+    if same:
+        i, j = i[i < j], j[i < j]
+    order = np.lexsort((j, i))
+    return np.column_stack([i[order], j[order]])
 
 
-_BLOCK = 512
+_BLOCK, _FEW = 128, 500_000
+"""Boxes that are compared at once, and pairs of boxes up to which all are."""
+
+
+def _touch(boxes: Floats, others: Floats) -> NDArray[np.bool_]:
+    """Which boxes (n, 4) touch which others (m, 4): (n, m)."""
+    left, low, right, high = boxes.T[:, :, None]
+    other_left, other_low, other_right, other_high = np.ascontiguousarray(others.T)
+    found = left <= other_right
+    found &= right >= other_left
+    found &= low <= other_high
+    found &= high >= other_low
+    return np.asarray(found)
+
+
+def _blocks(boxes: Floats) -> list[Indices]:
+    """Numbers of boxes that lie together: by the field of a grid that their middles are in."""
+    middle = 0.5 * (boxes[:, :2] + boxes[:, 2:])
+    low, high = middle.min(axis=0), middle.max(axis=0)
+    side = max(1, math.isqrt(len(boxes) // 32))
+    field = np.minimum((side * (middle - low) / np.maximum(high - low, 1e-300)).astype(np.intp), side - 1)
+    order = np.argsort(field[:, 0] * side + field[:, 1], kind="stable")
+    return [order[start : start + _BLOCK] for start in range(0, len(order), _BLOCK)]
+
+
+def _around(boxes: Floats) -> Floats:
+    """The box round all of some (n, 4)."""
+    return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 
 def _line_line(one: Primitives, other: Primitives) -> Floats:

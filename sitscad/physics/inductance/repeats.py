@@ -121,8 +121,14 @@ def distinct_pairs(
     """The pairs of a piece of the one's and a piece of the other's that differ, and how often each occurs: `times` has
     a column for each of `relations`, which are numbers of layers, the one's and the other's, and how often they count.
     """
-    found = [(*part, column) for column, layers in enumerate(relations)
-             for part in _counted(one, other, turns, layers)]  # fmt: skip
+    plans, others = _plans(one), _plans(other)
+    alike: list[dict[tuple[int, int], float]] = [{} for _ in relations]
+    for layers, count in zip(relations, alike, strict=True):
+        for i, j, often in layers:
+            count[plans[i], others[j]] = count.get((plans[i], others[j]), 0.0) + often
+    tallies = {pair: list(_counted(one, other, turns, *pair)) for pair in dict.fromkeys(k for c in alike for k in c)}
+    found = [(codes, where, often * counts, column) for column, count in enumerate(alike)
+             for pair, often in count.items() for codes, where, counts in tallies[pair]]  # fmt: skip
     codes, where, times = (np.concatenate([part[k] for part in found]) for k in range(3))
     column = np.repeat([part[3] for part in found], [len(part[0]) for part in found])
     _, first, which = np.unique(codes, return_index=True, return_inverse=True)
@@ -131,19 +137,26 @@ def distinct_pairs(
     return Pairs(rows, columns, table.reshape(first.size, len(relations)))
 
 
-def _counted(
-    one: Kinds, other: Kinds, turns: Turns, layers: Sequence[tuple[int, int, float]]
-) -> Iterator[tuple[Index, Index, Array]]:
-    """Numbers (no unit) of pairs that differ, where each stands in the table of all pairs, and how often it occurs."""
-    for first, second, times in layers:
-        rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
-        size = max(1, AT_ONCE // max(1, columns.size))
-        for k in range(0, rows.size, size):
-            here = rows[k : k + size, None]
-            where = (here * len(other.number) + columns).ravel()
-            codes, space = _codes(one, other, turns, here, columns)
-            found, index, counts = _tallied(codes.ravel(), space)
-            yield found, where[index], times * counts.astype(float)
+def _plans(kinds: Kinds) -> list[int]:
+    """Of every layer (no unit) the first one with the same pieces: many coils repeat every other one."""
+    known: dict[tuple[bytes, ...], int] = {}
+    layers = [kinds.owner == layer for layer in range(int(kinds.owner.max(initial=-1)) + 1)]
+    tables = kinds.number, kinds.mirrored, kinds.heading
+    return [known.setdefault(tuple(one[own].tobytes() for one in tables), k) for k, own in enumerate(layers)]
+
+
+def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) -> Iterator[tuple[Index, Index, Array]]:
+    """Numbers (no unit) of pairs of two layers' pieces that differ, where each stands in the table of all pairs, and
+    how often it occurs.
+    """
+    rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
+    size = max(1, AT_ONCE // max(1, columns.size))
+    for k in range(0, rows.size, size):
+        here = rows[k : k + size, None]
+        where = (here * len(other.number) + columns).ravel()
+        codes, space = _codes(one, other, turns, here, columns)
+        found, index, counts = _tallied(codes.ravel(), space)
+        yield found, where[index], counts.astype(float)
 
 
 def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
