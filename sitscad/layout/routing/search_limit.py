@@ -15,7 +15,7 @@ that found their ways (tests/validation/random_boards.py, tests/benchmarks/check
 """
 
 
-LOST = 5_000
+LOST = 4_000
 """They give up after so many since a try last led out more coils than those before it, while two or more have no way.
 Of 112 boards of four layers or more that found ways for all coils (random_boards.py, seeds 0 to 449) none went on after
 more than 3,209.
