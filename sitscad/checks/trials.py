@@ -52,10 +52,14 @@ class Trials:
 
     def advised(self) -> list[Finding]:
         """Every finding with the hint that its rule gives, once it can tell which changes mend it; the budget goes to
-        errors first, and among them in the order of the rules.
+        errors first, and among them in the order of the rules; of a large design little is for warnings beside errors.
         """
         first = sorted(range(len(self._said)), key=lambda k: list(Severity).index(self._said[k].finding.severity))
-        found = {k: self._advised(self._said[k]) for k in first}
+        found, is_refused = {}, bool(self._errors)
+        for k in first:
+            if is_refused and self._said[k].finding.severity is not Severity.ERROR:
+                self.budget, is_refused = self.budget.after_errors(self._design.spec), False
+            found[k] = self._advised(self._said[k])
         return [found[k] for k in range(len(self._said))]
 
     def left(self, finding: Finding | None = None) -> _Left:
@@ -140,7 +144,7 @@ class Trials:
             elif tried.has_new_errors(*said):
                 return tried.result
         same = self._design.has_board_of(design.spec)
-        if asking and not self.budget.spend(estimate_work(design.spec, same)):
+        if asking and not self.budget.spend(estimate_work(design.spec, same, self._design.estimates.is_solved)):
             return None
         for rule in asking:
             if tried.has_new_errors(*outcomes(rule, design)):

@@ -17,6 +17,10 @@ DECISIVE = "decisive"
 LEAST, MOST, WHOLE = 600.0, 1000.0, 4000.0
 """Units for hints: at least, at most, and together with the check itself at most."""
 
+AFTER_ERRORS, LARGE = 150.0, 1500.0
+"""Units for the hints of warnings of a design that is refused, for its errors come first and mending them changes it,
+where its check takes more than so many without hints."""
+
 FULL = 400_000.0
 """Units of the long search: minutes."""
 
@@ -26,7 +30,7 @@ TRIALS_OF_ONE_CHANGE = 10_000
 TURN, PAIR = {True: 2.0, False: 8.0}, {True: 0.1, False: 0.05}
 """Units that a turn costs the estimate, and a pair of turns: of round coils, and of coils of sides and arcs."""
 
-SOLVING = 300.0
+SOLVING = 200.0
 """Units that solving the target takes, where a share of an endless one's effect is not enough."""
 
 MAGNETIC, POOR, SMALL, LONG_FROM = 1.5, 5e6, 0.8, 1.05
@@ -52,9 +56,12 @@ def trial_work(spec: SensorSpec) -> float:
     return 0.3 + 0.005 * sum(spec.coil.layer_turns)
 
 
-def estimate_work(spec: SensorSpec, is_same_board: bool = False) -> float:
-    """Units that an estimate takes; less of a board that was estimated before, only with other things around it."""
-    around = 100.0 + (100.0 if spec.target is not None else 0.0) + (SOLVING if _is_solved(spec) else 0.0)
+def estimate_work(spec: SensorSpec, is_same_board: bool = False, is_solved: bool = False) -> float:
+    """Units that an estimate takes; less of a board that was estimated before, only with other things around it; more
+    where the target `is_solved` in a design like it.
+    """
+    solved = spec.target is not None and (is_solved or _is_solved(spec))
+    around = 100.0 + (100.0 if spec.target is not None else 0.0) + (SOLVING if solved else 0.0)
     return around if is_same_board else around + _solving(spec.coil, len(spec.array.placements))
 
 
@@ -105,6 +112,10 @@ class Budget:
             return False
         self.left -= units
         return True
+
+    def after_errors(self, spec: SensorSpec) -> Budget:
+        """What is left of it for the warnings of a design that is refused."""
+        return self if self.is_long or check_work(spec) <= LARGE else Budget(min(self.left, AFTER_ERRORS))
 
     def for_warnings(self) -> Budget:
         """What is left of it where nothing was refused: a design that passes is not to be held up long."""

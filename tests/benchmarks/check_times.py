@@ -6,6 +6,10 @@ Every design is checked in a process of its own, cold, as a person would, with t
 has. Times are of the processor (user and system) and are also given as multiples of what a process needs that only
 imports numpy, which is measured again beside every design: a processor that others use, too, is slower for both. It
 fails on nothing: it measures.
+
+Every refused design is held against the passed one that is most like it in size. Designs of one size cost very unlike
+amounts by themselves, so every passed design is held against another passed one in the same way, as a control: only
+what the first row has beyond the second is the refusal's.
 """
 
 from __future__ import annotations
@@ -212,26 +216,34 @@ def _size(path: Path) -> tuple[str, float]:
     return spec.coil.shape, sum(spec.coil.layer_turns) * len(spec.array.placements)
 
 
-def pairs(found: Sequence[Cost]) -> list[tuple[Cost, Cost]]:
-    """Every refused design beside the passed one that is most like it: round or not, and in size within a factor of
-    1.6; without those that have no such partner.
+def pairs(found: Sequence[Cost], outcome: str = "refused") -> list[tuple[Cost, Cost]]:
+    """Every design of an outcome beside the other, passed one that is most like it: round or not, and in size within a
+    factor of 1.6; without those that have no such partner.
     """
     matched = []
-    for refused in (cost for cost in found if cost.outcome == "refused" and cost.size):
-        alike = [c for c in found if c.outcome == "passed" and (c.shape == "circle") == (refused.shape == "circle")]
-        near = min(alike, key=lambda c: abs(math.log(c.size / refused.size)), default=None)
-        if near is not None and 1 / 1.6 < near.size / refused.size < 1.6:
-            matched.append((refused, near))
+    for one in (cost for cost in found if cost.outcome == outcome and cost.size):
+        alike = [c for c in found if c.outcome == "passed" and (c.shape == "circle") == (one.shape == "circle")]
+        others = (c for c in alike if c is not one and c.size)
+        near = min(others, key=lambda c: abs(math.log(c.size / one.size)), default=None)
+        if near is not None and 1 / 1.6 < near.size / one.size < 1.6:
+            matched.append((one, near))
     return matched
 
 
-def pairs_table(matched: Sequence[tuple[Cost, Cost]]) -> str:
-    """How many times as much as a passed design of its size a refused one costs: the distribution as Markdown."""
-    if not matched:
-        return "no refused design has a passed one of its size"
-    spread = quantiles([refused.seconds / passed.seconds for refused, passed in matched])
-    head = "| refused over passed of its size | median | 75 % | 90 % | 95 % | largest |\n|---|---|---|---|---|---|\n"
-    return head + f"| {len(matched)} pairs | " + " | ".join(f"{value:.2f}" for value in spread) + " |"
+def pairs_table(found: Sequence[Cost]) -> str:
+    """How many times as much as a passed design of its size a refused one costs, and beside it how many times as much
+    as another passed one a passed one does: the distributions as Markdown.
+    """
+    lines = ["| over a passed design of its size | pairs | median | 75 % | 90 % | 95 % | largest |",
+             "|---|---|---|---|---|---|---|"]  # fmt: skip
+    for outcome, words in (("refused", "refused"), ("passed", "another passed one (control)")):
+        matched = pairs(found, outcome)
+        if matched:
+            spread = quantiles([one.seconds / passed.seconds for one, passed in matched])
+            lines.append(f"| {words} | {len(matched)} | " + " | ".join(f"{value:.2f}" for value in spread) + " |")
+        else:
+            lines.append(f"| {words} | 0 | | | | | |")
+    return "\n".join(lines)
 
 
 def quantiles(values: Sequence[float]) -> list[float]:
@@ -276,7 +288,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                   f"{cost.megabytes:6.0f} MB  {cost.errors}", flush=True)  # fmt: skip
     print(f"import numpy: {numpy.seconds:.3f} s of the processor at last")
     print(table(found))
-    print(pairs_table(pairs(found)))
+    print(pairs_table(found))
     if chosen.output:
         with chosen.output.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, [field.name for field in fields(Cost)], lineterminator="\n")

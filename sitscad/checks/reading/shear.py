@@ -68,14 +68,14 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     """What is said where the coils' inductances part by too little (H) along one axis; `step` is the converter's."""
     spec, force = design.spec, design.spec.requirements.shear_force or 0.0
     pressed = max((abs(response.change) for response in responses(design)), default=0.0)
-    asked = max(FEWEST_STEPS * step, LEAST_SHARE * pressed)
-    if apart >= asked:
+    asked = max(FEWEST_STEPS, LEAST_SHARE * pressed / step)
+    if apart / step >= asked:
         return
     beside = f"; the required normal force changes a coil by {show(pressed, 'H', 3)}" if pressed else ""
     yield HARDLY_SHEAR.found(
         "target.size",
         apart / step,
-        asked / step,
+        asked,
         "steps",
         hint=_edges_over_coils(spec, axis),
         axis_name=AXES[axis],
