@@ -20,6 +20,7 @@ from sitscad.cli.explaining import explain, rules, schema
 from sitscad.cli.responding import response
 from sitscad.cli.starting import new
 from sitscad.cli.telling import say
+from sitscad.processes import keep_freed_memory
 
 ISSUES = "the project's issue tracker"
 
@@ -28,6 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run one command line and leave with its exit code; no exception reaches the person who typed it."""
     # Our matrices are small: threads of the linear algebra would only wait for each other, at twice the processor time
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    keep_freed_memory()
     gc.set_threshold(200_000)  # a short command makes much and drops little: looking for cycles costs it some per cent
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):

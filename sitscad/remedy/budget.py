@@ -17,7 +17,7 @@ DECISIVE = "decisive"
 LEAST, MOST, WHOLE = 600.0, 1000.0, 4000.0
 """Units for hints: at least, at most, and together with the check itself at most."""
 
-AFTER_ERRORS, LARGE = 150.0, 1500.0
+AFTER_ERRORS, LARGE = 150.0, 2000.0
 """Units for the hints of warnings of a design that is refused, for its errors come first and mending them changes it,
 where its check takes more than so many without hints."""
 
@@ -30,7 +30,7 @@ TRIALS_OF_ONE_CHANGE = 10_000
 TURN, PAIR = {True: 2.0, False: 8.0}, {True: 0.1, False: 0.05}
 """Units that a turn costs the estimate, and a pair of turns: of round coils, and of coils of sides and arcs."""
 
-SOLVING = 200.0
+SOLVING = 150.0
 """Units that solving the target takes, where a share of an endless one's effect is not enough."""
 
 MAGNETIC, POOR, SMALL, LONG_FROM = 1.5, 5e6, 0.8, 1.05
