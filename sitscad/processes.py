@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
@@ -17,28 +16,6 @@ def processors() -> int:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # pragma: no cover - not Linux
         return os.cpu_count() or 1
-
-
-KEPT, MAPPED = 256 << 20, 32 << 20
-"""Bytes that are freed and kept for what comes next, and from which on an array is the system's by itself: the most
-that the library takes (mallopt(3))."""
-
-_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
-"""Numbers of its settings, as in malloc.h."""
-
-
-def keep_freed_memory() -> bool:
-    """Have the C library keep freed memory for this process's next arrays; whether it does.
-
-    Else every array of some hundred kilobytes is taken from the system anew and cleared by it, which is a tenth to a
-    fifth of a check's time. Only GNU's library is asked: of others nothing is known.
-    """
-    if not sys.platform.startswith("linux"):
-        return False
-    import ctypes  # numpy loads it anyway
-
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
-    return mallopt is not None and all([mallopt(_MMAP_THRESHOLD, MAPPED), mallopt(_TRIM_THRESHOLD, KEPT)])
 
 
 def each_of(work: Callable[[Given], Made], given: Sequence[Given], jobs: int | None = None) -> Iterator[Made]:

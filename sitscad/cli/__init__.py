@@ -17,10 +17,10 @@ from sitscad.cli.calibrating import calibrate
 from sitscad.cli.checking import check
 from sitscad.cli.estimating import estimate
 from sitscad.cli.explaining import explain, rules, schema
+from sitscad.cli.memory import keep_freed_memory
 from sitscad.cli.responding import response
 from sitscad.cli.starting import new
 from sitscad.cli.telling import say
-from sitscad.processes import keep_freed_memory
 
 ISSUES = "the project's issue tracker"
 

@@ -70,7 +70,7 @@ def test_every_public_name_exists():
 _FAULTS = """
 import resource, sys
 import numpy
-from sitscad.processes import keep_freed_memory
+from sitscad.cli.memory import keep_freed_memory
 print(keep_freed_memory() if sys.argv[1] == "kept" else False)
 before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
 for _ in range(20):
