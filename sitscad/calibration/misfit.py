@@ -36,6 +36,10 @@ CAUSES = {
     "shear_modulus": "shear loads of another size than the table says (a thread that pulls askew or rubs, another "
                      "unit), or a target that turns otherwise (--rotation)",
     "pad_curve": "a pad that stiffens otherwise than its law, or the largest normal loads are not what the table says",
+    "softening": "a target that turns otherwise (--rotation), or shear that was read without the normal force of its "
+                 "row",
+    "shear_curve": "a pad that stiffens in shear otherwise than its law, or the largest shear loads are not what the "
+                   "table says",
     "inductance": "coils of another spec",
     "target_change": "a target of another size or metal, or metal behind the coils that the spec does not have",
     "capacitor": "another capacitor, another reference clock (readout.clock), or coils of another spec",

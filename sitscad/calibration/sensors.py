@@ -16,7 +16,7 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.terminals import tank_frequencies
 from sitscad.mechanics.motion import angles, rotations
-from sitscad.mechanics.pad import HELD_STRAIN
+from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 
 KEPT = 500
 """Solutions of the pad that are kept."""
+
+FARTHEST_SHEAR = 2.0
+"""Shear, in halves of the pad's thickness, beyond which what a pad stiffens by grows no more: no law is held there."""
 
 DRAWN, SEED = 40, 15
 """Sensors by which the box of poses is found, and the seed of their errors."""
@@ -87,7 +90,9 @@ class Sensors:
         off = named(self.known, errors)
         travel, thickness = self._travel(off["gap"], off["modulus"], loads)
         travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * HELD_STRAIN))
+        sheared = np.linalg.norm(travel[:, :2], axis=1, keepdims=True) / (thickness * HELD_SHEAR)
         more = off["softening"] * loads[:, :1] / self.range.normal - off["shear_modulus"]
+        more -= off["shear_curve"] * np.minimum(sheared, FARTHEST_SHEAR) ** 2
         travel[:, [0, 1, 3, 4]] *= np.exp(more)
         return self.placed(errors, travel)
 

@@ -24,9 +24,10 @@ POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist
 """Those of where the target rests: what is added to its pose there. Both of the first raise it; only the gap is the
 pad's thickness, too."""
 
-PAD_ERRORS = ("modulus", "shear_modulus", "pad_curve", "softening")
+PAD_ERRORS = ("modulus", "shear_modulus", "pad_curve", "softening", "shear_curve")
 """Those of how far the pad gives: logarithms of its modulus, of that in shear over it, of how much more it has
-stiffened at the largest strain, and of how much more shear goes at full load."""
+stiffened at the largest strain, of how much more shear goes under the full normal force, and of how much more the pad
+has stiffened at the largest shear."""
 
 BOARD_ERRORS = ("inductance", "target_change", "clock")
 """Those that all coils share: logarithms of the free inductance, of the target's change, of the clock."""
@@ -74,7 +75,8 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
         Unknown("modulus", "1", known[scatter.MODULUS]),
         Unknown("shear_modulus", "1", law),
         Unknown("pad_curve", "1", usual("pad_curve")),
-        Unknown("softening", "1", law, False),
+        Unknown("softening", "1", law),
+        Unknown("shear_curve", "1", usual("shear_curve")),
         Unknown("inductance", "1", known.get(scatter.INDUCTANCE, usual("coil_inductance"))),
         Unknown("target_change", "1", CHANGE_SIGMA),
         Unknown("clock", "1", known[scatter.CLOCK], False),

@@ -69,6 +69,23 @@ def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden
     assert any(note.startswith("unusual: gap is") and "elastomer.thickness" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("name", ["softening", "shear_curve"])
+def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, hidden, name):
+    """Shear that goes further under the normal force, or stiffens more, was not looked for: 12 points left up to 1.5 %
+    of full scale, and stated 3.5 %.
+    """
+    place = [one.name for one in sensors.known].index(name)
+    own = 0.7 * hidden
+    own[place] = 2.0 * sensors.known[place].sigma
+    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)), foretold.form)
+    assert found.fit.moved[place] == pytest.approx(2.0, abs=1.0) and found.fit.sigma[place] < 0.75
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
+    read = sensors.under(own, tried, exact=True)
+    off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
+    assert np.all(off < found.map.error) and np.all(off < 0.006 * found.map.full_scale)
+    assert np.all(found.map.error < 0.015 * found.map.full_scale)
+
+
 def test_usual_sensors_keep_their_chart_and_get_no_word(sensors, calibrated):
     assert calibrated.sensors is sensors and not list(far_off(sensors, calibrated.fit))
 
@@ -90,7 +107,7 @@ def test_every_unknown_has_a_cause(sensors):
         (1, lambda loads: 0.02 * loads[:, 1] * loads[:, 0], "product of shear and normal"),
         (0, lambda loads: np.abs(loads[:, 1]), "off with the shear on it"),
         (0, lambda loads: 0.1 * np.arange(len(loads)), "more and more with the rows"),
-        (0, lambda loads: 0.1 * (-1.0) ** np.arange(len(loads)), ""),
+        (0, lambda loads: 0.1 * np.random.default_rng(4).normal(size=len(loads)), ""),
     ],
 )
 def test_errors_are_told_by_what_they_go_with(sensors, bench, calibrated, axis, term, words):
@@ -112,7 +129,7 @@ def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretol
         found, read = calibrate_by(sensors, points, foretold.form), sensors.under(own, tried, exact=True)
         off = found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]
         ratios.append(found.map.error / np.sqrt(np.mean(off**2, axis=0)))
-    assert np.all(np.array(ratios) > 0.9) and 1.0 < np.median(ratios) < 5.0
+    assert np.all(np.array(ratios) > 0.9) and 1.0 < np.median(ratios) < 4.0
 
 
 def test_hysteresis_widens_what_is_stated(sensors, foretold, hidden, calibrated):
