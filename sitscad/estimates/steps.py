@@ -17,7 +17,7 @@ from sitscad.estimates.circuit.tank import CoilCircuit, Tank, choose_capacitor, 
 from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.estimates.states.assembly import Assembly, assemble, warmed
 from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
-from sitscad.estimates.states.pressing import PAD, PressingScatter, pressing_scatter
+from sitscad.estimates.states.pressing import GLUE, PAD, PressingScatter, pressing_scatter
 from sitscad.estimates.uncertainty import (
     Slopes,
     depths_moved,
@@ -346,10 +346,14 @@ NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan,
 
 
 def _gap_sigmas(spec: SensorSpec, pressing: PressingScatter | None) -> dict[str, float]:
-    """One sigma (m) of the gaps that have one: at rest the pad's thickness, pressed what the pad gives way too."""
+    """One sigma (m) of the gaps that have one, the glue below the target in all: at rest the pad's thickness, pressed
+    what the pad gives way too.
+    """
     if spec.elastomer is None or spec.target is None:
         return {}
-    return {REST: sigmas(spec)[PAD]} | ({PRESSED: pressing.gap} if pressing is not None else {})
+    known = sigmas(spec)
+    pad = {REST: known[PAD]} | ({PRESSED: pressing.gap} if pressing is not None else {})
+    return {name: math.hypot(sigma, known[GLUE]) for name, sigma in pad.items()}
 
 
 def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:

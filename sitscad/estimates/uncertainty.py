@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sitscad.data import rows
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.states.assembly import Assembly, Surroundings, mirror
-from sitscad.estimates.states.pressing import PAD, PAD_SIZE
+from sitscad.estimates.states.pressing import GLUE, PAD, PAD_SIZE
 from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
@@ -25,6 +25,7 @@ from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, re
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
+from sitscad.scene.gaps import lines_below_target
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
@@ -76,7 +77,7 @@ def tolerances() -> dict[str, Tolerance]:
 
 def sigmas(spec: SensorSpec) -> dict[str, float]:
     """Standard deviations of what is manufactured, for this stack-up and by the pad's own tolerances where the spec
-    writes them: the elastomer's thickness and size in metres, all others relative.
+    writes them: the elastomer's thickness and size and all glue below the target in metres, all others relative.
     """
     found = {name: row.sigma for name, row in tolerances().items()}
     found |= {name: own / math.sqrt(3.0) for name, own in _own_bands(spec).items()}
@@ -84,6 +85,8 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
         mean = math.fsum(layer.thickness for layer in spec.coil_copper) / len(spec.coil_copper)
         found[THICKNESS] = spec.fpc.stackup.copper_thickness_sigma / mean
     found[CAPACITOR] = _family(spec).limit("capacitor_tolerance") / math.sqrt(3.0)
+    # of independent lines squares add up
+    found[GLUE] = math.sqrt(lines_below_target(spec)) * spec.assembly.glue_tolerance / math.sqrt(3.0)
     return found
 
 

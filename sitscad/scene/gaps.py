@@ -12,9 +12,12 @@ from sitscad.spec.sensor import SensorSpec
 
 def target_lines(spec: SensorSpec) -> float:
     """Thickness (m) of the glue between the board's top face and the target's near face; 0 without a target."""
-    if spec.target is None:
-        return 0.0
-    return spec.assembly.glue_line * (1 if spec.elastomer is None else 2)
+    return spec.assembly.glue_line * lines_below_target(spec)
+
+
+def lines_below_target(spec: SensorSpec) -> int:
+    """How many glue lines there are in that: under the elastomer and under the target."""
+    return 0 if spec.target is None else 1 + (spec.elastomer is not None)
 
 
 def target_gap(spec: SensorSpec) -> float | None:

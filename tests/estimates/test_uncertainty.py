@@ -12,7 +12,7 @@ import pytest
 from sitscad.estimates import estimate, uncertainty
 from sitscad.estimates.signal import signals
 from sitscad.estimates.states import pressing
-from sitscad.estimates.states.pressing import PAD
+from sitscad.estimates.states.pressing import GLUE, PAD
 from sitscad.estimates.uncertainty import (
     CAPACITOR,
     DIAMETER,
@@ -323,7 +323,8 @@ def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
         0.5 * (soft.compression.strain - stiff.compression.strain)
     )
     assert scatter.strain == pytest.approx(math.hypot(*scatter.shares.values()))
-    assert found.gap_sigmas == {"rest": sigmas(spec)[PAD], "pressed": scatter.gap}
+    glue = sigmas(spec)[GLUE]
+    assert found.gap_sigmas == {"rest": math.hypot(sigmas(spec)[PAD], glue), "pressed": math.hypot(scatter.gap, glue)}
     per_newton = [e.coils[0].sensitivity(4.0) for e in (soft, stiff)]
     stated = found.coils[0].sensitivity_sigma(4.0)
     # the pad's thickness moves both states alike, and adds little to what the modulus does to one of them
@@ -336,7 +337,7 @@ def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
     document = found.as_json("x")
     assert document["coils"][0]["sigma_inductance_H_per_N"] == pytest.approx(stated[0])
     assert document["compression"]["sigma"]["strain"] == pytest.approx(scatter.strain)
-    assert document["gaps_sigma_m"]["pressed"] == pytest.approx(scatter.gap)
+    assert document["gaps_sigma_m"]["pressed"] == pytest.approx(math.hypot(scatter.gap, glue))
 
 
 def test_a_target_on_part_of_its_pad_makes_the_pressed_state_less_sure():

@@ -8,25 +8,24 @@ from __future__ import annotations
 import math
 
 from sitscad.data import is_unverified
+from sitscad.estimates.states import pressing
 from sitscad.estimates.uncertainty import CAPACITOR, Tolerance, sigmas, tolerances
 from sitscad.estimates.values import Estimates
 from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.scene.column import WRITTEN, placement, plate_tolerance
 from sitscad.scene.column import Tolerance as Band
+from sitscad.scene.gaps import lines_below_target
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 
-GLUE, OFFSET_X, OFFSET_Y = "glue lines", "target beside, x", "target beside, y"
+GLUE, OFFSET_X, OFFSET_Y = pressing.GLUE, "target beside, x", "target beside, y"
 TILT_X, TILT_Y, YAW = "target tilted about x", "target tilted about y", "target turned"
 THICKNESS, SIZE, MODULUS = "elastomer thickness", "elastomer size", "elastomer modulus"
 INDUCTANCE, CLOCK = "coil inductance", "clock"
 
 UNIT, COIL = "unit", "coil"
 """What has a cause to itself: the assembled unit, or each of its coils."""
-
-GLUE_LINES = 2
-"""Those between board and target: under the elastomer, and under the target."""
 
 
 @record
@@ -66,8 +65,9 @@ def _places(spec: SensorSpec) -> list[Scatter]:
     found.append(_even(YAW, 2.0 * placed.band / across, "rad", placed, f"of both ends, {1e3 * across:.3g} mm apart: "))
     glue = _glue(spec)
     if glue is not None:
-        band = math.sqrt(GLUE_LINES) * glue.band
-        found.append(_even(GLUE, band, "m", glue, f"{GLUE_LINES} lines: "))
+        lines = lines_below_target(spec)
+        band = math.sqrt(lines) * glue.band
+        found.append(_even(GLUE, band, "m", glue, f"{lines} line{'s' if lines > 1 else ''}: "))
         for name, length in ((TILT_X, target.size[1]), (TILT_Y, target.size[0])):
             found.append(_even(name, band / length, "rad", glue, f"lines thicker by it at one of two edges "
                                                                  f"{1e3 * length:.3g} mm apart: "))  # fmt: skip

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.states.pressing import BESIDE_PAD, PAD, pressed, pressed_cases, rests_on_pad
+from sitscad.estimates.states.pressing import BESIDE_PAD, GLUE, PAD, pressed, pressed_cases, rests_on_pad
 from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
@@ -66,7 +66,8 @@ class Assembly:
 def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Assembly:
     """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
 
-    `sigmas` are the standard deviations (m) of the elastomer's thickness and size; none when left out.
+    `sigmas` are the standard deviations (m) of the elastomer's thickness and size, and of the glue below the target;
+    none when left out.
     """
     sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
     around, gaps = [Surroundings(State(FREE))], {}
@@ -87,6 +88,14 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
             ranges[PRESSED, cause] = (
                 _at_gap(spec, PRESSED, less.gap, behind),
                 _at_gap(spec, PRESSED, more.gap, behind),
+            )
+    for name in (REST, PRESSED):
+        if name in gaps and sigmas.get(GLUE):
+            # what is left of the pad, and the glue, together
+            gap = gaps[name] - target_lines(spec)
+            ranges[name, GLUE] = (
+                _at_gap(spec, name, gap - sigmas[GLUE], behind),
+                _at_gap(spec, name, gap + sigmas[GLUE], behind),
             )
     if behind is not None:
         gaps["behind_the_board"] = room_behind(spec)

@@ -16,10 +16,10 @@ from sitscad.scene.bodies import elastomer, target
 from sitscad.spec.sensor import SensorSpec
 
 MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elastomer size", "part of the pad loaded"
-FILM = "encapsulation modulus"
+FILM, GLUE = "encapsulation modulus", "glue lines"
 BLOCK = "bonded-block formula"
-"""What scatters the gap. PART and BLOCK are no scatter of manufacture: by how much the careful strain may be too large,
-and what the formula of the pad's stiffness is off by."""
+"""What scatters the gap; GLUE stands beside the pressed pad, which it makes no softer. PART and BLOCK are no scatter of
+manufacture: by how much the careful strain may be too large, and what the formula of the pad's stiffness is off by."""
 
 WHOLE = 0.99
 """Share of a pad from which on it counts as loaded all over."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.circuit.neighbours import inductance_matrix
 from sitscad.estimates.circuit.tank import CoilCircuit
 from sitscad.estimates.states.assembly import Assembly
-from sitscad.estimates.states.pressing import PAD, PAD_SIZE
+from sitscad.estimates.states.pressing import GLUE, PAD, PAD_SIZE
 from sitscad.estimates.values import StateEstimate
 from sitscad.estimates.winding.losses import losses_near_metal, wanted_tolerance, winding_losses
 from sitscad.estimates.winding.methods import (
@@ -132,8 +132,8 @@ def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], own: float, error: float) -
 def _nearest(geometry: WindingGeometry, assembly: Assembly) -> float | None:
     """Least distance (m) of metal from any layer's mid-plane in any state; None without metal."""
     heights = [layer.z for layer in geometry.spirals or geometry.drawn]
-    # a pad thinner or smaller by one sigma is not much nearer, and only a difference is taken of it
-    small = (PAD, PAD_SIZE)
+    # a pad or glue thinner, or a pad smaller, by one sigma is not much nearer, and only a difference is taken of it
+    small = (PAD, PAD_SIZE, GLUE)
     ranges = [around for (_, cause), pair in assembly.ranges.items() if cause not in small for around in pair]
     states = [*assembly.states, *ranges]
     above = [s.above.distance - max(heights) for s in states if s.above]
