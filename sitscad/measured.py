@@ -29,6 +29,22 @@ class Signal:
     frequency_share: float
     steps: float | None
 
+    @property
+    def by_inductance(self) -> float:
+        """The share by which the inductance itself changes: what the reading would do if losses stayed."""
+        return self.per_newton * self.force / self.rest
+
+    @property
+    def has_loss_in_it(self) -> bool:
+        """Whether losses, which lower the tank's frequency, make a good part of the reading's change, or turn it."""
+        both = self.share, self.by_inductance
+        return abs(both[0] - both[1]) > BY_LOSS * max(map(abs, both))
+
+
+BY_LOSS = 0.2
+"""Part of a signal from which on it is told that losses make it: under copper and aluminium it is 0.01 to 0.04, under
+steel 0.2 and more up to a change of sign (derived: the templates, with such targets)."""
+
 
 @record
 class Reached:

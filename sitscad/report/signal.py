@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from sitscad.report.quantities import NONE, plus_minus, quantity
@@ -25,7 +25,10 @@ def headline(signals: Iterable[Signal]) -> list[str]:
     named: dict[str, list[str]] = {}
     for s in signals:
         change = plus_minus(s.per_newton, s.sigma, "H", "/N")
-        named.setdefault(f"{change}, {_percent(s.share)} of the reading over {show(s.force, 'N')}", []).append(s.coil)
+        words = f"{change}, {_percent(s.share)} of the reading over {show(s.force, 'N')}"
+        if s.has_loss_in_it:
+            words += f" (inductance alone {_percent(s.by_inductance)}: the reading follows losses, too)"
+        named.setdefault(words, []).append(s.coil)
     return [f"{', '.join(coils)} {words}" for words, coils in named.items()]
 
 
@@ -44,7 +47,7 @@ def signal_rows(signals: Sequence[Signal], estimates: Estimates) -> list[list[st
         return [["change per newton", NO_SIGNAL]] if estimates.readout.drive_code is not None else []
     by_name = {s.coil: s for s in signals}
     found = [by_name.get(coil.name) for coil in estimates.coils]
-    rows = (
+    rows: list[tuple[str, Callable[[Signal], str]]] = [
         ("inductance at rest", lambda s: quantity(s.rest, "H")),
         ("change per newton", lambda s: plus_minus(s.per_newton, s.sigma, "H", "/N")),
         (f"of the reading, over {show(signals[0].force, 'N')}", lambda s: _percent(s.share)),
@@ -53,7 +56,10 @@ def signal_rows(signals: Sequence[Signal], estimates: Estimates) -> list[list[st
             "frequency per newton",
             lambda s: plus_minus(s.frequency_per_newton, s.frequency_sigma, "Hz", "/N"),
         ),
-    )
+    ]
+    if any(s.has_loss_in_it for s in signals):
+        alone = "by the inductance alone: the reading follows losses, too"
+        rows.insert(4, (alone, lambda s: _percent(s.by_inductance)))
     return [[name, *(value(s) if s else NONE for s in found)] for name, value in rows]
 
 

@@ -33,7 +33,7 @@ from sitscad.physics.loss.proximity import winding_loss
 from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
 from sitscad.report import numbers
 from sitscad.report.quantities import plus_minus
-from sitscad.report.signal import other_rows, signal_rows
+from sitscad.report.signal import headline, other_rows, signal_rows
 from sitscad.spec.load import load, load_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
@@ -362,6 +362,41 @@ def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
     printed = [*signal_rows(signals(found), found), *other_rows(found)]
     per_newton = [row for row in printed if any("per newton" in cell for cell in row)]
     assert len(per_newton) == 2 + len(found.coils) and all("+-" in row[-1] for row in per_newton)
+
+
+STEEL = """
+sitscad: 1
+name: steel
+coil: {shape: racetrack, outer_diameter: [12, 7], turns: 10, layers: 2, trace_width: 0.1, trace_spacing: 0.1}
+target: {shape: rectangle, size: [13, 7.75], thickness: 0.5, material: METAL}
+elastomer: {size: [13, 7.75], thickness: 1.0, material: ecoflex-00-30}
+readout: {capacitance: 470 pF}
+requirements: {normal_force: 2.5 N}
+"""
+
+
+@pytest.mark.parametrize(("metal", "is_by_loss"), [("stainless-17-4ph", True), ("copper", False)])
+def test_a_reading_that_losses_turn_says_what_inductance_alone_would_make(metal, is_by_loss):
+    """-725 pH/N stood beside +0.016 % of the reading, and nothing said why."""
+    found = estimate(lay_out(load_text(STEEL.replace("METAL", metal), "steel.yaml")))
+    (signal,) = signals(found)
+    rest, pressed = (found.coils[0].states[name] for name in ("rest", "pressed"))
+    assert signal.by_inductance == pytest.approx(pressed.inductance / rest.inductance - 1.0)
+    # omega^2 = 1/(LC) - (R/L)^2: with that square back, most of what is not by inductance is gone; the rest is the
+    # drive's delay, which turns a tank of less Q farther
+    squares = [(2.0 * math.pi * state.frequency) ** 2 for state in (rest, pressed)]
+    lost = [(state.resistance / state.inductance) ** 2 for state in (rest, pressed)]
+    without = (squares[0] + lost[0]) / (squares[1] + lost[1]) - 1.0
+    rows = {row[0]: row[1] for row in signal_rows([signal], found)}
+    alone = "by the inductance alone: the reading follows losses, too"
+    (line,) = headline([signal])
+    assert signal.has_loss_in_it is is_by_loss is (alone in rows) is ("the reading follows losses, too" in line)
+    if is_by_loss:
+        assert signal.per_newton < 0.0 < signal.share, "two signs"
+        assert abs(without - signal.by_inductance) < 0.3 * abs(signal.share - signal.by_inductance)
+        assert rows[alone].startswith("-") and f"inductance alone {rows[alone]}" in line
+    else:
+        assert signal.share == pytest.approx(signal.by_inductance, rel=0.1)
 
 
 @pytest.mark.parametrize(

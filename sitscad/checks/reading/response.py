@@ -167,6 +167,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         steps=steps,
         per_newton=best.per_newton,
         frequency_share=best.frequency_share,
+        follows=", which follows losses, too," if best.has_loss_in_it else "",
         drift=drift,
         scale=scale,
         back_over_the_coils=_back_over_the_coils(design.spec),
@@ -195,7 +196,7 @@ HARDLY_FELT = Case(
 
 SMALL_SIGNAL = Case(
     "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by "
-    "{measured:%.2g} % of itself{steps} ({per_newton:H,3}/N, its frequency by "
+    "{measured:%.2g} % of itself{steps} ({per_newton:H,3}/N, its frequency{follows} by "
     "{frequency_share:%+.2g} %). Ten degrees of warming move it by {drift:%.2g} % by the copper alone, {scale}; "
     "silicone adds to that (response --performance has all of it)",
     hint=(
