@@ -87,7 +87,7 @@ class Calibration:
     def error_rows(self) -> tuple[tuple[str, ...], ...]:
         """The same in words, a row a unit under a heading with the full scales."""
         full = self.map.full_scale
-        head = "error of the force of", *(f"{AXIS_WORDS[name]}, of {size:.4g} N"
+        head = "error over all loads, of", *(f"{AXIS_WORDS[name]}, of {size:.4g} N"
                                           for name, size in zip(self.map.axes, full, strict=True))  # fmt: skip
         return (head, *((one.of, *(of_full_scale(error, size) for error, size in zip(one.error, full, strict=True)))
                         for one in self.unit_errors))  # fmt: skip

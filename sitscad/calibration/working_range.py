@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -27,13 +29,19 @@ Array = NDArray[np.float64]
 @record
 class WorkingRange:
     """Loads (N): the normal force up to `normal`, shear along the `axes` that the array tells apart up to `shear` in
-    any direction; `notes` say where that is less than what is required.
+    any direction: of two shears together their root of the sum of squares. `notes` say where that is less than what is
+    required.
     """
 
     axes: tuple[str, ...]
     normal: float
     shear: float
     notes: tuple[str, ...] = ()
+
+    @property
+    def is_round(self) -> bool:
+        """Whether two shears share one limit."""
+        return len(self.axes) == len(AXES)
 
     @property
     def full_scales(self) -> Array:
@@ -74,11 +82,27 @@ def working_range(spec: SensorSpec) -> WorkingRange:
     asked = spec.requirements.shear_force
     shear = SLIP * normal if asked is None else asked
     most, held = shear_at(spec, VALID_SHEAR), held_shear(spec)
-    if len(axes) == 1 or shear <= held:
-        return WorkingRange(axes, normal, shear)
-    if asked is None:
-        return WorkingRange(axes, normal, held)
-    notes = [beyond_held_shear(held)]
-    if shear > most:
-        notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
-    return WorkingRange(axes, normal, min(shear, most), tuple(notes))
+    notes = []
+    if len(axes) > 1 and shear > held:
+        if asked is None:
+            shear = held
+        else:
+            notes.append(beyond_held_shear(held))
+            if shear > most:
+                notes.append(
+                    f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted"
+                )
+            shear = min(shear, most)
+    found = WorkingRange(axes, normal, shear)
+    if found.is_round:
+        notes.append(together(shear))
+    return replace(found, notes=tuple(notes))
+
+
+def together(shear: float) -> str:
+    """What is said of two shears that share one limit (N)."""
+    return (
+        f"the calibration's map is made for shear up to {shear:.3g} N in any direction: along x and y together, the "
+        f"root of the sum of their squares stays within that ({shear / math.sqrt(2.0):.3g} N of each); beyond, all "
+        "forces may read wrong, the normal one most"
+    )

@@ -12,7 +12,9 @@ from sitscad.units import show
 
 Document = Mapping[str, Any]
 
-FELT_TITLE = "What the sensor feels, after a tare at rest; error: the largest that a calibration leaves"
+FELT_TITLE = (
+    "What the sensor feels, after a tare at rest, its target kept level; error: the largest that a calibration leaves"
+)
 
 FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
              "condition")  # fmt: skip
@@ -47,7 +49,7 @@ def unit_rows(unit_to_unit: Document, felt: Sequence[Document]) -> tuple[list[st
         return [], []
     axes = {name: felt[-1]["axes"][name]["full_scale_N"] for name in errors[0]["error_N"]}
     rows = [[one["of"], *(of_full_scale(one["error_N"][name], full) for name, full in axes.items())] for one in errors]
-    return ["error of the force of", *axes], rows
+    return ["error over all loads, of", *axes], rows
 
 
 def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
@@ -65,5 +67,8 @@ def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
     yield ["bandwidth", f"{show(full['bandwidth_Hz'], 'Hz', 3)}, {full['bandwidth_by']}"]
     for name, frequency in full["resonance_Hz"].items():
         yield [f"resonance of target and pad along {name}, nothing on it", show(frequency, "Hz", 3)]
-    yield ["overload", show(full["overload_N"], "N", 3)]
+    free = full["free_overload_N"]
+    yield ["overload" if free is None else "overload, target kept level", show(full["overload_N"], "N", 3)]
+    if free is not None:
+        yield ["overload, target free to tilt: the pad gives way sideways", show(free, "N", 3)]
     yield ["one load to a reading", "yes" if full["invertible"] else "NO"]

@@ -25,7 +25,7 @@ from sitscad.estimates.response.pad import soft_pad
 from sitscad.package.calibration_files import drawn_calibration
 from sitscad.papers import PAPERS
 from sitscad.papers.datasheet.figures import BEYOND, BEYOND_LINES, difference, figures
-from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, notes, sensor, summary
+from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, errors, from_unit_to_unit, notes, sensor, summary
 from sitscad.papers.datasheet.sheets import render
 from sitscad.units import show
 
@@ -216,9 +216,56 @@ def test_a_pad_that_gives_way_is_overloaded_there(bench):
     assert full.axes["normal"].limited_by == "instability"
     assert full.overload == full.axes["normal"].range
     rows = dict((row[0], row[1:]) for row in sensor(design.performance, design.layout, design.estimates))
-    assert rows["overload (the pad gives way sideways)"] == (show(full.overload, "N", 3),)
+    assert rows["overload, kept level (the pad gives way sideways)"] == (show(full.overload, "N", 3),)
     usual = dict((row[0], row[1:]) for row in sensor(bench.performance, bench.layout, bench.estimates))
     assert "overload (30 % strain of the pad)" in usual
+
+
+def test_a_free_target_s_overload_is_said_where_it_gives_way_sooner(bench):
+    """Overload and range are a level target's: a free one was lost at 57 % of the 155 N that stood there."""
+    design = Design(sitscad.load_text(LONG))
+    full, pad = design.performance[-1], soft_pad(design.spec)
+    assert full.free_overload < 0.6 * full.overload
+    near = np.array([[share * full.free_overload, 0.0, 0.0] for share in (0.3, 0.7, 0.999, 1.001, 1.2, 1.6)])
+    assert list(np.isnan(pad.pose(near)[:, 0])) == [False] * 3 + [True] * 3
+    assert not np.isnan(pad.pose(near, is_held=True)).any()
+    rows = dict((row[0], row[1:]) for row in sensor(design.performance, design.layout, design.estimates))
+    said = show(full.free_overload, "N", 3)
+    assert rows["overload, free to tilt (the pad gives way sideways)"] == (said,)
+    (note,) = (note for note in full.notes if "kept level" in note)
+    assert f"free to tilt the pad gives way sideways at {said}" in note
+    assert full.document()["free_overload_N"] == full.free_overload
+    assert bench.performance[-1].free_overload is None
+    assert not any("gives way" in note for note in bench.performance[-1].notes)
+    assert not np.isnan(soft_pad(bench.spec).pose(np.array([[bench.performance[-1].overload, 0.0, 0.0]]))).any()
+
+
+def test_two_shears_share_one_limit_in_table_and_notes(bench):
+    """3 N and 3 N stood as full scales; of both together the map in calibration/ read 2.67 N normal for 0.2."""
+    design = Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))
+    found = foretell(design.response, is_held=True)
+    sensors, limit = found.sensors, found.sensors.range.shear
+    said = f"{limit:.3g} N in any direction"
+    rows = dict((row[0], row[1:]) for row in summary(design.performance, design.layout))
+    assert rows["calibrated for both shears together up to"] == ("-", show(limit, "N", 3), show(limit, "N", 3))
+    assert sum(said in note for note in notes(design.performance, found)) == 1
+    made = drawn_calibration(design)
+    assert said in made["calibration/calibration.h"].decode() and said in made["calibration/plan.txt"].decode()
+    # it is so: on the circle all is read, at the square's corner the normal force is lost
+    loads = np.array([[0.0, 0.0, 0.0], *([0.2, share * limit, -share * limit] for share in (0.7, 1.0))])
+    frequency = sensors.under(np.zeros(len(sensors.known)), loads, exact=True)
+    off = np.abs(found.map(frequency[1:], frequency[0]) - loads[1:])
+    assert np.all(off[0] < 0.02) and off[1][0] > 1.0
+    rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout))
+    assert "calibrated for both shears together up to" not in rows
+    assert not any("any direction" in note for note in notes(bench.performance, foretell(bench.response, is_held=True)))
+
+
+def test_every_table_of_errors_says_of_which_loads(bench):
+    """Capacitors, without a tare, at full load stood beside a smaller error of a unit without a tare, over all."""
+    found = foretell(bench.response, is_held=True)
+    assert from_unit_to_unit(found)[0][0] == "error over all loads, of" and "over all loads" in found.errors_are
+    assert "at full load" in errors(bench.performance)[0][0]
 
 
 def test_a_round_target_has_a_diameter(bench):

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from sitscad.estimates.performance.values import largest_lasting, of_full_scale
-from sitscad.report.feeling import felt_rows, unit_rows
+from sitscad.report.feeling import felt_rows, unit_rows, whole_rows
 
 AXIS = {
     "range_N": 1.0, "limited_by": "strain", "full_scale_N": 2.0, "resolution_N": 3e-3, "nonlinearity": 1.1,
@@ -35,5 +35,21 @@ def test_errors_are_told_beside_full_scale(error, words):
     """A unit without a tare read 2.5e+07 N off, to ten digits of a per cent."""
     assert of_full_scale(error, 2.0) == words
     between = {"unit_errors": [{"of": "any unit", "error_N": {"normal": error}}]}
-    assert unit_rows(between, [POINT]) == (["error of the force of", "normal"], [["any unit", words]])
+    assert unit_rows(between, [POINT]) == (["error over all loads, of", "normal"], [["any unit", words]])
     assert unit_rows(between, []) == ([], [])
+
+
+@pytest.mark.parametrize("free", [None, 88.5])
+def test_the_overload_of_a_free_target_stands_beside_that_of_a_level_one(free):
+    """155 N stood alone where a target that is free to tilt is lost at 88."""
+    full = POINT | {
+        "friction_error": None, "tilt_rad": math.radians(1.0), "tilt_error_N": {}, "bandwidth_Hz": 50.0,
+        "bandwidth_by": "half the scan rate", "resonance_Hz": {}, "overload_N": 155.0, "free_overload_N": free,
+        "invertible": True,
+    }  # fmt: skip
+    rows = [row for row in whole_rows([full]) if row[0].startswith("overload")]
+    if free is None:
+        assert rows == [["overload", "155 N"]]
+    else:
+        assert rows == [["overload, target kept level", "155 N"],
+                        ["overload, target free to tilt: the pad gives way sideways", "88.5 N"]]  # fmt: skip

@@ -73,6 +73,22 @@ class Bench:
         return normal_at(self.spec, VALID_STRAIN)
 
     @cached_property
+    def gives_way(self) -> float | None:
+        """The normal force (N), below `overload`, at which the pad gives way sideways under a target that is free to
+        tilt: a level one is borne farther. None where it does not.
+        """
+        least, most = 0.0, self.overload
+        for _ in range(NARROWED):
+            loads = np.zeros((SEARCHED, 3))
+            loads[:, 0] = np.linspace(least, most, SEARCHED)
+            lost = np.isnan(self.pad.pose(loads)[:, 0])
+            if not lost.any():
+                return None
+            first = int(np.argmax(lost))
+            least, most = float(loads[max(first - 1, 0), 0]), float(loads[first, 0])
+        return least
+
+    @cached_property
     def farthest(self) -> Mapping[str, float]:
         """The largest load (N) of every axis by the pad's strain and shear."""
         shear = shear_at(self.spec, VALID_SHEAR)
@@ -172,6 +188,10 @@ def bench_of(
         frequencies,
         frequencies if turned is None else turned,
     )
+
+
+SEARCHED, NARROWED = 33, 3
+"""Forces that are looked at between two for the one at which a pad gives way, and how often: to 3e-5 of overload."""
 
 
 @lru_cache(maxsize=64)

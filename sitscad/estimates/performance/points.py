@@ -113,6 +113,8 @@ def _at(here: _Working) -> Performance:
     shear = next((name for name in names if name != "normal"), None)
     scans, swings = 0.5 * bench.estimates.readout.scan_rate, resonances(bench, point.pose)
     tilt = bench.spec.requirements.tilt or DEGREE
+    overload = courses["normal"].range if courses["normal"].limited_by == INSTABILITY else bench.overload
+    free = bench.gives_way if bench.gives_way is not None and bench.gives_way < overload else None
     friction = point.friction(errors, shear) if shear is not None and point.share > 0.0 else {}
     return Performance(
         at=here.at, load=(float(point.load[0]), 0.0, 0.0), axes=_axes(here, courses, errors), crosstalk=curved,
@@ -125,9 +127,8 @@ def _at(here: _Working) -> Performance:
         friction_causes=friction, bandwidth=min([scans, *swings.values()]),
         bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
         condition_number=condition, invertible=bool(condition * SINGULAR < 1.0 and twins is None), ambiguous=twins,
-        overload=courses["normal"].range if courses["normal"].limited_by == INSTABILITY else bench.overload,
-        map_degree=here.working.map.degree, production=_production(bench.estimates),
-        notes=_notes(here),
+        overload=overload, free_overload=free, map_degree=here.working.map.degree,
+        production=_production(bench.estimates), notes=_notes(here, free),
     )  # fmt: skip
 
 
@@ -179,17 +180,18 @@ def _production(estimates: Estimates) -> dict[str, dict[str, float]]:
     return found
 
 
-def _notes(here: _Working) -> tuple[str, ...]:
-    """What whoever reads the performance has to know."""
+def _notes(here: _Working, free: float | None) -> tuple[str, ...]:
+    """What whoever reads the performance has to know; `free` is its free overload (N)."""
     names, pad = here.point.bench.names, here.point.bench.spec.elastomer
     assert pad is not None
+    sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"
     found = [
         "noise by the law measured on an LDC1614: 1.2 steps of 1/(32 RCOUNT) of the frequency; it is what can be told "
         "apart from one moment to the next, not how true a force is",
         f"hysteresis, creep and temperature of the pad: {pad.material.losses.source}",
-        "the target is held level, as by a face that it sticks to (in calibration/ of a package, too): a shear load "
+        "the target is kept level, as by a face that it sticks to (in calibration/ of a package, too): a shear load "
         "above the pad tilts a free one, which reads otherwise (calibrate has --rotation free or held); only the error "
-        "by a force beside the middle is that of a free target",
+        f"by a force beside the middle is that of a free target{sooner}",
         "full scales are the required forces, else 20 % strain of the pad and shear at a friction of 0.42 (at most "
         "half the pad's thickness); shear axes carry their share of it where errors grow with the load",
         f"crosstalk is what a polynomial of degree {here.working.map.degree} in the readings leaves of this design; "

@@ -58,7 +58,9 @@ class Performance:
     likes; `temperature_error` (N/K, one sigma) with its causes (N/K, signed where the sign is known);
     `friction_error` that of shear over normal (None without shear or at rest) with its causes; `bandwidth` (Hz)
     is the least of half the scan rate and `resonance`, that of target and pad by axis with nothing on them
-    (`bandwidth_by` says which; a silicone's lag by rate is in no data); `ambiguous` are two loads (N) of one reading,
+    (`bandwidth_by` says which; a silicone's lag by rate is in no data); `overload` (N), ranges and all that no other
+    target is named for are of one that is kept level, and `free_overload` (N) is where the pad gives way sideways under
+    one that is free to tilt (None: not before the overload); `ambiguous` are two loads (N) of one reading,
     None where the map can be inverted.
     """
 
@@ -82,6 +84,7 @@ class Performance:
     invertible: bool
     ambiguous: tuple[Loads, Loads] | None
     overload: float
+    free_overload: float | None
     map_degree: int
     production: Table
     notes: tuple[str, ...] = ()
@@ -110,6 +113,7 @@ class Performance:
             "invertible": self.invertible,
             "ambiguous_N": twins,
             "overload_N": self.overload,
+            "free_overload_N": self.free_overload,
             "map_degree": self.map_degree,
             "production": _plain(self.production),
             "notes": list(self.notes),

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sitscad.calibration.calibrate import AXIS_WORDS, Calibration
+from sitscad.calibration.working_range import working_range
 from sitscad.estimates.performance.bench import held_shear
 from sitscad.estimates.performance.reach import INSTABILITY
 from sitscad.estimates.performance.values import AxisPerformance, Performance, largest_lasting
@@ -32,7 +33,11 @@ def summary(felt: Sequence[Performance], layout: Layout) -> Rows:
 
     axes, held = [full.axes[name] for name in names], held_shear(layout.spec)
     row("full scale", *(_newtons(axis.full_scale) for axis in axes))
-    row("range, and what ends it", *(f"{_newtons(axis.range)}, {axis.limited_by}" for axis in axes))
+    together = working_range(layout.spec)
+    if together.is_round:
+        limit = _newtons(together.shear)
+        row("calibrated for both shears together up to", *(NONE if name == "normal" else limit for name in names))
+    row("range, kept level, and what ends it", *(f"{_newtons(axis.range)}, {axis.limited_by}" for axis in axes))
     if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in names if name != "normal"):
         row("extrapolated by the pad's law beyond", *(NONE if name == "normal" else _newtons(held) for name in names))
     for point in (rest, half, full):
@@ -71,7 +76,7 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
     )
     return [
         ("sensor", ""),
-        (f"overload ({_overloaded(full)})", _newtons(full.overload)),
+        *_overloads(full),
         ("error of shear over normal, full load", friction),
         (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
         ("resonance of target and pad, nothing on it", _resonances(full)),
@@ -86,9 +91,18 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
     ]  # fmt: skip
 
 
-def _overloaded(full: Performance) -> str:
+def _overloads(full: Performance) -> Rows:
+    """The normal force that the target bears, and how it is held where that matters."""
     gives_way = full.axes["normal"].limited_by == INSTABILITY
-    return "the pad gives way sideways" if gives_way else "30 % strain of the pad"
+    ends = SIDEWAYS if gives_way else "30 % strain of the pad"
+    if full.free_overload is None:
+        return [(f"overload ({ends})", _newtons(full.overload))]
+    return [(f"overload, kept level ({ends})", _newtons(full.overload)),
+            (f"overload, free to tilt ({SIDEWAYS})", _newtons(full.free_overload))]  # fmt: skip
+
+
+SIDEWAYS = "the pad gives way sideways"
+"""Why a normal force is too large before the pad is strained too far."""
 
 
 def _resonances(full: Performance) -> str:
