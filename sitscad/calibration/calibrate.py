@@ -37,6 +37,9 @@ SHOWN = (3, 5)
 """Numbers of points whose error is shown beside that of a whole plan."""
 
 
+CHARTS = 3
+"""Charts that are made about a sensor far off, one after the other, before what was found is taken."""
+
 SURE = 0.95
 """Share of sensors, of all from which measured points may come, that a calibration's stated error holds for."""
 
@@ -237,19 +240,21 @@ def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) ->
 
 def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
     """The fit of a sensor, and the sensors about which it was charted: where the target rests or the pad is farther off
-    than any sensor's that the usual chart is made for, the fit goes on with a chart about what it found.
+    than any sensor's that a chart is made for, the fit goes on with a chart about what it found.
     """
-    fit = fit_model(sensors, points)
+    fit, middle = fit_model(sensors, points), np.zeros(len(sensors.known))
     moving = [one.name in (*POSE_ERRORS, *PAD_ERRORS) for one in sensors.known]
-    far = float(np.abs(fit.moved[moving]).max())
-    if not WIDEST < far < SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
-        return sensors, fit
-    nearer = replace(sensors, around=fit.errors)
-    try:
-        again = fit_model(nearer, points, fit.errors)
-    except NoFit:
-        return sensors, fit
-    return nearer, again
+    for _ in range(CHARTS):
+        apart, far = np.abs(fit.moved - middle)[moving].max(), np.abs(fit.moved)[moving].max()
+        if apart <= WIDEST or far >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
+            break
+        nearer = replace(sensors, around=fit.errors)
+        try:
+            again = fit_model(nearer, points, fit.errors)
+        except NoFit:
+            break
+        sensors, fit, middle = nearer, again, fit.moved
+    return sensors, fit
 
 
 def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit, correction: Correction | None = None) -> Array:

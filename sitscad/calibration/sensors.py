@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import field, replace
 from functools import cached_property
 
@@ -44,7 +45,7 @@ class Sensors:
     model: ResponseModel
     is_held: bool = False
     around: Array | None = None
-    pushed: dict[tuple[float, float, bytes], Array] = field(default_factory=dict)
+    pushed: dict[tuple[float, float, float, bytes], Array] = field(default_factory=dict)
 
     @cached_property
     def known(self) -> tuple[Unknown, ...]:
@@ -88,7 +89,7 @@ class Sensors:
         to rest.
         """
         off = named(self.known, errors)
-        travel, thickness = self._travel(off["gap"], off["modulus"], loads)
+        travel, thickness = self._travel(self._own(off), loads)
         travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * HELD_STRAIN))
         sheared = np.linalg.norm(travel[:, :2], axis=1, keepdims=True) / (thickness * HELD_SHEAR)
         more = off["softening"] * loads[:, :1] / self.range.normal - off["shear_modulus"]
@@ -99,26 +100,30 @@ class Sensors:
     def gives_way(self, errors: Array, loads: Array) -> NDArray[np.bool_]:
         """Whether one sensor's pad gives way sideways under each of the loads (n, 3; N): its pose is none then."""
         off = named(self.known, errors)
-        notes = pushed(self._own(off["gap"], off["modulus"]), loads, np.full(len(loads), self.is_held))[1]
+        notes = pushed(self._own(off), loads, np.full(len(loads), self.is_held))[1]
         return np.array([bool(note) for note in notes])
 
-    def _own(self, gap: float, modulus: float) -> SensorSpec:
+    def _own(self, off: Mapping[str, float]) -> SensorSpec:
         """The spec with the pad of one sensor."""
         pad = self.model.spec.elastomer
         assert pad is not None
-        material = replace(pad.material, shear_modulus=pad.material.shear_modulus * math.exp(modulus))
-        return replace(self.model.spec, elastomer=replace(pad, thickness=pad.thickness + gap, material=material))
+        material = replace(
+            pad.material,
+            shear_modulus=pad.material.shear_modulus * math.exp(off["modulus"]),
+            ogden_exponent=pad.material.ogden_exponent + off["exponent"],
+        )
+        return replace(self.model.spec, elastomer=replace(pad, thickness=pad.thickness + off["gap"], material=material))
 
-    def _travel(self, gap: float, modulus: float, loads: Array) -> tuple[Array, float]:
+    def _travel(self, own: SensorSpec, loads: Array) -> tuple[Array, float]:
         """How far (n, 6) loads take the target by the pad's law, and the pad's thickness (m); kept for a while."""
-        pad = self.model.spec.elastomer
+        pad = own.elastomer
         assert pad is not None
-        key = (gap, modulus, loads.tobytes())
+        key = (pad.thickness, pad.material.shear_modulus, pad.material.ogden_exponent, loads.tobytes())
         if key not in self.pushed:
             if len(self.pushed) >= KEPT:
                 self.pushed.clear()
-            self.pushed[key] = pushed(self._own(gap, modulus), loads, np.full(len(loads), self.is_held))[0]
-        return self.pushed[key], pad.thickness + gap
+            self.pushed[key] = pushed(own, loads, np.full(len(loads), self.is_held))[0]
+        return self.pushed[key], pad.thickness
 
     def placed(self, errors: Array, travel: Array) -> Array:
         """The poses (n, 6) of one sensor's target that has gone by `travel` (n, 6; m, rad) from where it rests."""

@@ -24,10 +24,13 @@ POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist
 """Those of where the target rests: what is added to its pose there. Both of the first raise it; only the gap is the
 pad's thickness, too."""
 
-PAD_ERRORS = ("modulus", "shear_modulus", "pad_curve", "softening", "shear_curve")
+PAD_ERRORS = ("modulus", "shear_modulus", "pad_curve", "softening", "shear_curve", "exponent")
 """Those of how far the pad gives: logarithms of its modulus, of that in shear over it, of how much more it has
 stiffened at the largest strain, of how much more shear goes under the full normal force, and of how much more the pad
-has stiffened at the largest shear."""
+has stiffened at the largest shear; and what is added to its exponent (Ogden)."""
+
+SHEAR_ERRORS = ("shear_modulus", "softening", "shear_curve")
+"""Those that shear loads of a wrong size are taken for, together."""
 
 BOARD_ERRORS = ("inductance", "target_change", "clock")
 """Those that all coils share: logarithms of the free inductance, of the target's change, of the clock."""
@@ -77,6 +80,7 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
         Unknown("pad_curve", "1", usual("pad_curve")),
         Unknown("softening", "1", law),
         Unknown("shear_curve", "1", usual("shear_curve")),
+        Unknown("exponent", "1", usual("exponent"), False),
         Unknown("inductance", "1", known.get(scatter.INDUCTANCE, usual("coil_inductance"))),
         Unknown("target_change", "1", CHANGE_SIGMA),
         Unknown("clock", "1", known[scatter.CLOCK], False),

@@ -185,8 +185,9 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
     """Found with one of ten simulated sensors, 7 % of full scale off: from the drawn sensor, the target's change went
     to 8 sigma, every step beyond was taken back, and the steps that were left counted as settled.
     """
-    place = [one.name for one in sensors.known].index("shear_curve")  # nobody looked for it then
-    own = np.insert(units(sensors.known[:place] + sensors.known[place + 1 :], 5, 100)[4], place, 0.0)
+    was = np.array([one.name not in ("shear_curve", "exponent") for one in sensors.known])
+    own = np.zeros(len(was))  # nobody asked for these two then
+    own[was] = units(tuple(one for one, known in zip(sensors.known, was, strict=True) if known), 5, 100)[4]
     for k, one in enumerate(sensors.known):
         if one.name in ("shear_modulus", "softening"):
             own[k] *= 0.0682 / one.sigma  # drawn when the pad's law stated that of so flat a pad

@@ -83,7 +83,31 @@ def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, h
     read = sensors.under(own, tried, exact=True)
     off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(off < found.map.error) and np.all(off < 0.006 * found.map.full_scale)
-    assert np.all(found.map.error < 0.015 * found.map.full_scale)
+    assert np.all(found.map.error < 0.02 * found.map.full_scale)
+
+
+def test_shear_loads_of_half_the_size_are_refused(design, table):
+    """It was taken with a note, what compression softens having taken up some of it: a quarter of full scale off."""
+
+    def doubled(head, rows):
+        place = head.index("shear_x_N")
+        return head, [[*row[:place], str(2.0 * float(row[place])), *row[place + 1 :]] for row in rows]
+
+    with pytest.raises(BenchError, match=r"shear_modulus .*which no sensor of this design is"):
+        calibrate(design, table(doubled))
+
+
+def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
+    """A pad half as stiff goes far beyond the chart of usual ones: 6.3 % off where 2.5 % were stated."""
+    own = 0.7 * hidden
+    own[[one.name for one in sensors.known].index("modulus")] = -np.log(2.0)
+    found = calibrate_by(
+        sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)), foretold.form
+    )
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
+    read = sensors.under(own, tried, exact=True)
+    off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
+    assert np.all(off < 1.1 * found.map.error) and np.any(off > 0.02 * found.map.full_scale)
 
 
 def test_usual_sensors_keep_their_chart_and_get_no_word(sensors, calibrated):
