@@ -331,6 +331,21 @@ def test_no_pose_is_answered_that_no_target_can_have(plain):
         respond(plain, [[0.0] * 6], tolerance=math.nan)
 
 
+def test_a_disc_far_above_a_finger_has_a_response(tmp_path):
+    """Of one of its symmetries no currents are felt by way of the finger, 4 mm below: it ended in a ValueError."""
+    path = tmp_path / "far.yaml"
+    path.write_text(
+        "sitscad: 1\nname: far\ncoil: {shape: circle, outer_diameter: 5, turns: 8, layers: 4, trace_width: 100 um, "
+        "trace_spacing: 100 um}\nfpc: {stackup: flex-4l}\narray: {pattern: explicit, centres: [[-4.13676, 0], "
+        "[0, 4.13676], [4.13676, 0], [0, -4.13676]]}\ntarget: {shape: circle, size: 9, thickness: 0.2, material: "
+        "aluminium}\nelastomer: {shape: circle, size: 10, thickness: 1.5, material: dragon-skin-20}\n"
+        "mount: {kind: fingertip, standoff: 2, finger: {shape: circle, size: 15, material: aluminium}}\n",
+        "utf-8",
+    )
+    found = sitscad.respond(sitscad.load(path), poses=np.zeros((1, 6)))
+    assert np.all(np.isfinite(found.target_change)) and np.all(np.diagonal(found.target_change[0]) < 0.0)
+
+
 def test_a_foil_over_a_mirror_has_a_response_however_thin_it_is():
     """The faces of 11 um of brass cancel so far that the integrals made an energy negative: an internal error."""
     bench, jaw = sitscad.load(TEMPLATES / "square_bench.yaml"), sitscad.load(TEMPLATES / "grasper_4layer.yaml")

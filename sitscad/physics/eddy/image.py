@@ -156,9 +156,10 @@ def _inverse_distance(points: Array, floor: float) -> Array:
 
 
 def _coupling(inverse: Array, currents: Array) -> Array:
-    # of all three axes at once: (points, axes and combinations)
-    signed = (currents * MIRRORED[:, None, None]).reshape(-1, currents.shape[2])
-    returned = (inverse @ currents).reshape(-1, currents.shape[2])
+    # of all three axes at once: (axes and points, combinations), of which a symmetry may keep none
+    flat = currents.shape[0] * currents.shape[1], currents.shape[2]
+    signed = (currents * MIRRORED[:, None, None]).reshape(flat)
+    returned = (inverse @ currents).reshape(flat)
     return np.asarray(MU0 / (4.0 * math.pi) * (signed.T @ returned))
 
 
