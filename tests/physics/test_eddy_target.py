@@ -269,6 +269,28 @@ def test_few_combinations_carry_the_image():
     assert found[0] == pytest.approx(found[1], abs=5e-4 * np.abs(found[1]).max())
 
 
+class Unfolded:
+    """A surface whose planes of symmetry nobody knows of."""
+
+    mirrored = None
+
+    def __init__(self, surface):
+        self.points, self.classes = surface.points, surface.classes
+
+
+@pytest.mark.parametrize("points", [(8, 6, 3), (7, 9, 4)])
+def test_a_folded_target_couples_with_its_image_as_a_whole_one(points):
+    mirror, near_face = Mirror(-0.4e-3), -0.5 * PLATE[2]
+    surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, points)
+    folded, whole = (image_modes(surface, one, near_face, 0.2e-3, mirror) for one in (coarse, Unfolded(coarse)))
+    assert folded.folding is not None and whole.folding is None
+    for angles in ([0.0, 0.0, 0.0], [0.0, 0.0, 0.4], [0.1, -0.05, 0.2]):
+        turn, place = turned(np.array([angles]))[0], np.array([0.1e-3, 0.2e-3, 0.3e-3])
+        ours, theirs = (np.linalg.eigvalsh(one.coupling(turn, place, mirror)) for one in (folded, whole))
+        assert ours == pytest.approx(theirs, abs=1e-9)
+    assert sum(count for _, count in folded.parities) == folded.currents.shape[2]
+
+
 def spiral(z, sense, inward, outer=4e-3, width=80e-6, pitch=160e-6, turns=7.25):
     angle = np.linspace(0.0, 2.0 * math.pi * turns, int(60 * turns) + 1)
     radius = (outer - width) / 2 - pitch * angle / (2.0 * math.pi)

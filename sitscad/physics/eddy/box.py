@@ -134,6 +134,19 @@ class Box:
         return np.concatenate(pieces)
 
     @cached_property
+    def mirrored(self) -> tuple[Index, Index]:
+        """Numbers of the points mirrored across x = 0 and y = 0: see `Surface`."""
+        pieces: tuple[list[Index], list[Index]] = [], []
+        start = 0
+        for across, (a, b) in enumerate(ACROSS):
+            face = start + np.arange(2 * self.counts[a] * self.counts[b]).reshape(2, self.counts[a], self.counts[b])
+            for axis, found in enumerate(pieces):
+                turned = 0 if axis == across else 1 if axis == a else 2
+                found.append(np.flip(face, turned).ravel())
+            start += face.size
+        return np.concatenate(pieces[0]), np.concatenate(pieces[1])
+
+    @cached_property
     def classes(self) -> tuple[BoxClass, ...]:
         """The eight parities, with inductances in H: see `Surface`."""
         known = [{parity: line.projections(parity, count) for parity in PARITIES}

@@ -162,6 +162,11 @@ class Disc:
     counts: tuple[int, int]
     orders: int
 
+    @property
+    def mirrored(self) -> None:
+        """No planes: orders and phases part its currents farther than those do (see `Surface`)."""
+        return None
+
     @cached_property
     def angles(self) -> Array:
         """Azimuths (rad) at which fields are taken."""

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.folding import Folding, by_axis, folding, inverse_distance, signs
 from sitscad.physics.eddy.surface import CurrentClass, Surface
 from sitscad.record import record
 
@@ -46,18 +48,34 @@ class Mirror:
 @record(eq=False)
 class ImageModes:
     """The combinations: `within` by class (functions, k), in units of flux linkage, and the `currents` (A m) of each at
-    `points` (m, from the middle of the near face): (points, 3, k).
+    `points` (m, from the middle of the near face): (points, 3, k). Where the target can be folded, `parities` says how
+    many of them, one after the other, have which symmetry.
     """
 
     within: tuple[Array, ...]
     points: Array
     currents: Array
+    folding: Folding | None
+    parities: tuple[tuple[tuple[int, int], int], ...] = ()
 
     def coupling(self, turn: Array, place: Array, mirror: Mirror) -> Array:
         """Inductances (k, k) with their images: turned by (3, 3) about the near face's middle at `place` (3; m)."""
+        if self.folding is not None and turn[2, 2] == 1.0:
+            return self._level(self.folding, self.points + place, mirror) * mirror.strength
         points = self.points @ turn.T + place
         currents = np.tensordot(turn, self.currents, axes=(1, 1))
-        return _coupling(_inverse_distance(points, mirror.floor), currents) * mirror.strength
+        return _coupling([inverse_distance(points, points, mirror.floor)] * 3, currents) * mirror.strength
+
+    def _level(self, folding: Folding, points: Array, mirror: Mirror) -> Array:
+        """The same of a level target, whose symmetries stay apart: turned about z it is what it was."""
+        kernels = folding.kernels(points, mirror.floor)
+        found, start = np.zeros((self.currents.shape[2],) * 2), 0
+        for parity, count in self.parities:
+            own = slice(start, start + count)
+            currents = self.currents[folding.kept, :, own] * folding.share[:, None, None]
+            found[own, own] = _coupling(by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
+            start += count
+        return found
 
 
 def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
@@ -67,26 +85,47 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     in it.
     """
     points = coarse.points - np.array([0.0, 0.0, near_face])
-    inverse = _inverse_distance(points + np.array([0.0, 0.0, closest]), mirror.floor)
-    groups: dict[object, list[int]] = {}
+    high, fold = points + np.array([0.0, 0.0, closest]), folding(coarse)
+    kernels = inverse_distance(high, high, mirror.floor) if fold is None else fold.kernels(high, mirror.floor)
+    groups: dict[Any, list[int]] = {}
     for number, one in enumerate(surface.classes):
         groups.setdefault(one.in_plane, []).append(number)
-    found = [_modes([surface.classes[k] for k in group], [coarse.classes[k] for k in group], inverse)
-             for group in groups.values()]  # fmt: skip
+    found = []
+    for parity, group in groups.items():
+        classes, seen = [surface.classes[k] for k in group], [coarse.classes[k] for k in group]
+        if fold is None:
+            found.append(_modes(classes, seen, [kernels] * 3))
+        else:
+            within, quarter = _modes(classes, seen, by_axis(kernels, parity), fold)
+            found.append((within, _unfolded(quarter, fold, parity)))
     ends = np.cumsum([currents.shape[2] for _, currents in found])
     within = [np.zeros((len(one.inductance), int(ends[-1]))) for one in surface.classes]
     for group, (parts, currents), end in zip(groups.values(), found, ends, strict=True):
         for number, part in zip(group, parts, strict=True):
             within[number][:, end - currents.shape[2] : end] = part
-    return ImageModes(tuple(within), points, np.concatenate([currents for _, currents in found], axis=2))
+    all_of_them = np.concatenate([currents for _, currents in found], axis=2)
+    counts = tuple((parity, currents.shape[2]) for parity, (_, currents) in zip(groups, found, strict=True))
+    return ImageModes(tuple(within), points, all_of_them, fold, counts if fold is not None else ())
+
+
+def _unfolded(currents: Array, fold: Folding, parity: tuple[int, int]) -> Array:
+    """Currents (A m) at all points, (points, 3, k), of those that have their share (see `Folding`) on a quarter."""
+    found = np.empty((int(fold.numbers.max()) + 1, *currents.shape[1:]))
+    own = currents / fold.share[:, None, None]
+    for numbers, sign in zip(fold.numbers[::-1], signs(parity)[::-1], strict=True):  # themselves at last
+        found[numbers] = own * sign[:, None]
+    return found
 
 
 def _modes(
-    classes: Sequence[CurrentClass], coarse: Sequence[CurrentClass], inverse: Array
-) -> tuple[list[Array], Array]:
-    """The combinations of classes of one symmetry: within each class, and their currents (A m), (points, 3, k)."""
+    classes: Sequence[CurrentClass], coarse: Sequence[CurrentClass], inverse: Sequence[Array],
+    fold: Folding | None = None,
+) -> tuple[list[Array], Array]:  # fmt: skip
+    """The combinations of classes of one symmetry: within each class, and their currents (A m), (points, 3, k); of a
+    quarter's points and with their share where that is folded. `inverse` distances (1/m) are by the axis of a current.
+    """
     factors = [_factor(one.inductance) for one in classes]
-    seen = np.concatenate([_by_energy(one, factor) for one, factor in zip(coarse, factors, strict=True)])
+    seen = np.concatenate([_by_energy(one, factor, fold) for one, factor in zip(coarse, factors, strict=True)])
     basis = _range(seen, inverse)
     coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", seen, basis, optimize=True)))
     basis = basis @ turned[:, np.abs(coupled) > LEAST]
@@ -112,15 +151,15 @@ def _factor(inductance: Array) -> Array:
         return np.asarray(turned * np.sqrt(np.maximum(energies, least)))
 
 
-def _range(seen: Array, inverse: Array) -> Array:
+def _range(seen: Array, inverse: Sequence[Array]) -> Array:
     """An orthonormal basis of what currents (n, points, 3; A m) have returned to them, without what is too little: of
     many by some hundred random combinations (Halko, Martinsson and Tropp, SIAM Review 53, 2011), as its values die away
     exponentially.
     """
 
     def returned(currents: Array) -> Array:
-        by_axis = np.einsum("npc,pq,c->nqc", currents, inverse, MU0 / (4.0 * math.pi) * MIRRORED, optimize=True)
-        return by_axis.reshape(len(currents), -1)
+        parts = [sign * (currents[..., axis] @ inverse[axis]) for axis, sign in enumerate(MIRRORED)]
+        return MU0 / (4.0 * math.pi) * np.stack(parts, axis=2).reshape(len(currents), -1)
 
     if len(seen) <= MOST:
         found = returned(seen)
@@ -143,24 +182,19 @@ def _is_kept(size: Array) -> NDArray[np.bool_]:
     return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)
 
 
-def _by_energy(one: CurrentClass, factor: Array) -> Array:
+def _by_energy(one: CurrentClass, factor: Array, fold: Folding | None) -> Array:
     # Currents at the points (n, points, 3) of functions that store one unit of energy each and share none.
     unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
-    return np.moveaxis(one.spread(unit), 2, 0)
+    spread = one.spread(unit)
+    if fold is not None:
+        spread = spread[fold.kept] * fold.share[:, None, None]
+    return np.moveaxis(spread, 2, 0)
 
 
-def _inverse_distance(points: Array, floor: float) -> Array:
-    image = points * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, 2.0 * floor])
-    away = points[:, None] - image
-    return np.asarray(1.0 / np.sqrt(np.einsum("pqc,pqc->pq", away, away)))
-
-
-def _coupling(inverse: Array, currents: Array) -> Array:
-    # of all three axes at once: (axes and points, combinations), of which a symmetry may keep none
-    flat = currents.shape[0] * currents.shape[1], currents.shape[2]
-    signed = (currents * MIRRORED[:, None, None]).reshape(flat)
-    returned = (inverse @ currents).reshape(flat)
-    return np.asarray(MU0 / (4.0 * math.pi) * (signed.T @ returned))
+def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
+    # Of currents (3, points, k) with inverse distances (1/m) by axis; a symmetry may keep none.
+    found = sum(sign * (one.T @ (near @ one)) for near, one, sign in zip(inverse, currents, MIRRORED, strict=True))
+    return np.asarray(MU0 / (4.0 * math.pi) * found)
 
 
 def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:

@@ -12,6 +12,7 @@ from sitscad.physics.eddy.skin import Skin
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+Index = NDArray[np.intp]
 
 
 class CurrentClass(Protocol):
@@ -55,6 +56,12 @@ class Surface(Protocol):
     @property
     def classes(self) -> Sequence[CurrentClass]:
         """The currents (A), by symmetry."""
+
+    @property
+    def mirrored(self) -> tuple[Index, Index] | None:
+        """The numbers of the points mirrored across x = 0 and across y = 0, where every class is even or odd across
+        both: its `in_plane` is then the two parities (1 or -1) of its stream functions. None where they are not.
+        """
 
 
 def made_definite(inductance: Array) -> Array:
