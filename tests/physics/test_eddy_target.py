@@ -278,9 +278,10 @@ class Unfolded:
         self.points, self.classes = surface.points, surface.classes
 
 
-@pytest.mark.parametrize("points", [(8, 6, 3), (7, 9, 4)])
-def test_a_folded_target_couples_with_its_image_as_a_whole_one(points):
-    mirror, near_face = Mirror(-0.4e-3), -0.5 * PLATE[2]
+@pytest.mark.parametrize(("points", "floor"), [((8, 6, 3), -0.4e-3), ((7, 9, 4), -0.4e-3), ((6, 6, 3), -20e-3)])
+def test_a_folded_target_couples_with_its_image_as_a_whole_one(points, floor):
+    """Of a mirror 20 mm below some symmetries feel nothing."""
+    mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
     surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, points)
     folded, whole = (image_modes(surface, one, near_face, 0.2e-3, mirror) for one in (coarse, Unfolded(coarse)))
     assert folded.folding is not None and whole.folding is None
@@ -288,7 +289,8 @@ def test_a_folded_target_couples_with_its_image_as_a_whole_one(points):
         turn, place = turned(np.array([angles]))[0], np.array([0.1e-3, 0.2e-3, 0.3e-3])
         ours, theirs = (np.linalg.eigvalsh(one.coupling(turn, place, mirror)) for one in (folded, whole))
         assert ours == pytest.approx(theirs, abs=1e-9)
-    assert sum(count for _, count in folded.parities) == folded.currents.shape[2]
+    counts = [count for _, count in folded.parities]
+    assert sum(counts) == folded.currents.shape[2] and (0 in counts) == (floor < -10e-3)
 
 
 def spiral(z, sense, inward, outer=4e-3, width=80e-6, pitch=160e-6, turns=7.25):
