@@ -36,7 +36,6 @@ AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear 
 SHOWN = (3, 5)
 """Numbers of points whose error is shown beside that of a whole plan."""
 
-
 CHARTS = 3
 """Charts that are made about a sensor far off, one after the other, before what was found is taken."""
 

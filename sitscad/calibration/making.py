@@ -70,26 +70,21 @@ def drawn_map(sensors: Sensors, form: Form) -> InverseMap:
     return replace(found, error=np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
 
 
-def own_map(sensors: Sensors, form: Form, errors: Array, is_exact: bool = True) -> InverseMap:
-    """The map of one sensor; its error is what the form itself leaves, the converter's noise in it.
-
-    `is_exact` sets the chart right by some loads that are solved for this sensor; the error is no less than the map's
-    at those, where a chart that ends before this sensor does shows.
+def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
+    """The map of one sensor, to a chart that some loads solved for it set right; its error is what the form itself
+    leaves, the converter's noise in it, and no less than the map's at those loads, where a chart that ends before this
+    sensor does shows.
     """
     loads = sensors.range.inside(LEARNT + ASKED)
     whole = samples(sensors, errors, loads)
-    readings, solved = whole.readings, None
-    if is_exact:
-        solved = sensors.under(errors, np.vstack([np.zeros((1, 3)), sensors.range.inside(SOLVED)]), exact=True)
-        readings = readings * _set_right(sensors, errors, loads, solved)
+    solved = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads[:SOLVED]]), exact=True)
+    readings = whole.readings * _set_right(sensors, errors, loads, solved)
     found = _map(sensors, form, Samples(readings[:LEARNT], whole.rest, whole.forces[:LEARNT]), errors)
     noisy = sensors.read(readings[LEARNT:], np.random.default_rng(SEED), 1)
-    left = found(noisy, whole.rest) / sensors.range.full_scales - whole.forces[LEARNT:]
-    square = np.mean(left**2, axis=0)
-    if solved is not None:
-        off = found(solved[1:], solved[0]) / sensors.range.full_scales - whole.forces[:SOLVED]
-        square = np.maximum(square, np.mean(off**2, axis=0))
-    return replace(found, error=np.sqrt(square) * sensors.range.full_scales)
+    parts = (noisy, whole.rest, whole.forces[LEARNT:]), (solved[1:], solved[0], whole.forces[:SOLVED])
+    square = [np.mean((found(read, rest) / sensors.range.full_scales - forces) ** 2, axis=0)
+              for read, rest, forces in parts]  # fmt: skip
+    return replace(found, error=np.sqrt(np.maximum(*square)) * sensors.range.full_scales)
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
@@ -120,8 +115,10 @@ def error_by_misfit(sensors: Sensors, fit: ModelFit) -> Array:
 
 
 def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> Array:
-    """What charted readings under loads are multiplied with, (n, coils), so that they agree with `solved` ones."""
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(SOLVED)])
+    """What charted readings under loads are multiplied with, (n, coils), so that they agree with `solved` ones: of rest
+    and the first of the loads.
+    """
+    tried = np.vstack([np.zeros((1, 3)), loads[: len(solved) - 1]])
     off = np.log(solved) - np.log(sensors.under(errors, tried))
     scale, columns = sensors.range.full_scales, sensors.range.columns
     powers = exponents([1.0] * len(columns), DEGREE, 1)

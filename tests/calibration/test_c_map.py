@@ -121,7 +121,7 @@ def test_the_header_gives_the_map_s_forces(tmp_path, sensors, foretold, capsys):
 @pytest.mark.clients("gcc")
 @pytest.mark.parametrize("form", KINDS, ids=lambda form: form.name)
 def test_every_kind_of_form_is_written(tmp_path, sensors, hidden, form: Form):
-    found = own_map(sensors, form, hidden, is_exact=False)
+    found = own_map(sensors, form, hidden)
     _, counts, tare = _at_loads(sensors, hidden, 200)
     _, forces, _ = _run_c(tmp_path, found, counts, tare)
     assert np.abs(forces - found(counts, tare)).max() < 3e-5 * found.full_scale.max()
