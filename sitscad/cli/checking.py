@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 @JOBS
 @PLUGIN
 @click.option(
-    "--hints", default="decisive", show_default=True, metavar="none|decisive|full", help="What is tried for hints."
+    "--hints", metavar="none|decisive|full", help="What is tried for hints.  [default: decisive; full for unsafe fixes]"
 )
 @click.option(
     "--picture",
@@ -55,7 +55,7 @@ def check(
     fail_on: str,
     baseline: str | None,
     jobs: int | None,
-    hints: str,
+    hints: str | None,
     picture: str | None,
     fix: bool,
     diff: bool,
@@ -73,8 +73,8 @@ def check(
     --fix      writes what was tried, mends its finding and brings no error or
                warning; comments and order stay. Of - it prints the mended text.
     --hints    decisive tries changes for as long as the check itself takes,
-               errors first; full tries all, which can take minutes; none tries
-               nothing. The verdict is the same.
+               errors first; full tries all, which can take minutes, and is what
+               --unsafe-fixes does; none tries nothing. The verdict is the same.
     --picture  draws the closed jaws cut open, what does not fit in red beside
                its limit; without a jaw, what lies on the board from above.
 
@@ -85,7 +85,7 @@ def check(
     _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
     for pattern in (*select, *ignore):
         require_rule(pattern)
-    row_of(dict.fromkeys(sitscad.HINTS), hints, "--hints")
+    hints = row_of({name: name for name in sitscad.HINTS}, hints or ("full" if unsafe_fixes else "decisive"), "--hints")
     weight = row_of({severity.value: severity for severity in Severity}, "warning" if strict else fail_on, "--fail-on")
     held, paths = sitscad.Held(select, ignore, baseline_of(baseline)), specs_of(specs)
     drawings = _drawings(picture, paths, fix or diff)

@@ -11,6 +11,7 @@ from sitscad.package.folder import PackageError
 
 def write_file(path: str | Path, content: bytes) -> None:
     """Write a file, or replace it, as a whole; what a link leads to is replaced, not the link; permissions are kept.
+    A file of several names (hard links) keeps them all: it is written over once its new content lies beside it.
 
     Raises PackageError where that cannot be done, or may not.
     """
@@ -28,8 +29,19 @@ def replace_file(target: Path, content: bytes) -> None:
     partial = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         partial.write_bytes(content)
+        if target.exists() and target.stat().st_nlink > 1:
+            _written_over(target, content)
+            return
         if target.exists():
             shutil.copymode(target, partial)
         os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _written_over(target: Path, content: bytes) -> None:
+    """Put content into a file as it stands, and make sure that it has reached the disk."""
+    with open(target, "r+b") as stream:
+        stream.write(content)
+        stream.truncate()
+        os.fsync(stream.fileno())

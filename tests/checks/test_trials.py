@@ -60,6 +60,9 @@ QUICK = {
     "too slow a scan": (
         design("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}), {"SIT210"},
     ),
+    "too fast a clock": (
+        design("circle", 6, 12, 2, 100, 100, "generic-flex", readout={"clock": "41 MHz"}), {"SIT213"},
+    ),
 }  # fmt: skip
 
 

@@ -124,6 +124,29 @@ def test_permissions_and_links_stay(run, slips, tmp_path):
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
+def test_a_file_of_two_names_keeps_both(run, slips, tmp_path):
+    os.link(slips, tmp_path / "same.yaml")
+    assert run("check", "--fix", "slips.yaml").code == 0
+    assert (tmp_path / "same.yaml").read_text() == slips.read_text() == MENDED
+    assert slips.stat().st_nlink == 2
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_unsafe_fixes_search_as_long_as_it_takes_unless_told_otherwise(run, slips, monkeypatch):
+    import sitscad
+
+    asked, mend = [], sitscad.mend
+
+    def noted(path, may, hints, held):
+        asked.append(hints)
+        return mend(path, may, "none", held)
+
+    monkeypatch.setattr(sitscad, "mend", noted, raising=False)
+    for words in (("--unsafe-fixes",), ("--unsafe-fixes", "--hints", "decisive"), ()):
+        run("check", "--diff", *words, "slips.yaml")
+    assert asked == ["full", "decisive", "decisive"]
+
+
 def test_a_file_that_may_only_be_read_is_left(run, open_folder, as_a_user):
     locked = open_folder / "locked.yaml"
     locked.write_bytes(SLIPS.encode())

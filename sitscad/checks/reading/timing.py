@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from sitscad.checks.cases import Case, worded
 from sitscad.checks.reading.readings import source_of_limit, worst_of
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
-from sitscad.finding import Severity
+from sitscad.finding import Edit, Severity
+from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import scans
-from sitscad.remedy.search import Left, first_that_mends, in_vain
+from sitscad.remedy.search import Left, first_that_mends, in_vain, tried
 from sitscad.spec.converter import Converter
 from sitscad.spec.profiles import presets
+from sitscad.units import show
 
 _CHANNELS = "; ".join(dict.fromkeys(presets.converter(name).source for name in presets.names("converter")))
 
@@ -70,7 +73,7 @@ def read_back(design: Design) -> Iterator[Verdict]:
             wanted,
             hopeful if impossible else sure,
             "Hz",
-            advice=lambda left: _other_rate(design, (math.floor(sure),), left, pause),
+            advice=lambda left: _other_rate(design, math.floor(sure), left, pause),
             is_grave=impossible,
             coils=_coils(design),
             possible=hopeful if impossible else sure,
@@ -88,15 +91,17 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
             rate,
             2.0 * wanted,
             "Hz",
-            advice=lambda left: _other_rate(design, (5.0 * wanted, 2.0 * wanted), left),
+            advice=lambda left: _other_rate(design, 2.0 * wanted, left),
             followed=rate / 2.0,
             wanted=wanted,
         )
 
 
-def _other_rate(design: Design, rates: Sequence[float], left: Left, otherwise: str = "") -> str:
-    """The first of some scan rates (Hz) that keeps all rules, found by trying; or what else may do."""
-    changes = [change for rate in rates for change in scans(design.spec, rate)]
+def _other_rate(design: Design, rate: float, left: Left, otherwise: str = "") -> str:
+    """A scan rate (Hz) where trying finds that it keeps all rules; else what may do. None is tried beyond the nearest
+    one that is enough: every further scan takes time from conversions, and so signal from the noise.
+    """
+    changes = list(scans(design.spec, rate))
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} (it was tried){otherwise}"
@@ -196,7 +201,15 @@ def clock(design: Design) -> Iterator[Verdict]:
     value = design.spec.readout.clock
     low, high = design.family.limit("clock_min"), design.family.limit("clock_max")
     if not low <= value <= high:
-        yield ODD_CLOCK.found("readout.clock", value, low if value < low else high, "Hz", low=low, high=high)
+        yield ODD_CLOCK.found("readout.clock", value, low if value < low else high, "Hz", low=low, high=high,
+                              advice=lambda left: _fastest_clock(design, high, left))  # fmt: skip
+
+
+def _fastest_clock(design: Design, clock: float, left: Left) -> str:
+    """The fastest clock (Hz) that the converter takes, where trying finds that it mends; else nothing to say."""
+    changed = replace(design.spec, readout=replace(design.spec.readout, clock=clock))
+    fix = Fix((Edit("readout.clock", show(clock, "Hz", 6)),), changed)
+    return f"{fix.words}{tried(fix, left)}: the fastest reference gives the finest reading"
 
 
 def _coils(design: Design) -> str:
