@@ -135,7 +135,7 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         name = next((n for n in presets.names("stackup") if len(presets.stackup(n).copper) >= count), None)
         if name is not None:
             stackup = presets.stackup(name)
-            rules = spec.fpc.rules.for_foil(stackup.foil_thickness(wound.layers))
+            rules = spec.fpc.rules.for_foil(stackup.foil_thickness(wound.layers)).for_layers(len(stackup.copper))
             fpc = replace(spec.fpc, stackup=stackup, rules=rules)
             yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=wound, fpc=fpc))
 

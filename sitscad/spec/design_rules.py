@@ -31,6 +31,7 @@ class DesignRules:
     ``coil_lines`` are the smallest widths and spacings of coiled tracks by the thickness of the copper foil (m), from
     the thinnest, ``track_lines`` those of all other tracks where they go by the foil too; ``coil_trace_width`` and
     ``trace_width`` and their spacings are those that hold, of ``coil_copper`` where known.
+    ``annular_rings`` are those of boards of so many copper layers and more, where they differ from ``annular_ring``.
     ``static_bend_ratio``, ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m) go by the number of
     copper layers, the largest one listed standing for more; ``stiffened_tolerance`` (m) by the stiffener's material.
     Parts below ``part_size`` are not handled singly; ``panel_size`` is what a panel is filled up to; ``file_naming`` is
@@ -59,6 +60,7 @@ class DesignRules:
     coverlay_web: float
     coverlay_opening_to_trace: float
     part_size: tuple[float, float]
+    annular_rings: Mapping[int, float] = field(default_factory=dict, hash=False)
     static_bend_ratio: Mapping[int, float] = field(default_factory=dict, hash=False)
     dynamic_bend_ratio: Mapping[int, float] = field(default_factory=dict, hash=False)
     source: str = ""
@@ -114,6 +116,16 @@ class DesignRules:
             others: dict[str, Any] = {"trace_width": lines.width, "trace_spacing": lines.spacing}
             rules = replace(rules, **others, **_said(rules, "trace", lines, thickness))
         return rules
+
+    def for_layers(self, count: int) -> DesignRules:
+        """The rules with the copper ring of a board of so many copper layers."""
+        asked = max((least for least in self.annular_rings if least <= count), default=None)
+        if asked is None:
+            return self
+        key = f"annular_ring_{asked}"
+        sources = {**self.sources, "annular_ring": self.sources[key]}
+        holders = {**self.holders, "annular_ring": self.holders[key]}
+        return replace(self, annular_ring=self.annular_rings[asked], sources=sources, holders=holders)
 
     def binds(self, field: str) -> bool:
         """Whether a minimum of coiled tracks is an error where it is not kept, and not a warning."""

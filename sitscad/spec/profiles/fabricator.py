@@ -89,6 +89,7 @@ _PLAIN = (
 _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "static_bend_": ("static_bend_ratio", int),
     "dynamic_bend_": ("dynamic_bend_ratio", int),
+    "annular_ring_": ("annular_rings", int),
     "thickness_tolerance_": ("thickness_tolerance", int),
     "stiffened_tolerance_": ("stiffened_tolerance", str),
 }
@@ -116,6 +117,9 @@ def _overlaid(document: RulesDocument, foil: float | None, place: Origin, remark
     for beginning, (table, read) in _BY_COUNT.items():
         entries = {read(n.removeprefix(beginning)): f.value for n, f in figures.items() if n.startswith(beginning)}
         changed |= {table: {**getattr(base, table), **entries}} if entries else {}
+    if "annular_ring" in figures:  # a ring for every board takes the place of what the base asks by layers
+        own = {name: figure for name, figure in figures.items() if name.startswith("annular_ring_")}
+        changed["annular_rings"] = {int(name.rpartition("_")[2]): figure.value for name, figure in own.items()}
     changed |= _tables(base, document, changed, rows)
     changed |= _binding(base, figures, any(field.startswith("coil_trace") for field in own), changed, rows)
     # the day on which the base was read says nothing of these

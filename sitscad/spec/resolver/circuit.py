@@ -44,7 +44,7 @@ def resolve_fpc(
     rules = resolve_rules(document.rules, stackup.foil_thickness(coil.layers), spec_origin(source, folder), remarks)
     return FpcSpec(
         stackup=stackup,
-        rules=rules,
+        rules=rules.for_layers(copper),
         tail=_tail(document, copper, rules, jaw, remarks),
         panel=_panel(document.panel, remarks),
         finish=document.finish,

@@ -184,6 +184,23 @@ def test_loop_lines_follow_the_coils_copper(stackup, copper, wanted, rules):
     assert own.sources["coil_trace_width"] == "the spec"
 
 
+@pytest.mark.parametrize(
+    ("rules", "stackup", "ring", "said"),
+    [
+        ("generic-flex", "flex-2l-18um", 125e-6, "two layers"),
+        ("generic-flex", "flex-4l", 150e-6, "four layers and more"),
+        ("jselectronic", "flex-4l", 150e-6, "four layers and more"),
+        ("huayue", "flex-4l", 101.6e-6, "huayue"),
+        ("{based_on: generic-flex, annular_ring: 0.11}", "flex-4l", 110e-6, "the spec"),
+        ("{annular_ring: 0.11, annular_ring_4: 0.14}", "flex-6l", 140e-6, "the spec"),
+    ],
+)
+def test_the_copper_ring_goes_by_the_number_of_layers(rules, stackup, ring, said):
+    """Where the house states a ring of its own it holds; of the generic one four layers ask 0.15 mm, as Rehan does."""
+    found = load_text(MINIMAL + f"fpc: {{stackup: {stackup}, rules: {rules}}}").fpc.rules
+    assert found.annular_ring == pytest.approx(ring) and said in found.sources["annular_ring"]
+
+
 @pytest.mark.parametrize("name", presets.names("rules"))
 def test_every_installed_figure_for_lines_says_for_which_copper(name):
     """A width that holds for 18 um copper says nothing of 210 um: beyond the table there is no figure."""

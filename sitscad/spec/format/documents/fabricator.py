@@ -58,7 +58,8 @@ class RulesDocument(Section):
         "[{copper: 18 um, width: 80 um, spacing: 80 um}]", None,
     )  # fmt: skip
     via_drill: Written = key(Feature, "smallest finished hole", None)
-    annular_ring: Written = key(Feature, "smallest copper ring around a hole", None)
+    annular_ring: Written = key(Feature, "smallest copper ring around a hole, whatever the number of layers", None)
+    annular_ring_4: Written = key(Feature, "of a board of four copper layers and more, over that", None)
     coil_trace_width: Written = key(Feature, "smallest width of coil (loop) lines", None)
     coil_trace_spacing: Written = key(Feature, "smallest gap of coil (loop) lines", None)
     coil_tracks: list[TrackRowDocument] | None = key(
