@@ -118,8 +118,8 @@ def _overlaid(document: RulesDocument, foil: float | None, place: Origin, remark
         entries = {read(n.removeprefix(beginning)): f.value for n, f in figures.items() if n.startswith(beginning)}
         changed |= {table: {**getattr(base, table), **entries}} if entries else {}
     if "annular_ring" in figures:  # a ring for every board takes the place of what the base asks by layers
-        own = {name: figure for name, figure in figures.items() if name.startswith("annular_ring_")}
-        changed["annular_rings"] = {int(name.rpartition("_")[2]): figure.value for name, figure in own.items()}
+        by_layers = {name: figure for name, figure in figures.items() if name.startswith("annular_ring_")}
+        changed["annular_rings"] = {int(name.rpartition("_")[2]): figure.value for name, figure in by_layers.items()}
     changed |= _tables(base, document, changed, rows)
     changed |= _binding(base, figures, any(field.startswith("coil_trace") for field in own), changed, rows)
     # the day on which the base was read says nothing of these
